@@ -1,0 +1,3 @@
+//! Mechanics of one element; knows no equations and no files.
+
+pub mod section;

@@ -1,0 +1,1 @@
+//! Networks of pneumatic muscles and compliant members.

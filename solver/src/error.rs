@@ -1,0 +1,28 @@
+//! Why a structure cannot be solved at all.
+
+use crate::structure::{MemberId, NodeId};
+
+/// A structure that has no solution to look for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// The unloaded structure can move without force.
+    #[error("the structure is a mechanism: {} free motion(s)", .0.len())]
+    Mechanism(Vec<FreeMotion>),
+}
+
+/// A motion that needs no force, described where it is largest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeMotion {
+    pub place: Place,
+    /// Unit direction of the motion there, or unit axis of the turn.
+    pub direction: [f64; 3],
+    pub turns: bool,
+    /// All nodes that take part.
+    pub nodes: Vec<NodeId>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Node(NodeId),
+    Member(MemberId),
+}

@@ -1,0 +1,197 @@
+//! What happened during a solve: converged states with all that a user may ask of them.
+
+use crate::structure::{Dimension, NodeId};
+
+/// Everything that a solve brought, in the order of the steps.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    pub steps: Vec<StepHistory>,
+    pub mesh: MeshSize,
+}
+
+/// Size of the discretization.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshSize {
+    pub nodes: usize,
+    pub elements: usize,
+    pub unknowns: usize,
+}
+
+/// How a step ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    Converged,
+    LimitPoint,
+    Bifurcation,
+    NotConverged,
+    Interrupted,
+    NotReached,
+}
+
+#[derive(Clone, Debug)]
+pub struct StepHistory {
+    pub status: Status,
+    /// Part of the step's ramp that was reached, 0 to 1.
+    pub fraction: f64,
+    /// Newton iterations and factorizations, tries that were given up included.
+    pub iterations: usize,
+    pub factorizations: usize,
+    /// Accepted states in order; the last is the state at the end of the step. Empty only where nothing converged.
+    pub increments: Vec<Increment>,
+    /// The same state on a mesh of the next order, where an estimate was asked for.
+    pub refined: Option<Equilibrium>,
+    /// Whether the last state is stable; `None` where loads have no potential.
+    pub stable: Option<bool>,
+    /// In which space that was judged.
+    pub stability: Dimension,
+    pub negative_pivots: usize,
+    pub critical_points: Vec<CriticalPoint>,
+    /// Remarks of the solver that a user should read, one sentence each.
+    pub notes: Vec<Note>,
+    /// Why the step did not reach its end.
+    pub failure: Option<Failure>,
+}
+
+/// A remark on a step that is no failure.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Note {
+    /// The path touched a singular state at this fraction and went on without a change of sign.
+    TouchedSingular { fraction: f64 },
+    /// Stability could only be judged in the plane: the supports do not hold the network out of it.
+    StabilityInPlane,
+}
+
+/// A converged increment.
+#[derive(Clone, Debug)]
+pub struct Increment {
+    /// Fraction of the step's ramp.
+    pub fraction: f64,
+    pub state: Equilibrium,
+    /// Shapes of all members, where asked for (`Options::shapes`), in the order of the members.
+    pub shapes: Vec<MemberShape>,
+}
+
+/// An equilibrium in the user's quantities. Vectors are in global axes.
+#[derive(Clone, Debug, Default)]
+pub struct Equilibrium {
+    pub nodes: Vec<NodeState>,
+    pub members: Vec<MemberState>,
+    /// Force of an axial spring (positive in tension), else the norm of the force; in the order of the springs.
+    pub springs: Vec<f64>,
+    /// Strain energy, springs included.
+    pub energy: f64,
+    /// Norm of the condensed residual over the largest force (moments apart; the larger of both).
+    pub residual: f64,
+    /// Norm of all reactions plus all loads over the largest of them.
+    pub balance: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeState {
+    pub displacement: [f64; 3],
+    /// Rotation vector (radians), of norm at most π; zero where the node has no rotation of its own.
+    pub rotation: [f64; 3],
+    /// Total rotation about z, whole turns included (plane only).
+    pub rotation_total: f64,
+    /// Action of the support (or of what prescribes the motion) on the structure.
+    pub reaction_force: [f64; 3],
+    /// Its moment about the node.
+    pub reaction_moment: [f64; 3],
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MemberState {
+    /// Length of the deformed centre line.
+    pub length: f64,
+    /// Axial force at the middle of the member, tension positive.
+    pub axial_force: f64,
+    /// Axial force at the start and at the end, tension positive.
+    pub axial_force_ends: [f64; 2],
+    /// Actions on the member at start and end: forces, then moments about the end points.
+    pub end_forces: [[f64; 3]; 2],
+    pub end_moments: [[f64; 3]; 2],
+    /// Value of the member's control (pressure or actuation); zero without one.
+    pub control: f64,
+}
+
+/// The deformed shape of a member: points along it, and section forces between neighbouring points.
+#[derive(Clone, Debug, Default)]
+pub struct MemberShape {
+    pub points: Vec<ShapePoint>,
+    /// One less than points.
+    pub cells: Vec<ShapeCell>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShapePoint {
+    /// Unloaded position.
+    pub reference: [f64; 3],
+    pub displacement: [f64; 3],
+    /// Rotation vector (radians) from the unloaded state, of norm at most π.
+    pub rotation: [f64; 3],
+    /// Material axes in the deformed state.
+    pub axes: [[f64; 3]; 3],
+}
+
+/// Section forces and strains in material axes, at the middle of the cell.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShapeCell {
+    /// Segment of the member that the cell belongs to.
+    pub segment: usize,
+    /// N, Q₂, Q₃.
+    pub force: [f64; 3],
+    /// Torque, M₂, M₃.
+    pub moment: [f64; 3],
+    /// Axial strain Γ₁ − 1, the induced part included.
+    pub strain: f64,
+    /// Induced axial strain ε*.
+    pub induced_strain: f64,
+    /// Bending curvature: norm of κ₂, κ₃, the initial part included.
+    pub curvature: f64,
+}
+
+/// A singular point that a path passed or stopped at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalPoint {
+    pub kind: CriticalKind,
+    pub fraction: f64,
+    /// The node that moves most in the mode.
+    pub node: NodeId,
+    /// Whether a plane network loses stability out of its plane.
+    pub sideways: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CriticalKind {
+    LimitPoint,
+    Bifurcation,
+}
+
+/// Why a step stopped short.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// Fraction of the ramp at which the last try failed.
+    pub tried: f64,
+    /// Where the residual of the last try is largest, and in which component (0 to 5).
+    pub worst_node: Option<NodeId>,
+    pub worst_component: usize,
+    /// Residual there, over the largest force or moment.
+    pub worst_residual: f64,
+    pub cause: Cause,
+}
+
+/// What a failure looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The equilibrium path turns back: no equilibrium nearby at a larger fraction.
+    LimitPoint,
+    /// Another equilibrium branches off and the present one loses its stability.
+    Bifurcation,
+    /// The same, out of the plane of a plane network.
+    SidewaysBifurcation,
+    /// Newton's iteration does not converge though the tangent is regular.
+    StepTooSmall,
+    /// Stiffness ratios exhaust double precision.
+    IllConditioned,
+    Interrupted,
+}

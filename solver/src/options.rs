@@ -1,0 +1,28 @@
+//! What a caller may choose about a solve.
+
+/// Options of a solve; the defaults serve every network.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// First increment as a part of the step's ramp.
+    pub first_increment: f64,
+    /// Keep the shapes of members at every accepted increment (for pictures).
+    pub shapes: bool,
+    /// Solve the end of every step on a mesh of the next order too, to estimate the discretization error.
+    pub estimate: bool,
+    /// Threads that condense members; results do not depend on it.
+    pub threads: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { first_increment: 1.0, shapes: false, estimate: false, threads: 1 }
+    }
+}
+
+/// News of a running solve, given to its observer after every accepted increment.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    pub step: usize,
+    pub steps: usize,
+    pub fraction: f64,
+}

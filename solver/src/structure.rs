@@ -1,0 +1,178 @@
+//! The structure to be solved: nodes, members, supports, bodies, springs and what drives them.
+//!
+//! A [`Structure`] is fixed once built. Whatever moves during a solve, a pressure, a load, a prescribed
+//! displacement, is a *drive* or a [`Change`] of a [`Step`]; every drive starts at zero and is moved along a
+//! straight ramp from where the last step left it.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use pennate_elements::section::Section;
+
+/// Index of a node in [`Structure::nodes`].
+pub type NodeId = usize;
+/// Index of a member in [`Structure::members`].
+pub type MemberId = usize;
+/// Index of a drive in [`Structure::drives`].
+pub type DriveId = usize;
+
+/// Whether the network is solved in the x-y plane (three unknowns a node) or in space (six).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    Plane,
+    Space,
+}
+
+/// In which space the stability of a plane network is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stability {
+    /// In space: the out-of-plane tangent is factorized at every accepted increment too.
+    Space,
+    /// In the plane alone, because the user asked for it.
+    Plane,
+}
+
+/// A network of slender members, ready to be solved. All quantities in one consistent system of units.
+#[derive(Clone, Debug)]
+pub struct Structure {
+    pub dimension: Dimension,
+    /// Asked for; the solver falls back to [`Stability::Plane`] where the supports do not hold the unloaded
+    /// network out of its plane, and says so in the history.
+    pub stability: Stability,
+    /// Reference positions; z = 0 in the plane.
+    pub nodes: Vec<[f64; 3]>,
+    pub members: Vec<Member>,
+    /// Sections that segments refer to by index.
+    pub laws: Vec<Arc<dyn SectionLaw>>,
+    pub supports: Vec<Support>,
+    pub bodies: Vec<RigidBody>,
+    pub springs: Vec<Spring>,
+    pub drives: Vec<Drive>,
+}
+
+/// A member: segments in a row from one node to another, meshed by elements of one order.
+#[derive(Clone, Debug)]
+pub struct Member {
+    pub nodes: [NodeId; 2],
+    /// Unit vectors of the material axes 1, 2, 3 at the start, unloaded, in global axes.
+    pub axes: [[f64; 3]; 3],
+    pub segments: Vec<Segment>,
+    /// Connection of the start and of the end to the node.
+    pub releases: [Release; 2],
+    /// The pressure or actuation that the section laws of this member are evaluated at.
+    pub control: Option<DriveId>,
+    /// Polynomial order of the elements, 1 to 4.
+    pub order: usize,
+}
+
+/// A stretch of a member with one section and one initial curvature.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Unloaded length.
+    pub length: f64,
+    /// Number of elements, equally long.
+    pub elements: usize,
+    /// Index into [`Structure::laws`].
+    pub law: usize,
+    /// Twist and curvatures about axes 1, 2, 3 of the unloaded rod (1/length).
+    pub initial_curvature: [f64; 3],
+}
+
+/// How the section of a segment follows the control (pressure or actuation) of its member.
+pub trait SectionLaw: Debug + Send + Sync {
+    /// Section and induced strains at a control value. Called once an increment, not in iterations.
+    fn at(&self, control: f64) -> SectionState;
+}
+
+/// Section and induced strains at one value of the control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionState {
+    pub section: Section,
+    /// Induced axial strain ε*, negative for a muscle that contracts.
+    pub strain: f64,
+    /// Induced twist and curvatures κ* about axes 1, 2, 3 (1/length).
+    pub curvature: [f64; 3],
+}
+
+/// Connection of a member's end to its node.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Release {
+    Welded,
+    /// All rotations of the end are free.
+    Pin,
+    /// Rotations about one or two axes are free: unit vectors in global axes, unloaded, turning with the node.
+    Axes(Vec<[f64; 3]>),
+}
+
+/// Components ux uy uz rx ry rz of a node that are held.
+#[derive(Clone, Debug)]
+pub struct Support {
+    pub node: NodeId,
+    pub fixed: [bool; 6],
+    /// Unit vectors along which the components are measured; the global axes unless the support is turned.
+    pub axes: [[f64; 3]; 3],
+}
+
+/// Nodes that move as one rigid body.
+#[derive(Clone, Debug)]
+pub struct RigidBody {
+    /// All nodes of the body, the reference included or not.
+    pub nodes: Vec<NodeId>,
+    /// The node whose motion is that of the body.
+    pub reference: NodeId,
+    pub mass: f64,
+}
+
+#[derive(Clone, Debug)]
+pub enum Spring {
+    /// Node to ground: energy ½ Σ k u² + ½ Σ k θ², θ the rotation vector of the node.
+    Ground { node: NodeId, stiffness: [f64; 6] },
+    /// Along the line between two nodes: energy ½ k (l − natural length)².
+    Axial { nodes: [NodeId; 2], stiffness: f64, natural_length: f64 },
+    /// Six components, at the second node's place, in axes that turn with the first node.
+    Coupling { nodes: [NodeId; 2], stiffness: [f64; 6] },
+}
+
+/// A value that steps move. Component 0, 1, 2 is x, y, z in global axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// Pressure or actuation of the members that refer to it.
+    Control,
+    /// Dead force on a node.
+    Force(NodeId, usize),
+    /// Dead moment on a node.
+    Moment(NodeId, usize),
+    /// Force on a node that turns with it, given by its components in the unloaded state.
+    FollowerForce(NodeId, usize),
+    /// Moment on a node that turns with it, given by its components in the unloaded state.
+    FollowerMoment(NodeId, usize),
+    /// Acceleration that acts on every mass.
+    Gravity(usize),
+    /// Dead force per unloaded length along a member.
+    Distributed(MemberId, usize),
+}
+
+/// One step: what moves, and where to.
+#[derive(Clone, Debug, Default)]
+pub struct Step {
+    /// Absolute values that drives reach at the end of the step; the others stay.
+    pub targets: Vec<(DriveId, f64)>,
+    /// Changes of the constraints, made at the beginning of the step.
+    pub changes: Vec<Change>,
+    /// At least so many increments.
+    pub min_increments: Option<usize>,
+}
+
+/// A change of what holds a component of a node: 0, 1, 2 displacement, 3, 4, 5 rotation vector (radians).
+/// Components are those of the node's support axes where the node has a turned support, else global.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// Held, and moved to this value (from the unloaded position) over the step.
+    Prescribe { node: NodeId, component: usize, to: f64 },
+    /// Held where it is.
+    Hold { node: NodeId, component: usize },
+    /// Held, and moved by this much over the step.
+    MoveBy { node: NodeId, component: usize, by: f64 },
+    /// No longer held; the reaction found falls to zero over the step.
+    Free { node: NodeId, component: usize },
+}
