@@ -1,0 +1,111 @@
+//! HSIM muscle: a tube in three segments whose middle contracts under pressure.
+//!
+//! A muscle of length L has segments l₁ | L − 2 l₁ | l₁; annuli of one wall with outer radius R₁ (ends) and R₂
+//! (middle), one modulus E. The middle segment contracts by ε* = α p. E, α, R₁, R₂ are tabulated against the
+//! pressure p, linear between rows; below the first row they keep its values, so that ε* falls linearly to
+//! zero at p = 0.
+
+use pennate_elements::section::Section;
+use pennate_solver::structure::{SectionLaw, SectionState};
+
+use crate::error::Span;
+use crate::section::{Stiffening, annulus};
+
+/// Data of a muscle. Pressures are in its own unit, everything else in the units of the file.
+#[derive(Clone, Debug)]
+pub struct Muscle {
+    pub name: String,
+    pub span: Span,
+    /// Undeformed outer diameter.
+    pub diameter: f64,
+    pub wall: f64,
+    pub end_length: f64,
+    /// Unit of the pressures, as the user wrote it.
+    pub pressure_unit: String,
+    /// Mass per volume of the undeformed tube.
+    pub density: f64,
+    pub poissons_ratio: f64,
+    pub stiffening: Stiffening,
+    /// By increasing pressure; at least one.
+    pub rows: Vec<Row>,
+}
+
+/// One row of a muscle's table, or the values interpolated at a pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    pub pressure: f64,
+    pub youngs_modulus: f64,
+    /// Contraction of the middle segment per unit of pressure, negative.
+    pub alpha: f64,
+    /// Outer radius R₁ of the end segments.
+    pub end_radius: f64,
+    /// Outer radius R₂ of the middle segment.
+    pub middle_radius: f64,
+}
+
+impl Muscle {
+    /// Values at a pressure; outside of the table those of its first or last row.
+    pub fn at(&self, pressure: f64) -> Row {
+        let next = self.rows.partition_point(|row| row.pressure <= pressure);
+        if next == 0 {
+            return Row { pressure, ..self.rows[0] };
+        }
+        if next == self.rows.len() {
+            return Row { pressure, ..self.rows[next - 1] };
+        }
+        let (below, above) = (self.rows[next - 1], self.rows[next]);
+        let part = (pressure - below.pressure) / (above.pressure - below.pressure);
+        let between = |a: f64, b: f64| a + part * (b - a);
+        Row {
+            pressure,
+            youngs_modulus: between(below.youngs_modulus, above.youngs_modulus),
+            alpha: between(below.alpha, above.alpha),
+            end_radius: between(below.end_radius, above.end_radius),
+            middle_radius: between(below.middle_radius, above.middle_radius),
+        }
+    }
+
+    /// The largest pressure of the table.
+    pub fn pressure_limit(&self) -> f64 {
+        self.rows[self.rows.len() - 1].pressure
+    }
+
+    /// Mass per unloaded length: that of the undeformed annulus.
+    pub fn mass_per_length(&self) -> f64 {
+        let outer = self.diameter / 2.0;
+        let inner = outer - self.wall;
+        std::f64::consts::PI * (outer * outer - inner * inner) * self.density
+    }
+
+    fn section(&self, outer_radius: f64, row: &Row) -> Section {
+        let shear_modulus = row.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio));
+        let mut section = annulus(outer_radius, self.wall).section(row.youngs_modulus, shear_modulus, self.stiffening);
+        section.mass_per_length = self.mass_per_length();
+        section
+    }
+}
+
+/// Which of the segments of a muscle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    End,
+    Middle,
+}
+
+/// The section of a muscle's segment as it follows the pressure.
+#[derive(Clone, Debug)]
+pub struct MuscleLaw {
+    pub muscle: std::sync::Arc<Muscle>,
+    pub part: Part,
+}
+
+impl SectionLaw for MuscleLaw {
+    fn at(&self, pressure: f64) -> SectionState {
+        let row = self.muscle.at(pressure);
+        let (radius, strain) = match self.part {
+            Part::End => (row.end_radius, 0.0),
+            Part::Middle => (row.middle_radius, row.alpha * pressure),
+        };
+        SectionState { section: self.muscle.section(radius, &row), strain, curvature: [0.0; 3] }
+    }
+}

@@ -1,0 +1,217 @@
+//! The checked description of a network: names resolved, units consistent, everything evaluated.
+//!
+//! Everything is in the unit system of the file, with three exceptions: pressures are in the pressure unit
+//! of their muscle, angles are radians, and the values that a user reads (probes) show angles in degrees.
+
+use std::sync::Arc;
+
+use pennate_elements::section::Section;
+use pennate_solver::structure::{self, Dimension, NodeId, Release, Stability};
+
+use crate::error::{Source, Span, Warning};
+use crate::hsim::Muscle;
+use crate::probes::Probes;
+
+/// Index of a member in [`Model::members`].
+pub type MemberId = usize;
+
+/// A network of muscles and members with its supports, its steps and the numbers wanted from it.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub title: String,
+    pub units: Units,
+    pub dimension: Dimension,
+    /// Why the network is solved in space, where it is: a sentence to show to a user.
+    pub why_space: Option<String>,
+    pub stability: Stability,
+    /// Values of the parameters in the file's units, angles in degrees.
+    pub parameters: Vec<(String, f64)>,
+    pub nodes: Vec<Node>,
+    pub muscles: Vec<Arc<Muscle>>,
+    pub members: Vec<Member>,
+    pub supports: Vec<structure::Support>,
+    pub bodies: Vec<Body>,
+    pub springs: Vec<Spring>,
+    /// The steps of the file; empty where it has none, and the network is solved for its prestress alone.
+    pub steps: Vec<Step>,
+    pub probes: Probes,
+    pub warnings: Vec<Warning>,
+    /// The texts that spans refer to: the network file first.
+    pub sources: Vec<Source>,
+}
+
+/// Unit system of the bare numbers in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Units {
+    /// Millimetre, newton, megapascal, tonne, second.
+    #[default]
+    MmNMpa,
+    /// Metre, newton, pascal, kilogram, second.
+    MNPa,
+}
+
+impl Units {
+    /// The name used in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MmNMpa => "mm-N-MPa",
+            Self::MNPa => "m-N-Pa",
+        }
+    }
+
+    /// Names of the units of length, force and stress.
+    pub fn symbols(self) -> [&'static str; 3] {
+        match self {
+            Self::MmNMpa => ["mm", "N", "MPa"],
+            Self::MNPa => ["m", "N", "Pa"],
+        }
+    }
+}
+
+/// A named point.
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub name: String,
+    /// Unloaded position.
+    pub position: [f64; 3],
+    pub span: Span,
+}
+
+/// A physical bar between two nodes.
+#[derive(Clone, Debug)]
+pub struct Member {
+    pub name: String,
+    pub span: Span,
+    pub nodes: [NodeId; 2],
+    pub group: Option<String>,
+    pub kind: MemberKind,
+    /// Unloaded length along the centre line.
+    pub length: f64,
+    /// Unit vectors of the material axes 1, 2, 3 at the start, unloaded.
+    pub axes: [[f64; 3]; 3],
+    /// At least one; their lengths sum to that of the member.
+    pub segments: Vec<Segment>,
+    /// Connection of the start and of the end to the node.
+    pub releases: [Release; 2],
+    /// Order of the elements asked for in the file.
+    pub order: Option<usize>,
+}
+
+/// Whether a bar is inflated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemberKind {
+    /// An HSIM muscle, controlled by its pressure: index into [`Model::muscles`].
+    Muscle(usize),
+    /// A bar with induced strains, controlled by its actuation.
+    Actuated,
+    /// A bar that nothing controls.
+    Passive,
+}
+
+/// A stretch of a member with one section and one initial curvature.
+#[derive(Clone, Debug)]
+pub struct Segment {
+    /// Unloaded length.
+    pub length: f64,
+    pub material: SegmentLaw,
+    /// Twist and curvatures about axes 1, 2, 3 of the unloaded rod (1/length).
+    pub initial_curvature: [f64; 3],
+    /// Number of elements asked for in the file; such a segment is never refined.
+    pub elements: Option<usize>,
+}
+
+/// What a segment is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SegmentLaw {
+    /// End segment of a muscle: index into [`Model::muscles`].
+    MuscleEnd(usize),
+    /// Middle segment of a muscle: index into [`Model::muscles`].
+    MuscleMiddle(usize),
+    /// A section that does not change.
+    Fixed(FixedLaw),
+}
+
+/// A section with the strains that an actuation of one induces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedLaw {
+    pub section: Section,
+    /// Radius of the round bar drawn for it: outer radius; of a rectangle sqrt(width height/π); of stiffnesses
+    /// given outright 2 sqrt(EI/EA), which is right for a solid circle.
+    pub radius: f64,
+    /// Induced axial strain at actuation 1.
+    pub strain: f64,
+    /// Induced twist and curvatures at actuation 1 (1/length).
+    pub curvature: [f64; 3],
+}
+
+/// Nodes that move as one.
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub name: String,
+    pub span: Span,
+    /// All nodes of the body; the reference is the first.
+    pub nodes: Vec<NodeId>,
+    pub reference: NodeId,
+    pub mass: f64,
+}
+
+/// A spring to the ground or between two nodes.
+#[derive(Clone, Debug)]
+pub struct Spring {
+    pub name: String,
+    pub span: Span,
+    pub spring: structure::Spring,
+}
+
+/// One step: what moves, and where to.
+#[derive(Clone, Debug)]
+pub struct Step {
+    pub name: String,
+    pub span: Span,
+    /// Absolute values at the end of the step; what is not named stays.
+    pub targets: Vec<(Target, f64)>,
+    /// Changes of what holds the nodes; rotations in radians.
+    pub changes: Vec<structure::Change>,
+    /// At least so many increments.
+    pub increments: Option<usize>,
+}
+
+/// A quantity that steps move. Component 0, 1, 2 is x, y, z in global axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// Pressure of a muscle (in its pressure unit) or actuation of a member.
+    Control(MemberId),
+    Force(NodeId, usize),
+    Moment(NodeId, usize),
+    FollowerForce(NodeId, usize),
+    FollowerMoment(NodeId, usize),
+    Gravity(usize),
+    /// Force per unloaded length.
+    Distributed(MemberId, usize),
+}
+
+impl Model {
+    /// Names of the steps in results: those of the file, or `prestress` alone.
+    pub fn step_names(&self) -> Vec<&str> {
+        if self.steps.is_empty() { vec![PRESTRESS] } else { self.steps.iter().map(|step| step.name.as_str()).collect() }
+    }
+
+    /// Outer radius of a segment at a control value (pressure or actuation), for pictures.
+    pub fn segment_radius(&self, member: MemberId, segment: usize, control: f64) -> f64 {
+        match &self.members[member].segments[segment].material {
+            SegmentLaw::MuscleEnd(muscle) => self.muscles[*muscle].at(control).end_radius,
+            SegmentLaw::MuscleMiddle(muscle) => self.muscles[*muscle].at(control).middle_radius,
+            SegmentLaw::Fixed(law) => law.radius,
+        }
+    }
+}
+
+impl Member {
+    /// Whether the member is a muscle.
+    pub fn is_muscle(&self) -> bool {
+        matches!(self.kind, MemberKind::Muscle(_))
+    }
+}
+
+/// Name of the only entry of results where a file has no steps.
+pub const PRESTRESS: &str = "prestress";
