@@ -1,0 +1,500 @@
+//! Runs the network files of a validation folder and compares every result with its reference.
+//!
+//! Shared by `tests/validation.rs` and `examples/validate.rs`; `validation/README.md` explains the files.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::Value;
+
+/// What counts as no smaller than this part of the largest comparable value (see [`Scales`]).
+const SMALL: f64 = 1e-3;
+/// True errors below this, relative, say nothing about the estimate: they hold rounding too.
+pub const ESTIMATE_FLOOR: f64 = 1e-9;
+
+/// Which mesh the solver is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting {
+    Default,
+    /// `--accuracy 1e-10`
+    Fine,
+}
+
+impl Setting {
+    pub fn accuracy(self) -> Option<&'static str> {
+        match self {
+            Self::Default => None,
+            Self::Fine => Some("1e-10"),
+        }
+    }
+
+    /// Largest relative error that passes unless a run states its own.
+    fn tolerance(self) -> f64 {
+        match self {
+            Self::Default => 1e-5,
+            Self::Fine => 1e-8,
+        }
+    }
+}
+
+/// `expected.toml`: which results of which network file stand where in `reference.json`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Expected {
+    /// Places of `reference.json` without a check, `*` for any one name.
+    #[serde(default)]
+    not_compared: Vec<String>,
+    checks: BTreeMap<String, Vec<Check>>,
+    run: Vec<Run>,
+}
+
+/// One solve of one network file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    pub network: String,
+    #[serde(default)]
+    set: BTreeMap<String, f64>,
+    /// Where the references of all steps stand.
+    at: Option<String>,
+    /// Largest relative error with default settings, and on the fine mesh.
+    tolerance: Option<f64>,
+    fine_tolerance: Option<f64>,
+    steps: Vec<Step>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Step {
+    name: String,
+    /// Where the references stand: a JSON pointer.
+    at: Option<String>,
+    /// Name of a list of checks.
+    check: String,
+    stable: Option<bool>,
+    /// Largest number of factorizations with default settings.
+    max_factorizations: Option<u64>,
+}
+
+/// One quantity: `factor` times the computed value is the reference.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Check {
+    node: Option<String>,
+    probe: Option<String>,
+    /// Of a node: a quantity of the results, with `.x`, `.y` or `.z` for one component.
+    quantity: Option<String>,
+    kind: Option<String>,
+    /// Below the place of the step.
+    reference: String,
+    #[serde(default = "one")]
+    factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// A folder of `validation/`.
+#[derive(Debug)]
+pub struct Case {
+    pub name: String,
+    folder: PathBuf,
+    expected: Expected,
+    reference: Value,
+}
+
+/// How far one quantity is from its reference.
+#[derive(Clone, Debug)]
+pub struct Row {
+    pub step: String,
+    pub quantity: String,
+    pub kind: String,
+    /// Largest difference of a component, and what it is relative to.
+    pub error: f64,
+    pub scale: f64,
+    /// The error that the solver expects, where it gives one.
+    pub estimate: Option<f64>,
+}
+
+impl Row {
+    pub fn relative(&self) -> f64 {
+        if self.error == 0.0 { 0.0 } else { self.error / self.scale }
+    }
+}
+
+/// A run and everything that was compared in it.
+#[derive(Debug)]
+pub struct Outcome {
+    pub network: String,
+    /// The network file with its parameters, as on a command line.
+    pub label: String,
+    pub setting: Setting,
+    pub tolerance: f64,
+    pub rows: Vec<Row>,
+    /// What is wrong besides the numbers: a step that did not converge, a state that is not stable.
+    pub faults: Vec<String>,
+    pub elements: u64,
+    pub factorizations: u64,
+    pub solve_seconds: f64,
+}
+
+impl Outcome {
+    pub fn worst(&self) -> Option<&Row> {
+        self.rows.iter().max_by(|a, b| a.relative().total_cmp(&b.relative()))
+    }
+
+    /// The estimate that is farthest from its true error, and the factor (above 1: the error is larger).
+    pub fn worst_estimate(&self) -> Option<(f64, &Row)> {
+        let factors = self
+            .rows
+            .iter()
+            .filter(|row| row.relative() > ESTIMATE_FLOOR)
+            .filter_map(|row| row.estimate.map(|estimate| (row.error / estimate, row)));
+        factors.max_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()))
+    }
+
+    /// Everything that makes this run fail, one line each.
+    pub fn failures(&self) -> Vec<String> {
+        let mut failures = self.faults.clone();
+        for row in self.rows.iter().filter(|row| row.relative().is_nan() || row.relative() > self.tolerance) {
+            failures.push(format!(
+                "{}, {}: relative error {:.1e}, allowed {:.0e}",
+                row.step,
+                row.quantity,
+                row.relative(),
+                self.tolerance
+            ));
+        }
+        failures
+    }
+}
+
+impl Case {
+    /// Reads a folder of `validation/`.
+    pub fn open(name: &str) -> Self {
+        let folder = validation().join(name);
+        let text = |file: &str| {
+            let path = folder.join(file);
+            fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        };
+        let expected = toml::from_str(&text("expected.toml")).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let reference = serde_json::from_str(&text("reference.json")).unwrap_or_else(|error| panic!("{name}: {error}"));
+        Self { name: name.to_owned(), expected, reference, folder }
+    }
+
+    /// Names of all folders with expected results, in order.
+    pub fn names() -> Vec<String> {
+        let folders = fs::read_dir(validation()).expect("validation/ can be read").flatten();
+        let mut names: Vec<_> = folders
+            .filter(|folder| folder.path().join("expected.toml").is_file())
+            .filter_map(|folder| folder.file_name().into_string().ok())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub fn runs(&self) -> &[Run] {
+        &self.expected.run
+    }
+
+    /// Solves one run with `solve` (file, parameters, accuracy → results) and compares it.
+    pub fn compare(
+        &self,
+        run: &Run,
+        setting: Setting,
+        solve: impl FnOnce(&Path, &[String], Option<&str>) -> Result<Value, String>,
+    ) -> Outcome {
+        let set: Vec<_> = run.set.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let stated = if setting == Setting::Default { run.tolerance } else { run.fine_tolerance };
+        let mut outcome = Outcome {
+            network: run.network.clone(),
+            label: [std::slice::from_ref(&run.network), &set[..]].concat().join(" "),
+            setting,
+            tolerance: stated.unwrap_or(setting.tolerance()),
+            rows: Vec::new(),
+            faults: Vec::new(),
+            elements: 0,
+            factorizations: 0,
+            solve_seconds: 0.0,
+        };
+        match solve(&self.folder.join(&run.network), &set, setting.accuracy()) {
+            Ok(results) => self.fill(&mut outcome, run, &results),
+            Err(message) => outcome.faults.push(message),
+        }
+        outcome
+    }
+
+    fn fill(&self, outcome: &mut Outcome, run: &Run, results: &Value) {
+        outcome.elements = results["mesh"]["elements"].as_u64().unwrap_or(0);
+        outcome.solve_seconds = results["timing"]["solve_s"].as_f64().unwrap_or(0.0);
+        let steps = results["steps"].as_array().map_or(&[][..], Vec::as_slice);
+        outcome.factorizations = steps.iter().filter_map(|step| step["factorizations"].as_u64()).sum();
+        let scales = Scales::of_run(self, run, steps);
+        for step in &run.steps {
+            let Some(result) = steps.iter().find(|result| result["name"] == step.name.as_str()) else {
+                outcome.faults.push(format!("{}: not in the results", step.name));
+                continue;
+            };
+            if result["status"] != "converged" {
+                outcome.faults.push(format!("{}: {}", step.name, result["status"]));
+                continue;
+            }
+            if let Some(stable) = step.stable
+                && result["stable"] != stable
+            {
+                outcome.faults.push(format!("{}: stable is {}", step.name, result["stable"]));
+            }
+            if let (Some(most), Setting::Default) = (step.max_factorizations, outcome.setting)
+                && result["factorizations"].as_u64().is_none_or(|count| count > most)
+            {
+                outcome.faults.push(format!(
+                    "{}: {} factorizations, at most {most} expected",
+                    step.name, result["factorizations"]
+                ));
+            }
+            self.compare_step(outcome, run, step, result, &scales);
+        }
+    }
+
+    fn compare_step(&self, outcome: &mut Outcome, run: &Run, step: &Step, result: &Value, run_scales: &Scales) {
+        let scales = self.step_scales(run, step, result).at_least(run_scales);
+        // Checks of one computed quantity (its components, say) share one row: its estimate is one number.
+        let mut rows: Vec<Row> = Vec::new();
+        for check in self.checks(step) {
+            let reference = self.reference(run, step, check);
+            let Some(computed) = check.computed(result) else {
+                outcome.faults.push(format!("{}: no {}", step.name, check.label()));
+                continue;
+            };
+            let computed: Vec<_> = computed.iter().map(|value| value * check.factor).collect();
+            assert_eq!(computed.len(), reference.len(), "{}: components of {}", self.name, check.reference);
+            let row = Row {
+                step: step.name.clone(),
+                quantity: check.label(),
+                kind: check.kind().to_owned(),
+                error: largest(computed.iter().zip(&reference).map(|(computed, reference)| computed - reference)),
+                scale: scales.of(check.kind()),
+                estimate: check.estimate(result).map(|estimate| estimate * check.factor.abs()),
+            };
+            match rows.iter_mut().find(|other| other.quantity == row.quantity && other.kind == row.kind) {
+                Some(other) if row.error.is_nan() || row.error > other.error => *other = row,
+                Some(_) => {}
+                None => rows.push(row),
+            }
+        }
+        outcome.rows.extend(rows);
+    }
+
+    fn checks(&self, step: &Step) -> &[Check] {
+        let checks = self.expected.checks.get(&step.check);
+        checks.unwrap_or_else(|| panic!("{}: no list of checks '{}'", self.name, step.check))
+    }
+
+    fn pointer(&self, run: &Run, step: &Step, check: &Check) -> String {
+        let at = step.at.as_ref().or(run.at.as_ref());
+        let at = at.unwrap_or_else(|| panic!("{}: step '{}' says not where its reference is", self.name, step.name));
+        format!("{at}/{}", check.reference)
+    }
+
+    fn reference(&self, run: &Run, step: &Step, check: &Check) -> Vec<f64> {
+        let pointer = self.pointer(run, step, check);
+        let value = self.reference.pointer(&pointer).and_then(numbers);
+        value.unwrap_or_else(|| panic!("{}: no number at {pointer} of reference.json", self.name))
+    }
+
+    /// The largest reference of every kind in one result.
+    fn step_scales(&self, run: &Run, step: &Step, result: &Value) -> Scales {
+        let mut scales = Scales::default();
+        for check in self.checks(step) {
+            let mut reference = self.reference(run, step, check);
+            if check.quantity.as_deref() == Some("position") {
+                // A position is measured from the unloaded one, as the displacement that it is.
+                let node = &result["nodes"][check.node.as_deref().unwrap_or_default()];
+                let unloaded = numbers(&node["position"]).zip(numbers(&node["displacement"]));
+                if let Some((position, displacement)) = unloaded {
+                    for (i, value) in reference.iter_mut().enumerate() {
+                        *value -= position[i] - displacement[i];
+                    }
+                }
+            }
+            scales.raise(check.kind(), largest(reference.into_iter()));
+        }
+        scales
+    }
+
+    /// Places of `reference.json` that hold a result and that no check looks at.
+    pub fn unchecked(&self) -> Vec<String> {
+        let mut used = Vec::new();
+        for run in &self.expected.run {
+            for step in &run.steps {
+                used.extend(self.checks(step).iter().map(|check| self.pointer(run, step, check)));
+            }
+        }
+        let mut places = Vec::new();
+        for (key, value) in self.reference.as_object().into_iter().flatten() {
+            for (i, result) in value.as_array().into_iter().flatten().enumerate() {
+                if key.starts_with("results") {
+                    let (below, quantities) = match result.get("quantities") {
+                        Some(quantities) => ("/quantities", quantities),
+                        None => ("", result),
+                    };
+                    leaves(quantities, format!("/{key}/{i}{below}"), &mut places);
+                }
+            }
+        }
+        let covered = |place: &String, pattern: &String| {
+            let (mut place, pattern) = (place.split('/'), pattern.split('/'));
+            pattern.into_iter().all(|name| place.next().is_some_and(|part| name == "*" || part == name))
+        };
+        places.retain(|place| !used.iter().chain(&self.expected.not_compared).any(|pattern| covered(place, pattern)));
+        places
+    }
+}
+
+impl Check {
+    /// The quantity of the results without its component.
+    fn base(&self) -> (&str, Option<usize>) {
+        let quantity = self.quantity.as_deref().unwrap_or_default();
+        match quantity.split_once('.') {
+            Some((base, component)) => (base, "xyz".find(component)),
+            None => (quantity, None),
+        }
+    }
+
+    fn label(&self) -> String {
+        match (&self.node, &self.probe) {
+            (Some(node), _) => format!("{} of {node}", self.base().0),
+            (None, probe) => format!("probe {}", probe.as_deref().unwrap_or("?")),
+        }
+    }
+
+    fn kind(&self) -> &str {
+        self.kind.as_deref().unwrap_or(match self.base().0 {
+            "position" | "displacement" => "displacement",
+            "rotation_vector" | "rotation_total" => "rotation",
+            "reaction_force" => "force",
+            "reaction_moment" => "moment",
+            other => other,
+        })
+    }
+
+    fn computed(&self, result: &Value) -> Option<Vec<f64>> {
+        if let Some(probe) = &self.probe {
+            return numbers(&result["probes"][probe.as_str()]);
+        }
+        let (base, component) = self.base();
+        let values = numbers(&result["nodes"][self.node.as_deref()?][base])?;
+        component.map_or(Some(values.clone()), |i| Some(vec![*values.get(i)?]))
+    }
+
+    fn estimate(&self, result: &Value) -> Option<f64> {
+        if let Some(probe) = &self.probe {
+            return result["probe_errors"][probe.as_str()].as_f64();
+        }
+        let key = match self.base().0 {
+            "position" => "displacement",
+            "rotation_vector" | "rotation_total" => "rotation",
+            other => other,
+        };
+        result["nodes"][self.node.as_deref()?]["errors"][key].as_f64()
+    }
+}
+
+/// What an error of each kind is relative to: the largest reference of its kind in one result.
+///
+/// Where a result has next to nothing of a kind (no moment in a hinge), 1e-3 of the largest in the run counts, or of
+/// what the other kind of the pair makes over the size of the network: a force times a length is a moment.
+#[derive(Clone, Debug, Default)]
+struct Scales {
+    largest: BTreeMap<String, f64>,
+}
+
+impl Scales {
+    fn of_run(case: &Case, run: &Run, results: &[Value]) -> Self {
+        let mut scales = Self::default();
+        for step in &run.steps {
+            if let Some(result) = results.iter().find(|result| result["name"] == step.name.as_str()) {
+                for (kind, value) in case.step_scales(run, step, result).largest {
+                    scales.raise(&kind, value);
+                }
+            }
+        }
+        let size = results.first().map_or(1.0, network_size);
+        let [displacement, force, moment] = ["displacement", "force", "moment"].map(|kind| scales.of(kind));
+        scales.raise("rotation", displacement / size);
+        scales.raise("force", moment / size);
+        scales.raise("moment", force * size);
+        scales
+    }
+
+    fn raise(&mut self, kind: &str, value: f64) {
+        let largest = self.largest.entry(kind.to_owned()).or_default();
+        *largest = largest.max(value);
+    }
+
+    fn of(&self, kind: &str) -> f64 {
+        self.largest.get(kind).copied().unwrap_or(0.0)
+    }
+
+    fn at_least(mut self, run: &Self) -> Self {
+        for (kind, value) in &run.largest {
+            self.raise(kind, SMALL * value);
+        }
+        self
+    }
+}
+
+/// Largest distance in one coordinate between unloaded nodes.
+fn network_size(result: &Value) -> f64 {
+    let mut bounds = [(f64::INFINITY, f64::NEG_INFINITY); 3];
+    for node in result["nodes"].as_object().into_iter().flatten().map(|(_, node)| node) {
+        if let Some((position, displacement)) = numbers(&node["position"]).zip(numbers(&node["displacement"])) {
+            for (i, (low, high)) in bounds.iter_mut().enumerate() {
+                let unloaded = position[i] - displacement[i];
+                (*low, *high) = (low.min(unloaded), high.max(unloaded));
+            }
+        }
+    }
+    largest(bounds.into_iter().map(|(low, high)| high - low))
+}
+
+fn validation() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation")
+}
+
+/// Largest absolute value; not a number if one of them is none.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |largest: f64, value| {
+        if value.is_nan() {
+            value
+        } else if largest.is_nan() {
+            largest
+        } else {
+            largest.max(value.abs())
+        }
+    })
+}
+
+/// A number, a number written as a string (with more digits than a double has), or a list of them.
+fn numbers(value: &Value) -> Option<Vec<f64>> {
+    match value {
+        Value::Number(number) => Some(vec![number.as_f64()?]),
+        Value::String(text) => Some(vec![text.parse().ok()?]),
+        Value::Array(values) => values.iter().map(Value::as_f64).collect(),
+        _ => None,
+    }
+}
+
+fn leaves(value: &Value, place: String, places: &mut Vec<String>) {
+    match value {
+        Value::Object(entries) => {
+            for (key, value) in entries {
+                leaves(value, format!("{place}/{key}"), places);
+            }
+        }
+        value => places.extend(numbers(value).map(|_| place)),
+    }
+}
