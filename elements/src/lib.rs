@@ -1,3 +1,19 @@
 //! Mechanics of one element; knows no equations and no files.
+//!
+//! # Notation
+//! Γ = Rᵀ r′ − e₁ stretch and shear, κ = axial(Rᵀ R′) twist and curvature, N and M their forces and moments, all in
+//! material axes; S, and every stiffness, load and mass per length, belong to the unloaded rod. Axis 1 is the tangent,
+//! positive κ₃ turns axis 1 towards axis 2. Units are consistent and never converted.
+//!
+//! # Elements
+//! [`space::Space`] and [`plane::Plane`], geometrically exact beams of order 1 to 5; [`spring`]s.
 
+pub mod beam;
+pub mod check;
+pub mod interpolation;
+pub mod plane;
+pub mod real;
+pub mod rotation;
 pub mod section;
+pub mod small;
+pub mod space;

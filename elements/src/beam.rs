@@ -1,0 +1,154 @@
+//! What the chain of elements asks of a beam, in the plane and in space.
+//!
+//! An element of order P has nodes 0…P at equal distances of unloaded arclength. It works in the *local frame*, the
+//! material axes of its first node: unknowns of nodes 1…P are the displacement U against the unloaded shape and the
+//! rotation c against the first node, interpolated by Lagrange polynomials. Interior nodes live in the local frame for
+//! good, so that only the two end nodes are ever seen from outside. With D components a node (3 in the plane, 6 in
+//! space) a section has D strains and D stresses: Γ₁ Γ₂ κ₃ in the plane, Γ₁ Γ₂ Γ₃ κ₁ κ₂ κ₃ in space.
+//!
+//! **Mixed integration points.** Residual and solution are those of the displacement method; the geometric part of the
+//! tangent uses section stresses extrapolated linearly from the last iterate (Magisano, Leonetti, Garcea, Comput.
+//! Methods Appl. Mech. Engrg. 313, 2017). Where a stiffness is infinite the same number is the Lagrange multiplier of
+//! the constraint, and the strain tends to zero for whatever auxiliary stiffness stands in its place.
+
+use std::fmt::Debug;
+
+use crate::interpolation::Table;
+use crate::real::Real;
+use crate::small::{M3, V3};
+
+/// Geometry of one element, unloaded.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Piece<T> {
+    /// Unloaded arclength.
+    pub length: T,
+    /// Material axes at the start, in global axes: row i is axis i.
+    pub axes: M3<T>,
+    /// Position of the last node against the first, in these axes.
+    pub chord: V3<T>,
+    /// Integral of the position along the unloaded curve less that of its interpolation, in these axes; zero for a
+    /// straight element. Weight acts there.
+    pub bulge: V3<T>,
+}
+
+/// Stiffness and rest strain of a section; a held component has its stress as an unknown.
+#[derive(Clone, Copy, Debug)]
+pub struct Moduli<T, const D: usize> {
+    /// Stiffness; for a held component the auxiliary stiffness of its multiplier.
+    pub stiffness: [T; D],
+    /// Induced strain.
+    pub rest: [T; D],
+    /// One where the strain is held at its rest value (infinite stiffness), else zero.
+    pub held: [T; D],
+}
+
+impl<T: Real, const D: usize> Default for Moduli<T, D> {
+    fn default() -> Self {
+        Self { stiffness: [T::one(); D], rest: [T::zero(); D], held: [T::zero(); D] }
+    }
+}
+
+/// What one element is evaluated at.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a, T, const D: usize, const P: usize> {
+    pub table: &'a Table<P>,
+    pub piece: &'a Piece<T>,
+    /// Material axes at the Gauss points of an initially curved element, in those of its start: the columns.
+    pub curved: Option<&'a [M3<T>; P]>,
+    pub moduli: &'a Moduli<T, D>,
+    /// Local unknowns of nodes 1…P.
+    pub local: &'a [[T; D]; P],
+    /// Mixed stresses at the Gauss points, in material axes.
+    pub stress: &'a [[T; D]; P],
+}
+
+/// Gradient and tangent of the strain energy with respect to the local unknowns of nodes 1…P.
+#[derive(Clone, Copy, Debug)]
+pub struct Local<T, const D: usize, const P: usize> {
+    /// Blocks `[i][j]` with j ≥ i.
+    pub tangent: [[[[T; D]; D]; P]; P],
+    pub gradient: [[T; D]; P],
+    /// Gradient at the last node computed with the mixed stresses: what turns with the frame in the tangent.
+    pub mixed_end: [T; D],
+    pub energy: T,
+}
+
+impl<T: Real, const D: usize, const P: usize> Local<T, D, P> {
+    pub fn zero() -> Self {
+        let o = T::zero();
+        Self { tangent: [[[[o; D]; D]; P]; P], gradient: [[o; D]; P], mixed_end: [o; D], energy: o }
+    }
+}
+
+/// Tangent and gradient of what is left after elimination: the last node's unknowns e, and the turn of the frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Condensed<T, const D: usize> {
+    pub tangent: [[T; D]; D],
+    pub gradient: [T; D],
+    pub mixed_end: [T; D],
+    /// Coupling to the turn of the first node, where loads along the element make one (in the plane column 0 alone).
+    pub turn: Option<Turn<T, D>>,
+}
+
+/// Part of the tangent and gradient that belongs to the turn φ₀ of the local frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn<T, const D: usize> {
+    pub coupling: [[T; 3]; D],
+    pub tangent: M3<T>,
+    pub gradient: V3<T>,
+}
+
+/// Tangent and gradient of two end nodes in global axes and spatial spins.
+#[derive(Clone, Copy, Debug)]
+pub struct Ends<T, const D: usize> {
+    pub k00: [[T; D]; D],
+    pub k01: [[T; D]; D],
+    pub k11: [[T; D]; D],
+    pub r0: [T; D],
+    pub r1: [T; D],
+}
+
+/// A geometrically exact beam with D components a node.
+pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
+    /// Displacement and rotation of a node against the unloaded state.
+    type Pose: Copy + Debug + Default + Send + Sync + 'static;
+    /// The local frame, and the last node seen from it.
+    type Frame: Copy + Debug + Send + Sync;
+
+    fn frame(piece: &Piece<T>, first: &Self::Pose, last: &Self::Pose) -> Self::Frame;
+
+    /// Local unknowns of the last node.
+    fn last_local(frame: &Self::Frame) -> [T; D];
+
+    /// Global force turned into the local frame.
+    fn pull_back(frame: &Self::Frame, force: V3<T>) -> V3<T>;
+
+    /// Energy and gradient, and the tangent where `TANGENT`.
+    fn local<const P: usize, const TANGENT: bool>(at: &At<T, D, P>, out: &mut Local<T, D, P>);
+
+    /// Adds the linear change of the stresses for a change of the local unknowns; held components keep their sum.
+    fn extrapolate<const P: usize>(at: &At<T, D, P>, change: &[[T; D]; P]) -> [[T; D]; P];
+
+    /// Strains at the Gauss points, in material axes, the induced part included.
+    fn strains<const P: usize>(at: &At<T, D, P>) -> [[T; D]; P];
+
+    /// From local unknowns of the last node to both end nodes in global axes; both tangents and gradients exact.
+    fn expand(frame: &Self::Frame, condensed: &Condensed<T, D>) -> Ends<T, D>;
+
+    /// The gradient part of [`Beam::expand`].
+    fn expand_gradient(frame: &Self::Frame, gradient: &[T; D], turn: V3<T>) -> [[T; D]; 2];
+
+    /// Linear change of the last node's local unknowns, and the turn of the frame, for changes of the end nodes.
+    fn restrict(frame: &Self::Frame, first: &[T; D], last: &[T; D]) -> ([T; D], V3<T>);
+
+    /// Moves a node: displacement added, rotation by the exponential.
+    fn advance(pose: &mut Self::Pose, change: &[T; D]);
+
+    /// Adds the weight of a load along the element to the local problem: position of node times `weight`.
+    ///
+    /// Gives the derivative of (U · load) for one node, and the moment of its position about the frame's origin.
+    fn lever(position: V3<T>, load: V3<T>) -> V3<T>;
+
+    /// Columns by which a force on a node couples to the turn of the frame: `[d][k]` for component d and spin k.
+    fn load_coupling(load: V3<T>) -> [[T; 3]; D];
+}

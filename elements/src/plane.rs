@@ -1,0 +1,401 @@
+//! The geometrically exact beam in the plane (Reissner), with angles, and its tangent out of the plane.
+//!
+//! With v = X′ and the angle ϑ against the first node, R = rotation by ϑ, the strains, in axes turned back by the
+//! initial curvature, are Γ − Γ₀ = U′ + (Rᵀ − I) v and κ − κ₀ = ϑ′. E. Reissner, J. Appl. Math. Phys. 23 (1972).
+//! Material axis 2 is normal to the rod in the plane, axis 3 is z.
+
+use crate::beam::{At, Beam, Condensed, Ends, Local, Moduli, Piece};
+use crate::real::Real;
+use crate::small::{M3, V3, add, axpy, scale, sub};
+use crate::space;
+
+/// The plane beam: components ux, uy and the angle.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane;
+
+/// Displacement ux, uy and angle (radians, whole turns kept) of a node.
+pub type Pose<T> = [T; 3];
+
+/// The local frame, and the last node seen from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<T> {
+    /// Axis 1 in global axes.
+    pub axis: [T; 2],
+    pub position: [T; 2],
+    /// Displacement and angle of the last node against the unloaded shape carried along by the frame.
+    pub local: [T; 3],
+}
+
+/// Sine, and cosine less one, of an angle.
+#[inline(always)]
+fn sine_and_versine<T: Real>(angle: T) -> (T, T) {
+    let (s, c) = (T::splat(0.5) * angle).sin_cos();
+    let two = T::splat(2.0);
+    (two * s * c, -two * s * s)
+}
+
+/// a turned by the angle with this sine and cosine.
+#[inline(always)]
+fn turned<T: Real>(axis: [T; 2], a: [T; 2]) -> [T; 2] {
+    [axis[0] * a[0] - axis[1] * a[1], axis[1] * a[0] + axis[0] * a[1]]
+}
+
+/// a turned back.
+#[inline(always)]
+fn turned_back<T: Real>(axis: [T; 2], a: [T; 2]) -> [T; 2] {
+    [axis[0] * a[0] + axis[1] * a[1], axis[0] * a[1] - axis[1] * a[0]]
+}
+
+/// Strains and their derivatives at a Gauss point; Γ in axes turned back by the initial curvature.
+struct Kinematics<T> {
+    gamma: [T; 2],
+    kappa: T,
+    /// Sine and cosine of ϑ.
+    sin: T,
+    cos: T,
+    /// ∂Γ/∂ϑ.
+    slope: [T; 2],
+}
+
+#[inline(always)]
+fn kinematics<T: Real>(u: [T; 2], tangent: [T; 2], angle: T, kappa: T) -> Kinematics<T> {
+    let (sin, versine) = sine_and_versine(angle);
+    let cos = T::one() + versine;
+    let v = add(u, tangent);
+    let gamma = [u[0] + versine * v[0] + sin * v[1], u[1] - sin * v[0] + versine * v[1]];
+    let full = add(gamma, tangent);
+    Kinematics { gamma, kappa, sin, cos, slope: [full[1], -full[0]] }
+}
+
+#[inline(always)]
+fn interpolate<T: Real, const P: usize>(at: &At<T, 3, P>, g: usize, field: &[[T; 3]; P]) -> ([T; 2], T, T) {
+    let inverse = T::one() / at.piece.length;
+    let mut u = [T::zero(); 2];
+    let (mut angle, mut kappa) = (T::zero(), T::zero());
+    for (i, node) in field.iter().enumerate() {
+        let slope = T::splat(at.table.slopes[g][i]) * inverse;
+        axpy(&mut u, slope, [node[0], node[1]]);
+        angle += T::splat(at.table.values[g][i]) * node[2];
+        kappa += slope * node[2];
+    }
+    (u, angle, kappa)
+}
+
+/// Cosine and sine of the unloaded tangent against the start.
+#[inline(always)]
+fn unloaded_tangent<T: Real>(curved: Option<&M3<T>>) -> [T; 2] {
+    match curved {
+        None => [T::one(), T::zero()],
+        Some(axes) => [axes[0][0], axes[1][0]],
+    }
+}
+
+impl<T: Real> Beam<T, 3> for Plane {
+    type Pose = Pose<T>;
+    type Frame = Frame<T>;
+
+    #[inline(always)]
+    fn frame(piece: &Piece<T>, first: &Pose<T>, last: &Pose<T>) -> Frame<T> {
+        let start = [piece.axes[0][0], piece.axes[0][1]];
+        let (sin, versine) = sine_and_versine(first[2]);
+        let axis = turned([T::one() + versine, sin], start);
+        let chord = [piece.chord[0], piece.chord[1]];
+        let global = turned(start, chord);
+        // Rᵀ Δu + (Rᵀ − I) chord, in the unloaded axes of the element.
+        let relative = [last[0] - first[0], last[1] - first[1]];
+        let back =
+            add(relative, [versine * relative[0] + sin * relative[1], versine * relative[1] - sin * relative[0]]);
+        let swing = [versine * global[0] + sin * global[1], versine * global[1] - sin * global[0]];
+        let displacement = turned_back(start, add(back, swing));
+        Frame {
+            axis,
+            position: add(chord, displacement),
+            local: [displacement[0], displacement[1], last[2] - first[2]],
+        }
+    }
+
+    #[inline(always)]
+    fn last_local(frame: &Frame<T>) -> [T; 3] {
+        frame.local
+    }
+
+    #[inline(always)]
+    fn pull_back(frame: &Frame<T>, force: V3<T>) -> V3<T> {
+        let [x, y] = turned_back(frame.axis, [force[0], force[1]]);
+        [x, y, T::zero()]
+    }
+
+    #[inline(always)]
+    fn local<const P: usize, const TANGENT: bool>(at: &At<T, 3, P>, out: &mut Local<T, 3, P>) {
+        *out = Local::zero();
+        let inverse = T::one() / at.piece.length;
+        for g in 0..P {
+            let weight = T::splat(at.table.weights[g]) * at.piece.length;
+            let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
+            let (u, angle, kappa) = interpolate(at, g, at.local);
+            let k = kinematics(u, axis, angle, kappa);
+            let gamma = turned_back(axis, k.gamma);
+
+            let elastic = sub([gamma[0], gamma[1], k.kappa], at.moduli.rest);
+            let mut stress = [T::zero(); 3];
+            let mut stiffness = [T::zero(); 3];
+            for i in 0..3 {
+                stiffness[i] = weight * at.moduli.stiffness[i];
+                let spring = stiffness[i] * elastic[i];
+                stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
+                out.energy += T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring * elastic[i];
+            }
+            let n = turned(axis, [stress[0], stress[1]]);
+            let r_v = turned([k.cos, k.sin], n);
+            let r_angle = n[0] * k.slope[0] + n[1] * k.slope[1];
+            for i in 0..P {
+                let value = T::splat(at.table.values[g][i]);
+                let slope = T::splat(at.table.slopes[g][i]) * inverse;
+                let node = [slope * r_v[0], slope * r_v[1], value * r_angle + slope * stress[2]];
+                axpy(&mut out.gradient[i], T::one(), node);
+            }
+            if !TANGENT {
+                continue;
+            }
+
+            let mixed = scale(weight, at.stress[g]);
+            let n = turned(axis, [mixed[0], mixed[1]]);
+            let m_v = turned([k.cos, k.sin], n);
+            let m_angle = n[0] * k.slope[0] + n[1] * k.slope[1];
+            let value = T::splat(at.table.values[g][P - 1]);
+            let slope = T::splat(at.table.slopes[g][P - 1]) * inverse;
+            let end = [slope * m_v[0], slope * m_v[1], value * m_angle + slope * mixed[2]];
+            axpy(&mut out.mixed_end, T::one(), end);
+
+            // Stiffness of Γ in axes turned back by the initial curvature (b), then in the local frame (C).
+            let [c1, c2, c3] = stiffness;
+            let b11 = axis[0] * axis[0] * c1 + axis[1] * axis[1] * c2;
+            let b22 = axis[1] * axis[1] * c1 + axis[0] * axis[0] * c2;
+            let b12 = axis[0] * axis[1] * (c1 - c2);
+            let columns = [[b11, b12], [b12, b22]];
+            // rows of R b, then R b Rᵀ.
+            let rb = [turned([k.cos, k.sin], columns[0]), turned([k.cos, k.sin], columns[1])];
+            let vv = [
+                [k.cos * rb[0][0] - k.sin * rb[1][0], k.sin * rb[0][0] + k.cos * rb[1][0]],
+                [k.cos * rb[0][1] - k.sin * rb[1][1], k.sin * rb[0][1] + k.cos * rb[1][1]],
+            ];
+            let cs = [b11 * k.slope[0] + b12 * k.slope[1], b12 * k.slope[0] + b22 * k.slope[1]];
+            let material = turned([k.cos, k.sin], cs);
+            // ∂/∂ϑ of R n is −(axis z × …): R turned by a right angle.
+            let va = [material[0] - m_v[1], material[1] + m_v[0]];
+            let full = [-k.slope[1], k.slope[0]];
+            let aa = k.slope[0] * cs[0] + k.slope[1] * cs[1] - (n[0] * full[0] + n[1] * full[1]);
+            for i in 0..P {
+                let ni = T::splat(at.table.values[g][i]);
+                let si = T::splat(at.table.slopes[g][i]) * inverse;
+                for j in i..P {
+                    let nj = T::splat(at.table.values[g][j]);
+                    let sj = T::splat(at.table.slopes[g][j]) * inverse;
+                    let target = &mut out.tangent[i][j];
+                    for a in 0..2 {
+                        for b in 0..2 {
+                            target[a][b] += si * sj * vv[a][b];
+                        }
+                        target[a][2] += si * nj * va[a];
+                        target[2][a] += ni * sj * va[a];
+                    }
+                    target[2][2] += ni * nj * aa + si * sj * c3;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn extrapolate<const P: usize>(at: &At<T, 3, P>, change: &[[T; 3]; P]) -> [[T; 3]; P] {
+        std::array::from_fn(|g| {
+            let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
+            let (u, angle, kappa) = interpolate(at, g, at.local);
+            let k = kinematics(u, axis, angle, kappa);
+            let (du, da, dk) = interpolate(at, g, change);
+            let turned_change = turned_back([k.cos, k.sin], du);
+            let gamma = add(k.gamma, add(turned_change, scale(da, k.slope)));
+            let gamma = turned_back(axis, gamma);
+            let elastic = sub([gamma[0], gamma[1], k.kappa + dk], at.moduli.rest);
+            std::array::from_fn(|i| at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * at.stress[g][i])
+        })
+    }
+
+    #[inline(always)]
+    fn strains<const P: usize>(at: &At<T, 3, P>) -> [[T; 3]; P] {
+        std::array::from_fn(|g| {
+            let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
+            let (u, angle, kappa) = interpolate(at, g, at.local);
+            let k = kinematics(u, axis, angle, kappa);
+            let gamma = turned_back(axis, k.gamma);
+            [gamma[0], gamma[1], k.kappa]
+        })
+    }
+
+    #[inline(always)]
+    fn expand(frame: &Frame<T>, condensed: &Condensed<T, 3>) -> Ends<T, 3> {
+        let k = &condensed.tangent;
+        let f = condensed.mixed_end;
+        let x = frame.position;
+        // δX = u + φ₀ (X₂, −X₁)
+        let lever = [x[1], -x[0]];
+        let kl = [k[0][0] * lever[0] + k[0][1] * lever[1], k[1][0] * lever[0] + k[1][1] * lever[1]];
+        // The frame turns the relative displacement too: −φ₀ z × u against f.
+        let mut uf = [kl[0] - f[1], kl[1] + f[0]];
+        let mut ff = lever[0] * kl[0] + lever[1] * kl[1] - (f[0] * x[0] + f[1] * x[1]);
+        let mut fw = lever[0] * k[0][2] + lever[1] * k[1][2];
+        if let Some(turn) = &condensed.turn {
+            let c = [turn.coupling[0][0], turn.coupling[1][0]];
+            uf = add(uf, c);
+            ff += turn.tangent[0][0] + T::splat(2.0) * (lever[0] * c[0] + lever[1] * c[1]);
+            fw += turn.coupling[2][0];
+        }
+        let ww = k[2][2];
+        let uw = turned(frame.axis, [k[0][2], k[1][2]]);
+        let uf = turned(frame.axis, uf);
+        let u_first = sub(uf, uw);
+        let c0 = turned(frame.axis, [k[0][0], k[1][0]]);
+        let c1 = turned(frame.axis, [k[0][1], k[1][1]]);
+        let a = frame.axis;
+        let xx = a[0] * c0[0] - a[1] * c1[0];
+        let xy = a[1] * c0[0] + a[0] * c1[0];
+        let yy = a[1] * c0[1] + a[0] * c1[1];
+        let first = ff + ww - T::splat(2.0) * fw;
+        let mixed = fw - ww;
+
+        let turn = condensed.turn.map_or([T::zero(); 3], |turn| turn.gradient);
+        let [r0, r1] = <Self as Beam<T, 3>>::expand_gradient(frame, &condensed.gradient, turn);
+        Ends {
+            k00: [[xx, xy, -u_first[0]], [xy, yy, -u_first[1]], [-u_first[0], -u_first[1], first]],
+            k01: [[-xx, -xy, -uw[0]], [-xy, -yy, -uw[1]], [u_first[0], u_first[1], mixed]],
+            k11: [[xx, xy, uw[0]], [xy, yy, uw[1]], [uw[0], uw[1], ww]],
+            r0,
+            r1,
+        }
+    }
+
+    #[inline(always)]
+    fn expand_gradient(frame: &Frame<T>, gradient: &[T; 3], turn: V3<T>) -> [[T; 3]; 2] {
+        let x = frame.position;
+        let force = turned(frame.axis, [gradient[0], gradient[1]]);
+        let first = turn[0] + x[1] * gradient[0] - x[0] * gradient[1] - gradient[2];
+        [[-force[0], -force[1], first], [force[0], force[1], gradient[2]]]
+    }
+
+    #[inline(always)]
+    fn restrict(frame: &Frame<T>, first: &[T; 3], last: &[T; 3]) -> ([T; 3], V3<T>) {
+        let u = turned_back(frame.axis, [last[0] - first[0], last[1] - first[1]]);
+        let x = frame.position;
+        let local = [u[0] + first[2] * x[1], u[1] - first[2] * x[0], last[2] - first[2]];
+        (local, [first[2], T::zero(), T::zero()])
+    }
+
+    #[inline(always)]
+    fn advance(pose: &mut Pose<T>, change: &[T; 3]) {
+        *pose = add(*pose, *change);
+    }
+
+    #[inline(always)]
+    fn lever(position: V3<T>, load: V3<T>) -> V3<T> {
+        [position[0] * load[1] - position[1] * load[0], T::zero(), T::zero()]
+    }
+
+    #[inline(always)]
+    fn load_coupling(load: V3<T>) -> [[T; 3]; 3] {
+        // The potential −load · R(φ) U has the mixed part −φ (U₁ load₂ − U₂ load₁).
+        let o = T::zero();
+        [[-load[1], o, o], [load[0], o, o], [o, o, o]]
+    }
+}
+
+/// Tangent out of the plane of a plane element: local unknowns U₃, c₁, c₂ of nodes 1…P.
+///
+/// `at` is the plane state, `stiffness` the six spatial stiffnesses. In-plane and out-of-plane parts of the spatial
+/// Hessian do not couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
+pub fn lateral<const P: usize>(at: &At<f64, 3, P>, stiffness: &[f64; 6], out: &mut Local<f64, 3, P>) {
+    *out = Local::zero();
+    let inverse = 1.0 / at.piece.length;
+    for g in 0..P {
+        let weight = at.table.weights[g] * at.piece.length;
+        let curved = at.curved.map(|axes| &axes[g]);
+        let tangent = unloaded_tangent(curved);
+        let (u, angle, kappa) = interpolate(at, g, at.local);
+        let c = (0.5 * angle).tan();
+        let v = [u[0] + tangent[0], u[1] + tangent[1], 0.0];
+        let gibbs = [0.0, 0.0, c];
+        let slope = [0.0, 0.0, 0.5 * (1.0 + c * c) * kappa];
+        let k = space::kinematics([u[0], u[1], 0.0], [tangent[0], tangent[1], 0.0], gibbs, slope, curved);
+        let stress = scale(weight, at.stress[g]);
+        let n = turned(tangent, [stress[0], stress[1]]);
+        let n = [n[0], n[1], 0.0];
+        let m = [0.0, 0.0, stress[2]];
+        let t = space::point_tangent(&k, &scale(weight, *stiffness), n, m, v, gibbs, slope);
+        for i in 0..P {
+            let (ni, si) = (at.table.values[g][i], at.table.slopes[g][i] * inverse);
+            for j in i..P {
+                let (nj, sj) = (at.table.values[g][j], at.table.slopes[g][j] * inverse);
+                let target = &mut out.tangent[i][j];
+                target[0][0] += si * sj * t.vv[2][2];
+                for a in 0..2 {
+                    target[0][1 + a] += si * nj * t.vc[2][a];
+                    target[1 + a][0] += ni * sj * t.vc[2][a];
+                    for b in 0..2 {
+                        target[1 + a][1 + b] +=
+                            ni * nj * t.cc[a][b] + ni * sj * t.cd[a][b] + si * nj * t.cd[b][a] + si * sj * t.dd[a][b];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// From the lateral tangent in local unknowns to both end nodes: components uz, φx, φy in global axes.
+///
+/// `mixed_end` is the in-plane gradient at the last node with the mixed stresses, which turns with the frame.
+pub fn expand_lateral(
+    frame: &Frame<f64>,
+    tangent: &[[f64; 3]; 3],
+    mixed_end: [f64; 3],
+    turn: Option<&M3<f64>>,
+    coupling: Option<&[[f64; 3]; 3]>,
+) -> Ends<f64, 3> {
+    let gibbs = (0.5 * frame.local[2]).tan();
+    let mut full = [[0.0; 6]; 6];
+    const ROWS: [usize; 3] = [2, 3, 4];
+    for (i, &a) in ROWS.iter().enumerate() {
+        for (j, &b) in ROWS.iter().enumerate() {
+            full[a][b] = tangent[i][j];
+        }
+    }
+    // The angle is twice the arc tangent of the Gibbs component.
+    let couple = 2.0 * mixed_end[2] / (1.0 + gibbs * gibbs);
+    let axis = frame.axis;
+    let spatial = space::Frame {
+        axes: [[axis[0], -axis[1], 0.0], [axis[1], axis[0], 0.0], [0.0, 0.0, 1.0]],
+        position: [frame.position[0], frame.position[1], 0.0],
+        displacement: [frame.local[0], frame.local[1], 0.0],
+        gibbs: [0.0, 0.0, gibbs],
+    };
+    let condensed = Condensed {
+        tangent: full,
+        gradient: [0.0; 6],
+        mixed_end: [mixed_end[0], mixed_end[1], 0.0, 0.0, 0.0, couple],
+        turn: turn.map(|tangent| {
+            let mut rows = [[0.0; 3]; 6];
+            if let Some(coupling) = coupling {
+                for (i, &a) in ROWS.iter().enumerate() {
+                    rows[a] = coupling[i];
+                }
+            }
+            crate::beam::Turn { coupling: rows, tangent: *tangent, gradient: [0.0; 3] }
+        }),
+    };
+    let ends = <space::Space as Beam<f64, 6>>::expand(&spatial, &condensed);
+    let pick = |k: &[[f64; 6]; 6]| std::array::from_fn(|i| std::array::from_fn(|j| k[ROWS[i]][ROWS[j]]));
+    Ends { k00: pick(&ends.k00), k01: pick(&ends.k01), k11: pick(&ends.k11), r0: [0.0; 3], r1: [0.0; 3] }
+}
+
+/// Plane moduli out of spatial ones whose axis 3 is z: Γ₁, Γ₂, κ₃.
+pub fn plane_moduli(spatial: &Moduli<f64, 6>) -> Moduli<f64, 3> {
+    let pick = |a: &[f64; 6]| [a[0], a[1], a[5]];
+    Moduli { stiffness: pick(&spatial.stiffness), rest: pick(&spatial.rest), held: pick(&spatial.held) }
+}

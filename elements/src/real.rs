@@ -1,0 +1,84 @@
+//! The scalar that kernels compute with: one number, or one number of several members side by side.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// A real number, or a short vector of them on which every operation acts lane by lane.
+///
+/// Kernels are written once against this trait. They never branch on a value, so that all lanes go the same way.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// How many members lie side by side.
+    const LANES: usize;
+
+    /// The same number in every lane.
+    fn splat(value: f64) -> Self;
+    fn lane(self, index: usize) -> f64;
+    fn set_lane(&mut self, index: usize, value: f64);
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    /// The larger of the two.
+    fn max(self, other: Self) -> Self;
+    /// One where the number is negative, else zero.
+    fn is_negative(self) -> Self;
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self);
+
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+}
+
+impl Real for f64 {
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, _: usize, value: f64) {
+        *self = value;
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        f64::max(self, other)
+    }
+    #[inline(always)]
+    fn is_negative(self) -> Self {
+        if self < 0.0 { 1.0 } else { 0.0 }
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+}

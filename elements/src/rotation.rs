@@ -1,0 +1,145 @@
+//! Rotations: unit quaternions, rotation vectors, and the maps between them.
+//!
+//! A quaternion is stored as `[w, x, y, z]`. Spins φ are spatial: the new rotation is exp(φ) R.
+
+use crate::real::Real;
+use crate::small::{M3, V3, add, cross, diagonal, dot, madd, mscale, mul, norm, outer, scale, skew};
+
+/// A unit quaternion `[w, x, y, z]`.
+pub type Quaternion<T> = [T; 4];
+
+pub const IDENTITY: Quaternion<f64> = [1.0, 0.0, 0.0, 0.0];
+
+/// Product of two rotations, `b` first.
+#[inline(always)]
+pub fn compose<T: Real>(a: Quaternion<T>, b: Quaternion<T>) -> Quaternion<T> {
+    let (av, bv) = ([a[1], a[2], a[3]], [b[1], b[2], b[3]]);
+    let v = add(add(scale(a[0], bv), scale(b[0], av)), cross(av, bv));
+    [a[0] * b[0] - dot(av, bv), v[0], v[1], v[2]]
+}
+
+#[inline(always)]
+pub fn inverse<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
+    [q[0], -q[1], -q[2], -q[3]]
+}
+
+/// R y − y, without the cancellation of forming R y first.
+#[inline(always)]
+pub fn turn_less_identity<T: Real>(q: Quaternion<T>, y: V3<T>) -> V3<T> {
+    let b = [q[1], q[2], q[3]];
+    let by = cross(b, y);
+    scale(T::splat(2.0), add(scale(q[0], by), cross(b, by)))
+}
+
+/// R y
+#[inline(always)]
+pub fn turn<T: Real>(q: Quaternion<T>, y: V3<T>) -> V3<T> {
+    add(y, turn_less_identity(q, y))
+}
+
+/// The rotation matrix, by rows.
+#[inline(always)]
+pub fn matrix<T: Real>(q: Quaternion<T>) -> M3<T> {
+    let [w, x, y, z] = q;
+    let two = T::splat(2.0);
+    let one = T::one();
+    [
+        [one - two * (y * y + z * z), two * (x * y - w * z), two * (x * z + w * y)],
+        [two * (x * y + w * z), one - two * (x * x + z * z), two * (y * z - w * x)],
+        [two * (x * z - w * y), two * (y * z + w * x), one - two * (x * x + y * y)],
+    ]
+}
+
+/// Gibbs vector tan(θ/2) n of the rotation that leads from `a` to `b`, in axes that turn with `a`.
+#[inline(always)]
+pub fn relative_gibbs<T: Real>(a: Quaternion<T>, b: Quaternion<T>) -> V3<T> {
+    let r = compose(inverse(a), b);
+    let f = T::one() / r[0];
+    [r[1] * f, r[2] * f, r[3] * f]
+}
+
+/// Exponential of a spin, as a quaternion.
+#[inline(always)]
+pub fn exp<T: Real>(spin: V3<T>) -> Quaternion<T> {
+    // Half the spin is halved until it is small, then sine and cosine come from `sin_cos`; the quotient sin(x)/x keeps
+    // its digits near zero because the square under the root is shifted by less than rounding.
+    let half = scale(T::splat(0.5), spin);
+    let length = (dot(half, half) + T::splat(1e-60)).sqrt();
+    let (sin, cos) = length.sin_cos();
+    let f = sin / length;
+    [cos, half[0] * f, half[1] * f, half[2] * f]
+}
+
+/// Rotation vector of norm at most π.
+pub fn log(q: Quaternion<f64>) -> V3<f64> {
+    let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
+    let v = [sign * q[1], sign * q[2], sign * q[3]];
+    let n = norm(v);
+    if n < 1e-150 {
+        return scale(2.0, v);
+    }
+    scale(2.0 * n.atan2(sign * q[0]) / n, v)
+}
+
+/// Scales the quaternion back to unit length.
+#[inline(always)]
+pub fn normalize<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
+    let n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    let f = T::one() / n.sqrt();
+    [q[0] * f, q[1] * f, q[2] * f, q[3] * f]
+}
+
+/// Tangent map of the exponential: the spin φ = T(θ) δθ by which exp(θ + δθ) = exp(φ) exp(θ).
+///
+/// T = I + (1 − cos θ)/θ² skew(θ) + (θ − sin θ)/θ³ skew(θ)². Below θ = 0.01 the series of the two factors is used, since
+/// their closed forms cancel.
+pub fn tangent_map(theta: V3<f64>) -> M3<f64> {
+    let square = dot(theta, theta);
+    let angle = square.sqrt();
+    let (a, b) = if angle < 1e-2 {
+        (0.5 - square / 24.0 + square * square / 720.0, 1.0 / 6.0 - square / 120.0 + square * square / 5040.0)
+    } else {
+        ((1.0 - angle.cos()) / square, (angle - angle.sin()) / (square * angle))
+    };
+    let s = skew(theta);
+    madd(diagonal(1.0), madd(mscale(a, s), mscale(b, mul(&s, &s))))
+}
+
+/// Half the sum of a bᵀ and b aᵀ, less (a·b) I: the second variation of a·(exp(φ) b) in the chart of spins.
+#[inline(always)]
+pub fn second_variation<T: Real>(a: V3<T>, b: V3<T>) -> M3<T> {
+    let half = T::splat(0.5);
+    madd(mscale(half, madd(outer(a, b), outer(b, a))), diagonal(-dot(a, b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::small::{apply, sub};
+
+    #[test]
+    fn logarithm_inverts_exponential_up_to_a_turn() {
+        for theta in [[0.3, -0.2, 0.9], [1e-9, 0.0, 2e-9], [0.0, 0.0, 0.0], [1.7, 2.0, -1.2]] {
+            assert!(norm(sub(log(exp(theta)), theta)) < 1e-14);
+        }
+    }
+
+    #[test]
+    fn tangent_map_is_the_derivative_of_the_exponential() {
+        for theta in [[0.4, -0.7, 1.1], [3e-3, 1e-3, -2e-3], [2.0, 2.5, 1.0]] {
+            let direction = [0.2, 0.5, -0.3];
+            let h = 1e-5;
+            let ahead = exp(add(theta, scale(h, direction)));
+            let behind = exp(add(theta, scale(-h, direction)));
+            let spin = scale(0.5 / h, log(compose(ahead, inverse(behind))));
+            assert!(norm(sub(spin, apply(&tangent_map(theta), &direction))) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn matrix_and_quaternion_turn_alike() {
+        let q = exp([0.4, 1.2, -2.0]);
+        let y = [0.3, -1.0, 0.7];
+        assert!(norm(sub(apply(&matrix(q), &y), turn(q, y))) < 1e-15);
+    }
+}

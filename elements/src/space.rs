@@ -1,0 +1,408 @@
+//! The geometrically exact beam in space (Simo–Reissner), rotations by Gibbs vectors relative to the first node.
+//!
+//! With the local position X(s), v = X′, the Gibbs vector c(s) = tan(θ/2) n against the first node, d = c′ and
+//! t = 2/(1 + c·c) the strains, in axes turned back by the initial curvature, are
+//! ```text
+//! Γ − Γ₀ = U′ + t (c × (c × v) − c × v)        κ − κ₀ = t (d − c × d)
+//! ```
+//! They need + − × ÷ alone. Rest strains vanish identically in the unloaded state, also for a curved rod, since c
+//! measures against the unloaded curve. Their second derivatives are sums of rank-one and skew matrices; the tangent is
+//! the Hessian in the chart exp(φ) R and symmetric. J. C. Simo, Comput. Methods Appl. Mech. Engrg. 49 (1985); the
+//! objectivity of relative rotations: M. A. Crisfield, G. Jelenić, Proc. R. Soc. A 455 (1999).
+
+use crate::beam::{At, Beam, Condensed, Ends, Local, Piece};
+use crate::real::Real;
+use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
+use crate::small::{
+    M3, V3, add, apply, axpy, cross, diagonal, dot, identity, madd, mscale, mul, outer, rotate, scale, skew, sub,
+    tapply, tmul, transpose,
+};
+
+/// The spatial beam.
+#[derive(Clone, Copy, Debug)]
+pub struct Space;
+
+/// Displacement and rotation of a node against the unloaded state.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose<T> {
+    pub displacement: V3<T>,
+    pub rotation: Quaternion<T>,
+}
+
+impl<T: Real> Default for Pose<T> {
+    fn default() -> Self {
+        let o = T::zero();
+        Self { displacement: [o; 3], rotation: [T::one(), o, o, o] }
+    }
+}
+
+/// The local frame, and the last node seen from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<T> {
+    /// Local axes in global axes: the columns.
+    pub axes: M3<T>,
+    /// Position of the last node.
+    pub position: V3<T>,
+    /// Displacement of the last node against the unloaded shape carried along by the frame.
+    pub displacement: V3<T>,
+    /// Gibbs vector of the last node.
+    pub gibbs: V3<T>,
+}
+
+/// Strain at a point and its first derivatives with respect to v, c and d, in material axes.
+#[derive(Clone, Copy, Debug)]
+pub struct Kinematics<T> {
+    pub gamma: V3<T>,
+    pub kappa: V3<T>,
+    gamma_v: M3<T>,
+    gamma_c: M3<T>,
+    kappa_c: M3<T>,
+    kappa_d: M3<T>,
+}
+
+/// Tangent of one Gauss point with respect to v, c and d; the v–d block is zero.
+#[derive(Clone, Copy, Debug)]
+pub struct PointTangent<T> {
+    pub vv: M3<T>,
+    pub vc: M3<T>,
+    pub cc: M3<T>,
+    pub cd: M3<T>,
+    pub dd: M3<T>,
+}
+
+/// Strains and their derivatives. `u` is U′ and `tangent` the unloaded tangent, so that v is their sum.
+#[inline(always)]
+pub fn kinematics<T: Real>(u: V3<T>, tangent: V3<T>, c: V3<T>, d: V3<T>, curved: Option<&M3<T>>) -> Kinematics<T> {
+    let v = add(tangent, u);
+    let t = T::splat(2.0) / (T::one() + dot(c, c));
+    let cv = cross(c, v);
+    let gamma = add(u, scale(t, sub(cross(c, cv), cv)));
+    let z = sub(d, cross(c, d));
+    let kappa = scale(t, z);
+    let kappa_d = mscale(t, madd(identity(), skew(scale(-T::one(), c))));
+    let gamma_v = madd(kappa_d, madd(mscale(t, outer(c, c)), diagonal(-T::one())));
+    let gamma_c = mul(&skew(add(gamma, tangent)), &kappa_d);
+    let kappa_c = madd(mscale(t, skew(d)), mscale(-t * t, outer(z, c)));
+    match curved {
+        None => Kinematics { gamma, kappa, gamma_v, gamma_c, kappa_c, kappa_d },
+        Some(axes) => Kinematics {
+            gamma: tapply(axes, &gamma),
+            kappa: tapply(axes, &kappa),
+            gamma_v: tmul(axes, &gamma_v),
+            gamma_c: tmul(axes, &gamma_c),
+            kappa_c: tmul(axes, &kappa_c),
+            kappa_d: tmul(axes, &kappa_d),
+        },
+    }
+}
+
+/// Tangent of a Gauss point: material part with stiffness `c6`, geometric part with the stresses n and m, which are
+/// given in axes turned back by the initial curvature.
+#[inline(always)]
+pub fn point_tangent<T: Real>(
+    k: &Kinematics<T>,
+    c6: &[T; 6],
+    n: V3<T>,
+    m: V3<T>,
+    v: V3<T>,
+    c: V3<T>,
+    d: V3<T>,
+) -> PointTangent<T> {
+    let rows = |a: &M3<T>, offset: usize| -> M3<T> { std::array::from_fn(|i| scale(c6[offset + i], a[i])) };
+    let (cgv, cgc) = (rows(&k.gamma_v, 0), rows(&k.gamma_c, 0));
+    let (ckc, ckd) = (rows(&k.kappa_c, 3), rows(&k.kappa_d, 3));
+
+    let t = T::splat(2.0) / (T::one() + dot(c, c));
+    let tt = t * t;
+    let (nc, cv) = (dot(n, c), dot(c, v));
+    // φ = n·w + m·z with w = v − c × v + c (c·v), z = d − c × d: the energy density is −n·v + t φ.
+    let w = add(sub(v, cross(c, v)), scale(cv, c));
+    let z = sub(d, cross(c, d));
+    let phi = dot(n, w) + dot(m, z);
+    let phi_v = add(sub(n, cross(n, c)), scale(nc, c));
+    let phi_d = sub(m, cross(m, c));
+    let phi_c = add(add(cross(n, v), cross(m, d)), add(scale(cv, n), scale(nc, v)));
+    let phi_vc = madd(madd(skew(scale(-T::one(), n)), outer(c, n)), diagonal(nc));
+    let cross_term = outer(c, phi_c);
+    let g_vc = madd(mscale(t, phi_vc), mscale(-tt, outer(phi_v, c)));
+    let g_dc = madd(mscale(-t, skew(m)), mscale(-tt, outer(phi_d, c)));
+    let g_cc = madd(
+        madd(mscale(t, madd(outer(n, v), outer(v, n))), mscale(-tt, madd(cross_term, transpose(&cross_term)))),
+        madd(mscale(T::splat(2.0) * tt * t * phi, outer(c, c)), diagonal(-tt * phi)),
+    );
+
+    PointTangent {
+        vv: tmul(&k.gamma_v, &cgv),
+        vc: madd(tmul(&k.gamma_v, &cgc), g_vc),
+        cc: madd(madd(tmul(&k.gamma_c, &cgc), tmul(&k.kappa_c, &ckc)), g_cc),
+        cd: madd(tmul(&k.kappa_c, &ckd), transpose(&g_dc)),
+        dd: tmul(&k.kappa_d, &ckd),
+    }
+}
+
+/// U′, c and c′ at a Gauss point, and the unloaded tangent there.
+#[inline(always)]
+fn interpolate<T: Real, const P: usize>(at: &At<T, 6, P>, g: usize, field: &[[T; 6]; P]) -> (V3<T>, V3<T>, V3<T>) {
+    let inverse = T::one() / at.piece.length;
+    let mut u = [T::zero(); 3];
+    let mut c = [T::zero(); 3];
+    let mut d = [T::zero(); 3];
+    for (i, node) in field.iter().enumerate() {
+        let value = T::splat(at.table.values[g][i]);
+        let slope = T::splat(at.table.slopes[g][i]) * inverse;
+        let [x, y, z, a, b, e] = *node;
+        axpy(&mut u, slope, [x, y, z]);
+        axpy(&mut c, value, [a, b, e]);
+        axpy(&mut d, slope, [a, b, e]);
+    }
+    (u, c, d)
+}
+
+#[inline(always)]
+fn unloaded_tangent<T: Real>(curved: Option<&M3<T>>) -> V3<T> {
+    match curved {
+        None => [T::one(), T::zero(), T::zero()],
+        Some(axes) => [axes[0][0], axes[1][0], axes[2][0]],
+    }
+}
+
+/// The map from ψ, the spin of the last node against the first, to the change of the Gibbs vector.
+#[inline(always)]
+fn gibbs_map<T: Real>(c: V3<T>) -> M3<T> {
+    mscale(T::splat(0.5), madd(madd(identity(), skew(scale(-T::one(), c))), outer(c, c)))
+}
+
+#[inline(always)]
+fn split<T: Real>(a: &[T; 6]) -> (V3<T>, V3<T>) {
+    ([a[0], a[1], a[2]], [a[3], a[4], a[5]])
+}
+
+#[inline(always)]
+fn join<T: Real>(a: V3<T>, b: V3<T>) -> [T; 6] {
+    [a[0], a[1], a[2], b[0], b[1], b[2]]
+}
+
+/// The 3 × 3 block of a 6 × 6 matrix that starts at (i, j).
+#[inline(always)]
+fn block<T: Real>(a: &[[T; 6]; 6], i: usize, j: usize) -> M3<T> {
+    std::array::from_fn(|r| std::array::from_fn(|c| a[i + r][j + c]))
+}
+
+#[inline(always)]
+fn blocks<T: Real>(a: &M3<T>, b: &M3<T>, c: &M3<T>, d: &M3<T>) -> [[T; 6]; 6] {
+    std::array::from_fn(|i| if i < 3 { join(a[i], b[i]) } else { join(c[i - 3], d[i - 3]) })
+}
+
+/// From the tangent in local unknowns (X, c) to blocks in (u, φ₀, ψ) in the local frame: uu, uφ, uψ, φφ, φψ, ψψ.
+#[inline(always)]
+pub fn end_blocks<T: Real>(frame: &Frame<T>, condensed: &Condensed<T, 6>) -> [M3<T>; 6] {
+    let k = &condensed.tangent;
+    let (f, w) = split(&condensed.mixed_end);
+    let map = gibbs_map(frame.gibbs);
+    let m = tapply(&map, &w);
+    let x = skew(frame.position);
+    let half = T::splat(0.5);
+    let (kxx, kxc, kcc) = (block(k, 0, 0), block(k, 0, 3), block(k, 3, 3));
+    let kxx_x = mul(&kxx, &x);
+    let uw = mul(&kxc, &map);
+    let mc = outer(m, frame.gibbs);
+    let ww = madd(tmul(&map, &mul(&kcc, &map)), mscale(half, madd(mc, transpose(&mc))));
+    let mut uf = madd(kxx_x, skew(scale(-T::one(), f)));
+    let mut ff = madd(tmul(&x, &kxx_x), second_variation(f, frame.position));
+    let mut fw = madd(tmul(&x, &uw), mscale(half, skew(m)));
+    if let Some(turn) = &condensed.turn {
+        let kxf: M3<T> = std::array::from_fn(|i| turn.coupling[i]);
+        let kcf: M3<T> = std::array::from_fn(|i| turn.coupling[3 + i]);
+        let xk = tmul(&x, &kxf);
+        uf = madd(uf, kxf);
+        ff = madd(madd(ff, turn.tangent), madd(xk, transpose(&xk)));
+        fw = madd(fw, tmul(&kcf, &map));
+    }
+    [kxx, uf, uw, ff, fw, ww]
+}
+
+impl<T: Real> Beam<T, 6> for Space {
+    type Pose = Pose<T>;
+    type Frame = Frame<T>;
+
+    #[inline(always)]
+    fn frame(piece: &Piece<T>, first: &Pose<T>, last: &Pose<T>) -> Frame<T> {
+        let back = rotation::inverse(first.rotation);
+        let relative = sub(last.displacement, first.displacement);
+        let chord = tapply(&piece.axes, &piece.chord);
+        let turned = add(rotation::turn(back, relative), turn_less_identity(back, chord));
+        let displacement = apply(&piece.axes, &turned);
+        let axes = mul(&matrix(first.rotation), &transpose(&piece.axes));
+        let gibbs = apply(&piece.axes, &relative_gibbs(first.rotation, last.rotation));
+        Frame { axes, position: add(piece.chord, displacement), displacement, gibbs }
+    }
+
+    #[inline(always)]
+    fn last_local(frame: &Frame<T>) -> [T; 6] {
+        join(frame.displacement, frame.gibbs)
+    }
+
+    #[inline(always)]
+    fn pull_back(frame: &Frame<T>, force: V3<T>) -> V3<T> {
+        tapply(&frame.axes, &force)
+    }
+
+    #[inline(always)]
+    fn local<const P: usize, const TANGENT: bool>(at: &At<T, 6, P>, out: &mut Local<T, 6, P>) {
+        *out = Local::zero();
+        let inverse = T::one() / at.piece.length;
+        for g in 0..P {
+            let weight = T::splat(at.table.weights[g]) * at.piece.length;
+            let curved = at.curved.map(|axes| &axes[g]);
+            let tangent = unloaded_tangent(curved);
+            let (u, c, d) = interpolate(at, g, at.local);
+            let k = kinematics(u, tangent, c, d, curved);
+
+            let elastic = sub(join(k.gamma, k.kappa), at.moduli.rest);
+            let mut stress = [T::zero(); 6];
+            let mut stiffness = [T::zero(); 6];
+            for i in 0..6 {
+                stiffness[i] = weight * at.moduli.stiffness[i];
+                let spring = stiffness[i] * elastic[i];
+                stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
+                out.energy += T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring * elastic[i];
+            }
+            let (n, m) = split(&stress);
+            let r_v = tapply(&k.gamma_v, &n);
+            let r_c = add(tapply(&k.gamma_c, &n), tapply(&k.kappa_c, &m));
+            let r_d = tapply(&k.kappa_d, &m);
+            for i in 0..P {
+                let value = T::splat(at.table.values[g][i]);
+                let slope = T::splat(at.table.slopes[g][i]) * inverse;
+                let node = join(scale(slope, r_v), add(scale(value, r_c), scale(slope, r_d)));
+                axpy(&mut out.gradient[i], T::one(), node);
+            }
+            if !TANGENT {
+                continue;
+            }
+
+            let (n, m) = split(&scale(weight, at.stress[g]));
+            let value = T::splat(at.table.values[g][P - 1]);
+            let slope = T::splat(at.table.slopes[g][P - 1]) * inverse;
+            let mixed_v = tapply(&k.gamma_v, &n);
+            let mixed_c = add(tapply(&k.gamma_c, &n), tapply(&k.kappa_c, &m));
+            let mixed_d = tapply(&k.kappa_d, &m);
+            let end = join(scale(slope, mixed_v), add(scale(value, mixed_c), scale(slope, mixed_d)));
+            axpy(&mut out.mixed_end, T::one(), end);
+
+            let (n, m) = match curved {
+                None => (n, m),
+                Some(axes) => (apply(axes, &n), apply(axes, &m)),
+            };
+            let t = point_tangent(&k, &stiffness, n, m, add(tangent, u), c, d);
+            for i in 0..P {
+                let ni = T::splat(at.table.values[g][i]);
+                let si = T::splat(at.table.slopes[g][i]) * inverse;
+                for j in i..P {
+                    let nj = T::splat(at.table.values[g][j]);
+                    let sj = T::splat(at.table.slopes[g][j]) * inverse;
+                    let (ss, sn, ns, nn) = (si * sj, si * nj, ni * sj, ni * nj);
+                    let target = &mut out.tangent[i][j];
+                    for a in 0..3 {
+                        for b in 0..3 {
+                            target[a][b] += ss * t.vv[a][b];
+                            target[a][3 + b] += sn * t.vc[a][b];
+                            target[3 + a][b] += ns * t.vc[b][a];
+                            target[3 + a][3 + b] +=
+                                nn * t.cc[a][b] + ns * t.cd[a][b] + sn * t.cd[b][a] + ss * t.dd[a][b];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn extrapolate<const P: usize>(at: &At<T, 6, P>, change: &[[T; 6]; P]) -> [[T; 6]; P] {
+        std::array::from_fn(|g| {
+            let curved = at.curved.map(|axes| &axes[g]);
+            let (u, c, d) = interpolate(at, g, at.local);
+            let k = kinematics(u, unloaded_tangent(curved), c, d, curved);
+            let (du, dc, dd) = interpolate(at, g, change);
+            let gamma = add(k.gamma, add(apply(&k.gamma_v, &du), apply(&k.gamma_c, &dc)));
+            let kappa = add(k.kappa, add(apply(&k.kappa_c, &dc), apply(&k.kappa_d, &dd)));
+            let elastic = sub(join(gamma, kappa), at.moduli.rest);
+            std::array::from_fn(|i| at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * at.stress[g][i])
+        })
+    }
+
+    #[inline(always)]
+    fn strains<const P: usize>(at: &At<T, 6, P>) -> [[T; 6]; P] {
+        std::array::from_fn(|g| {
+            let curved = at.curved.map(|axes| &axes[g]);
+            let (u, c, d) = interpolate(at, g, at.local);
+            let k = kinematics(u, unloaded_tangent(curved), c, d, curved);
+            join(k.gamma, k.kappa)
+        })
+    }
+
+    #[inline(always)]
+    fn expand(frame: &Frame<T>, condensed: &Condensed<T, 6>) -> Ends<T, 6> {
+        let [uu, uf, uw, ff, fw, ww] = end_blocks(frame, condensed);
+        let minus = -T::one();
+        // ψ = φ_p − φ₀ and u = u_p − u₀.
+        let u_first = rotate(&frame.axes, &madd(uf, mscale(minus, uw)));
+        let u_last = rotate(&frame.axes, &uw);
+        let uu = rotate(&frame.axes, &uu);
+        let first = madd(madd(ff, ww), mscale(minus, madd(fw, transpose(&fw))));
+        let first = rotate(&frame.axes, &first);
+        let mixed = rotate(&frame.axes, &madd(fw, mscale(minus, ww)));
+        let last = rotate(&frame.axes, &ww);
+        let negative = |a: &M3<T>| mscale(minus, *a);
+
+        let turn = condensed.turn.map_or([T::zero(); 3], |turn| turn.gradient);
+        let [r0, r1] = Self::expand_gradient(frame, &condensed.gradient, turn);
+        Ends {
+            k00: blocks(&uu, &negative(&u_first), &transpose(&negative(&u_first)), &first),
+            k01: blocks(&negative(&uu), &negative(&u_last), &transpose(&u_first), &mixed),
+            k11: blocks(&uu, &u_last, &transpose(&u_last), &last),
+            r0,
+            r1,
+        }
+    }
+
+    #[inline(always)]
+    fn expand_gradient(frame: &Frame<T>, gradient: &[T; 6], turn: V3<T>) -> [[T; 6]; 2] {
+        let (f, w) = split(gradient);
+        let m = tapply(&gibbs_map(frame.gibbs), &w);
+        let first = sub(add(turn, cross(f, frame.position)), m);
+        let force = apply(&frame.axes, &f);
+        [join(scale(-T::one(), force), apply(&frame.axes, &first)), join(force, apply(&frame.axes, &m))]
+    }
+
+    #[inline(always)]
+    fn restrict(frame: &Frame<T>, first: &[T; 6], last: &[T; 6]) -> ([T; 6], V3<T>) {
+        let (u0, p0) = split(first);
+        let (u1, p1) = split(last);
+        let turn = tapply(&frame.axes, &p0);
+        let u = add(tapply(&frame.axes, &sub(u1, u0)), cross(frame.position, turn));
+        let spin = tapply(&frame.axes, &sub(p1, p0));
+        (join(u, apply(&gibbs_map(frame.gibbs), &spin)), turn)
+    }
+
+    #[inline(always)]
+    fn advance(pose: &mut Pose<T>, change: &[T; 6]) {
+        let (u, spin) = split(change);
+        pose.displacement = add(pose.displacement, u);
+        pose.rotation = rotation::normalize(compose(rotation::exp(spin), pose.rotation));
+    }
+
+    #[inline(always)]
+    fn lever(position: V3<T>, load: V3<T>) -> V3<T> {
+        cross(position, load)
+    }
+
+    #[inline(always)]
+    fn load_coupling(load: V3<T>) -> [[T; 3]; 6] {
+        // The potential −load · exp(φ) U has the mixed part φ · (load × δU).
+        let s = skew(load);
+        let o = [T::zero(); 3];
+        let t: [V3<T>; 3] = transpose(&s);
+        [t[0], t[1], t[2], o, o, o]
+    }
+}

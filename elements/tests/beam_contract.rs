@@ -1,0 +1,229 @@
+//! Beams of every order keep the element contract, straight and curved, in space, in the plane and out of it.
+
+use pennate_elements::beam::{At, Beam, Condensed, Local, Moduli, Piece};
+use pennate_elements::check::{Answer, contract};
+use pennate_elements::interpolation::Table;
+use pennate_elements::plane::{self, Plane};
+use pennate_elements::rotation;
+use pennate_elements::small::{M3, mul, transpose};
+use pennate_elements::space::{Pose, Space};
+
+fn moduli() -> Moduli<f64, 6> {
+    Moduli {
+        stiffness: [300.0, 60.0, 40.0, 500.0, 700.0, 1100.0],
+        rest: [-0.15, 0.0, 0.0, 0.01, -0.02, 0.03],
+        held: [0.0; 6],
+    }
+}
+
+fn piece(curved: bool) -> (Piece<f64>, [f64; 3]) {
+    let axes = transpose(&rotation::matrix(rotation::exp([0.3, -0.5, 0.9])));
+    let chord = if curved { [4.7, 1.0, 0.4] } else { [5.0, 0.0, 0.0] };
+    let piece = Piece { length: 5.0, axes, chord, bulge: [0.0; 3] };
+    (piece, pennate_elements::small::tapply(&axes, &chord))
+}
+
+/// Any rotations serve: the contract holds for whatever unloaded curve the axes describe.
+fn curve<const P: usize>() -> [M3<f64>; P] {
+    std::array::from_fn(|g| {
+        let s = (g as f64 + 0.5) / P as f64;
+        rotation::matrix(rotation::exp([0.1 * s, -0.2 * s, 0.5 * s]))
+    })
+}
+
+fn space_contract<const P: usize>(curved: bool) {
+    let table = Table::<P>::new();
+    let (piece, end) = piece(curved);
+    let (moduli, axes) = (moduli(), curve::<P>());
+    let poses = [
+        Pose { displacement: [0.3, -0.4, 0.2], rotation: rotation::exp([0.2, 0.7, -0.3]) },
+        Pose { displacement: [-0.6, 0.9, 1.1], rotation: rotation::exp([0.5, 0.1, 0.4]) },
+    ];
+    let interior: [[f64; 6]; P] =
+        std::array::from_fn(|i| std::array::from_fn(|d| 0.1 * ((3 * i + d) as f64 * 1.7).sin()));
+    let respond = |poses: &[Pose<f64>]| {
+        let frame = Space::frame(&piece, &poses[0], &poses[1]);
+        let mut local = interior;
+        local[P - 1] = Space::last_local(&frame);
+        let zero = [[0.0; 6]; P];
+        let at = At {
+            table: &table,
+            piece: &piece,
+            curved: curved.then_some(&axes),
+            moduli: &moduli,
+            local: &local,
+            stress: &zero,
+        };
+        let strains = Space::strains(&at);
+        let stress: [[f64; 6]; P] =
+            std::array::from_fn(|g| std::array::from_fn(|i| moduli.stiffness[i] * (strains[g][i] - moduli.rest[i])));
+        let mut out = Local::zero();
+        Space::local::<P, true>(&At { stress: &stress, ..at }, &mut out);
+        let condensed = Condensed {
+            tangent: out.tangent[P - 1][P - 1],
+            gradient: out.gradient[P - 1],
+            mixed_end: out.mixed_end,
+            turn: None,
+        };
+        let ends = Space::expand(&frame, &condensed);
+        let mut tangent = vec![vec![0.0; 12]; 12];
+        for i in 0..6 {
+            for j in 0..6 {
+                tangent[i][j] = ends.k00[i][j];
+                tangent[i][6 + j] = ends.k01[i][j];
+                tangent[6 + j][i] = ends.k01[i][j];
+                tangent[6 + i][6 + j] = ends.k11[i][j];
+            }
+        }
+        Answer { energy: out.energy, gradient: vec![ends.r0, ends.r1], tangent }
+    };
+    contract(&[[0.0; 3], end], &poses, &respond);
+}
+
+#[test]
+fn spatial_beams_keep_the_contract() {
+    for curved in [false, true] {
+        space_contract::<1>(curved);
+        space_contract::<2>(curved);
+        space_contract::<3>(curved);
+        space_contract::<4>(curved);
+        space_contract::<5>(curved);
+    }
+}
+
+/// The interior of the local tangent against differences of the local gradient.
+#[test]
+fn local_tangent_is_the_derivative_of_the_local_gradient() {
+    fn check<const P: usize>(curved: bool) {
+        let table = Table::<P>::new();
+        let (piece, _) = piece(curved);
+        let (moduli, axes) = (moduli(), curve::<P>());
+        let local: [[f64; 6]; P] =
+            std::array::from_fn(|i| std::array::from_fn(|d| 0.3 * ((3 * i + 2 * d) as f64 * 1.3).cos()));
+        let run = |local: &[[f64; 6]; P]| {
+            let zero = [[0.0; 6]; P];
+            let at = At {
+                table: &table,
+                piece: &piece,
+                curved: curved.then_some(&axes),
+                moduli: &moduli,
+                local,
+                stress: &zero,
+            };
+            let strains = Space::strains(&at);
+            let stress: [[f64; 6]; P] = std::array::from_fn(|g| {
+                std::array::from_fn(|i| moduli.stiffness[i] * (strains[g][i] - moduli.rest[i]))
+            });
+            let mut out = Local::zero();
+            Space::local::<P, true>(&At { stress: &stress, ..at }, &mut out);
+            out
+        };
+        let out = run(&local);
+        let h = 1e-6;
+        for i in 0..P {
+            for d in 0..6 {
+                let (mut ahead, mut behind) = (local, local);
+                ahead[i][d] += h;
+                behind[i][d] -= h;
+                let (ahead, behind) = (run(&ahead), run(&behind));
+                for j in i..P {
+                    for e in 0..6 {
+                        let slope = (ahead.gradient[j][e] - behind.gradient[j][e]) / (2.0 * h);
+                        assert!((slope - out.tangent[i][j][d][e]).abs() < 1e-5, "{i}{d} {j}{e}");
+                    }
+                }
+            }
+        }
+    }
+    for curved in [false, true] {
+        check::<2>(curved);
+        check::<3>(curved);
+    }
+}
+
+/// The plane beam is the spatial one at a plane state; what the plane leaves out is its lateral tangent.
+#[test]
+fn plane_and_lateral_tangents_are_those_of_the_spatial_beam() {
+    const P: usize = 1;
+    let table = Table::<P>::new();
+    let angle = 0.4f64;
+    let axes = [[angle.cos(), angle.sin(), 0.0], [-angle.sin(), angle.cos(), 0.0], [0.0, 0.0, 1.0]];
+    let bend = 0.3f64;
+    let curved = [[[bend.cos(), -bend.sin(), 0.0], [bend.sin(), bend.cos(), 0.0], [0.0, 0.0, 1.0]]];
+    let piece = Piece { length: 5.0, axes, chord: [4.8, 0.9, 0.0], bulge: [0.0; 3] };
+    let stiffness = [300.0, 60.0, 40.0, 500.0, 700.0, 1100.0];
+    let spatial = Moduli { stiffness, rest: [-0.15, 0.0, 0.0, 0.0, 0.0, 0.03], held: [0.0; 6] };
+    let flat = plane::plane_moduli(&spatial);
+    let (first, last) = ([0.3, -0.4, 0.7], [-0.6, 0.9, 1.2]);
+    let frame = Plane::frame(&piece, &first, &last);
+    let local = [<Plane as Beam<f64, 3>>::last_local(&frame)];
+    let zero = [[0.0; 3]; P];
+    let at = At { table: &table, piece: &piece, curved: Some(&curved), moduli: &flat, local: &local, stress: &zero };
+    // One Gauss point in the middle: the Gibbs interpolation differs there from that of the angle, so the spatial beam
+    // is given the angle of the plane one by halving tan(θ/2) accordingly.
+    let strains = Plane::strains(&at);
+    let stress: [[f64; 3]; P] = [std::array::from_fn(|i| flat.stiffness[i] * (strains[0][i] - flat.rest[i]))];
+    let at = At { stress: &stress, ..at };
+    let mut out = Local::zero();
+    Plane::local::<P, true>(&at, &mut out);
+    let condensed =
+        Condensed { tangent: out.tangent[0][0], gradient: out.gradient[0], mixed_end: out.mixed_end, turn: None };
+    let ends = <Plane as Beam<f64, 3>>::expand(&frame, &condensed);
+
+    // In-plane: differences of the gradient.
+    let gradient = |first: [f64; 3], last: [f64; 3]| {
+        let frame = Plane::frame(&piece, &first, &last);
+        let local = [<Plane as Beam<f64, 3>>::last_local(&frame)];
+        let at = At { local: &local, ..at };
+        let mut out = Local::zero();
+        Plane::local::<P, false>(&at, &mut out);
+        Plane::expand_gradient(&frame, &out.gradient[0], [0.0; 3])
+    };
+    let h = 1e-6;
+    for d in 0..3 {
+        let (mut a, mut b) = (last, last);
+        a[d] += h;
+        b[d] -= h;
+        let (a, b) = (gradient(first, a), gradient(first, b));
+        let (mut c, mut e) = (first, first);
+        c[d] += h;
+        e[d] -= h;
+        let (c, e) = (gradient(c, last), gradient(e, last));
+        for i in 0..3 {
+            assert!(((a[0][i] - b[0][i]) / (2.0 * h) - ends.k01[i][d]).abs() < 1e-5);
+            assert!(((a[1][i] - b[1][i]) / (2.0 * h) - ends.k11[i][d]).abs() < 1e-5);
+            assert!(((c[0][i] - e[0][i]) / (2.0 * h) - ends.k00[i][d]).abs() < 1e-5);
+            assert!(((c[1][i] - e[1][i]) / (2.0 * h) - ends.k01[d][i]).abs() < 1e-5);
+        }
+    }
+
+    // Out of the plane: against the spatial beam turned rigidly about an axis in the plane. The moments and forces of a
+    // rigid spin φ about an in-plane axis turn with it: K φ-motion = φ × force, exactly as for the spatial beam.
+    let mut lateral = Local::zero();
+    plane::lateral(&at, &stiffness, &mut lateral);
+    let side = plane::expand_lateral(&frame, &lateral.tangent[0][0], out.mixed_end, None, None);
+    let [r0, r1] = Plane::expand_gradient(&frame, &out.gradient[0], [0.0; 3]);
+    let x = mul(&transpose(&axes), &[[4.8], [0.9], [0.0]]);
+    let x1 = [x[0][0] + last[0] - first[0], x[1][0] + last[1] - first[1]];
+    for (px, py) in [(1.0, 0.0), (0.0, 1.0)] {
+        // spin (px, py, 0) about the first node: uz at the last node is px y − py x.
+        let first_motion = [0.0, px, py];
+        let last_motion = [px * x1[1] - py * x1[0], px, py];
+        let apply = |k: &[[f64; 3]; 3], v: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|i| k[i][0] * v[0] + k[i][1] * v[1] + k[i][2] * v[2])
+        };
+        let a = apply(&side.k00, first_motion);
+        let b = apply(&side.k01, last_motion);
+        let c = apply(&transpose(&side.k01), first_motion);
+        let e = apply(&side.k11, last_motion);
+        // d(force)_z = φ × f, and H φ = ∂m/∂φ φ + ½ m × φ = φ × m + ½ m × φ = ½ φ × m for m along z.
+        let expect = |r: [f64; 3]| [px * r[1] - py * r[0], 0.5 * py * r[2], -0.5 * px * r[2]];
+        for (got, want) in
+            [(pennate_elements::small::add(a, b), expect(r0)), (pennate_elements::small::add(c, e), expect(r1))]
+        {
+            for i in 0..3 {
+                assert!((got[i] - want[i]).abs() < 1e-9, "{got:?} {want:?}");
+            }
+        }
+    }
+}
