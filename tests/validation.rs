@@ -35,7 +35,9 @@ cases! {
     elastica_tip_load: "02_elastica_tip_load",
     follower_tip_load: "03_follower_tip_load",
     bathe_bolourchi_bend: "04_bathe_bolourchi_bend",
+    williams_toggle: "06_williams_toggle",
     helical_roll_up: "09_helical_roll_up",
+    euler_post_buckling: "10_euler_post_buckling",
     hsim_member: "12_hsim_member",
     pennate_dyad: "13_pennate_dyad",
     dyad_asymmetric: "14_dyad_asymmetric",
@@ -82,11 +84,11 @@ fn validate(folder: &str) {
 }
 
 /// The results of the command line.
-fn solve(network: &Path, set: &[String], accuracy: Option<&str>) -> Result<Value, String> {
+fn solve(network: &Path, set: &[(String, String)], accuracy: Option<&str>) -> Result<Value, String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pennate"));
     command.arg("solve").arg(network).arg("--json");
-    for parameter in set {
-        command.args(["--set", parameter]);
+    for (name, value) in set {
+        command.args(["--set", &format!("{name}={value}")]);
     }
     if let Some(accuracy) = accuracy {
         command.args(["--accuracy", accuracy]);

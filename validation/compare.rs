@@ -205,13 +205,13 @@ impl Case {
         &self,
         run: &Run,
         setting: Setting,
-        solve: impl FnOnce(&Path, &[String], Option<&str>) -> Result<Value, String>,
+        solve: impl FnOnce(&Path, &[(String, String)], Option<&str>) -> Result<Value, String>,
     ) -> Outcome {
-        let set: Vec<_> = run.set.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let set: Vec<_> = run.set.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
         let stated = if setting == Setting::Default { run.tolerance } else { run.fine_tolerance };
         let mut outcome = Outcome {
             network: run.network.clone(),
-            label: [std::slice::from_ref(&run.network), &set[..]].concat().join(" "),
+            label: set.iter().fold(run.network.clone(), |label, (name, value)| format!("{label} {name}={value}")),
             setting,
             tolerance: stated.unwrap_or(setting.tolerance()),
             rows: Vec::new(),
