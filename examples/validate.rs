@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use pennate::{Input, Job, Refusal};
 use serde_json::Value;
 
-#[path = "../validation/compare.rs"]
+#[path = "../validation/compare/mod.rs"]
 mod compare;
 
 use compare::{Case, Outcome, Setting};
@@ -32,6 +32,8 @@ fn main() -> ExitCode {
         "|---|---|---:|---:|---:|---:|---:|---:|".to_owned(),
     ];
     for case in Case::names().iter().map(|name| Case::open(name)) {
+        let unchecked = case.unchecked().into_iter();
+        failures.extend(unchecked.map(|place| format!("{}: nothing checks {place}", case.name)));
         for (network, [default, fine]) in outcomes(&case) {
             for outcome in default.iter().chain(&fine) {
                 let title = format!("{}/{} ({:?})", case.name, outcome.label, outcome.setting);

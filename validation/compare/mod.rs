@@ -2,15 +2,17 @@
 //!
 //! Shared by `tests/validation.rs` and `examples/validate.rs`; `validation/README.md` explains the files.
 
-use std::collections::BTreeMap;
+mod expected;
+mod scales;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use serde_json::Value;
 
-/// What counts as no smaller than this part of the largest comparable value (see [`Scales`]).
-const SMALL: f64 = 1e-3;
+use expected::{Check, Expected, Run, Step};
+use scales::{Scales, largest, network_size, numbers};
+
 /// True errors below this, relative, say nothing about the estimate: they hold rounding too.
 pub const ESTIMATE_FLOOR: f64 = 1e-9;
 
@@ -37,64 +39,6 @@ impl Setting {
             Self::Fine => 1e-8,
         }
     }
-}
-
-/// `expected.toml`: which results of which network file stand where in `reference.json`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Expected {
-    /// Places of `reference.json` without a check, `*` for any one name.
-    #[serde(default)]
-    not_compared: Vec<String>,
-    checks: BTreeMap<String, Vec<Check>>,
-    run: Vec<Run>,
-}
-
-/// One solve of one network file.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Run {
-    pub network: String,
-    #[serde(default)]
-    set: BTreeMap<String, f64>,
-    /// Where the references of all steps stand.
-    at: Option<String>,
-    /// Largest relative error with default settings, and on the fine mesh.
-    tolerance: Option<f64>,
-    fine_tolerance: Option<f64>,
-    steps: Vec<Step>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Step {
-    name: String,
-    /// Where the references stand: a JSON pointer.
-    at: Option<String>,
-    /// Name of a list of checks.
-    check: String,
-    stable: Option<bool>,
-    /// Largest number of factorizations with default settings.
-    max_factorizations: Option<u64>,
-}
-
-/// One quantity: `factor` times the computed value is the reference.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Check {
-    node: Option<String>,
-    probe: Option<String>,
-    /// Of a node: a quantity of the results, with `.x`, `.y` or `.z` for one component.
-    quantity: Option<String>,
-    kind: Option<String>,
-    /// Below the place of the step.
-    reference: String,
-    #[serde(default = "one")]
-    factor: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 /// A folder of `validation/`.
@@ -128,7 +72,6 @@ impl Row {
 /// A run and everything that was compared in it.
 #[derive(Debug)]
 pub struct Outcome {
-    pub network: String,
     /// The network file with its parameters, as on a command line.
     pub label: String,
     pub setting: Setting,
@@ -210,7 +153,6 @@ impl Case {
         let set: Vec<_> = run.set.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
         let stated = if setting == Setting::Default { run.tolerance } else { run.fine_tolerance };
         let mut outcome = Outcome {
-            network: run.network.clone(),
             label: set.iter().fold(run.network.clone(), |label, (name, value)| format!("{label} {name}={value}")),
             setting,
             tolerance: stated.unwrap_or(setting.tolerance()),
@@ -232,7 +174,7 @@ impl Case {
         outcome.solve_seconds = results["timing"]["solve_s"].as_f64().unwrap_or(0.0);
         let steps = results["steps"].as_array().map_or(&[][..], Vec::as_slice);
         outcome.factorizations = steps.iter().filter_map(|step| step["factorizations"].as_u64()).sum();
-        let scales = Scales::of_run(self, run, steps);
+        let scales = self.run_scales(run, steps);
         for step in &run.steps {
             let Some(result) = steps.iter().find(|result| result["name"] == step.name.as_str()) else {
                 outcome.faults.push(format!("{}: not in the results", step.name));
@@ -305,6 +247,18 @@ impl Case {
         value.unwrap_or_else(|| panic!("{}: no number at {pointer} of reference.json", self.name))
     }
 
+    /// The largest reference of every kind in all results of a run.
+    fn run_scales(&self, run: &Run, results: &[Value]) -> Scales {
+        let mut scales = Scales::default();
+        for step in &run.steps {
+            if let Some(result) = results.iter().find(|result| result["name"] == step.name.as_str()) {
+                scales.include(&self.step_scales(run, step, result));
+            }
+        }
+        scales.couple(results.first().map_or(1.0, network_size));
+        scales
+    }
+
     /// The largest reference of every kind in one result.
     fn step_scales(&self, run: &Run, step: &Step, result: &Value) -> Scales {
         let mut scales = Scales::default();
@@ -354,138 +308,8 @@ impl Case {
     }
 }
 
-impl Check {
-    /// The quantity of the results without its component.
-    fn base(&self) -> (&str, Option<usize>) {
-        let quantity = self.quantity.as_deref().unwrap_or_default();
-        match quantity.split_once('.') {
-            Some((base, component)) => (base, "xyz".find(component)),
-            None => (quantity, None),
-        }
-    }
-
-    fn label(&self) -> String {
-        match (&self.node, &self.probe) {
-            (Some(node), _) => format!("{} of {node}", self.base().0),
-            (None, probe) => format!("probe {}", probe.as_deref().unwrap_or("?")),
-        }
-    }
-
-    fn kind(&self) -> &str {
-        self.kind.as_deref().unwrap_or(match self.base().0 {
-            "position" | "displacement" => "displacement",
-            "rotation_vector" | "rotation_total" => "rotation",
-            "reaction_force" => "force",
-            "reaction_moment" => "moment",
-            other => other,
-        })
-    }
-
-    fn computed(&self, result: &Value) -> Option<Vec<f64>> {
-        if let Some(probe) = &self.probe {
-            return numbers(&result["probes"][probe.as_str()]);
-        }
-        let (base, component) = self.base();
-        let values = numbers(&result["nodes"][self.node.as_deref()?][base])?;
-        component.map_or(Some(values.clone()), |i| Some(vec![*values.get(i)?]))
-    }
-
-    fn estimate(&self, result: &Value) -> Option<f64> {
-        if let Some(probe) = &self.probe {
-            return result["probe_errors"][probe.as_str()].as_f64();
-        }
-        let key = match self.base().0 {
-            "position" => "displacement",
-            "rotation_vector" | "rotation_total" => "rotation",
-            other => other,
-        };
-        result["nodes"][self.node.as_deref()?]["errors"][key].as_f64()
-    }
-}
-
-/// What an error of each kind is relative to: the largest reference of its kind in one result.
-///
-/// Where a result has next to nothing of a kind (no moment in a hinge), 1e-3 of the largest in the run counts, or of
-/// what the other kind of the pair makes over the size of the network: a force times a length is a moment.
-#[derive(Clone, Debug, Default)]
-struct Scales {
-    largest: BTreeMap<String, f64>,
-}
-
-impl Scales {
-    fn of_run(case: &Case, run: &Run, results: &[Value]) -> Self {
-        let mut scales = Self::default();
-        for step in &run.steps {
-            if let Some(result) = results.iter().find(|result| result["name"] == step.name.as_str()) {
-                for (kind, value) in case.step_scales(run, step, result).largest {
-                    scales.raise(&kind, value);
-                }
-            }
-        }
-        let size = results.first().map_or(1.0, network_size);
-        let [displacement, force, moment] = ["displacement", "force", "moment"].map(|kind| scales.of(kind));
-        scales.raise("rotation", displacement / size);
-        scales.raise("force", moment / size);
-        scales.raise("moment", force * size);
-        scales
-    }
-
-    fn raise(&mut self, kind: &str, value: f64) {
-        let largest = self.largest.entry(kind.to_owned()).or_default();
-        *largest = largest.max(value);
-    }
-
-    fn of(&self, kind: &str) -> f64 {
-        self.largest.get(kind).copied().unwrap_or(0.0)
-    }
-
-    fn at_least(mut self, run: &Self) -> Self {
-        for (kind, value) in &run.largest {
-            self.raise(kind, SMALL * value);
-        }
-        self
-    }
-}
-
-/// Largest distance in one coordinate between unloaded nodes.
-fn network_size(result: &Value) -> f64 {
-    let mut bounds = [(f64::INFINITY, f64::NEG_INFINITY); 3];
-    for node in result["nodes"].as_object().into_iter().flatten().map(|(_, node)| node) {
-        if let Some((position, displacement)) = numbers(&node["position"]).zip(numbers(&node["displacement"])) {
-            for (i, (low, high)) in bounds.iter_mut().enumerate() {
-                let unloaded = position[i] - displacement[i];
-                (*low, *high) = (low.min(unloaded), high.max(unloaded));
-            }
-        }
-    }
-    largest(bounds.into_iter().map(|(low, high)| high - low))
-}
-
 fn validation() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("validation")
-}
-
-/// Largest absolute value; not a number if one of them is none.
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |largest: f64, value| {
-        if value.is_nan() {
-            value
-        } else if largest.is_nan() {
-            largest
-        } else {
-            largest.max(value.abs())
-        }
-    })
-}
-
-/// A number, a number written as a string (with more digits than a double has), or a list of them.
-fn numbers(value: &Value) -> Option<Vec<f64>> {
-    match value {
-        Value::Number(number) => Some(vec![number.as_f64()?]),
-        Value::String(text) => Some(vec![text.parse().ok()?]),
-        Value::Array(values) => values.iter().map(Value::as_f64).collect(),
-        _ => None,
-    }
 }
 
 fn leaves(value: &Value, place: String, places: &mut Vec<String>) {
