@@ -1,1 +1,97 @@
-fn main() {}
+//! The command line: arguments and exit status.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use pennate::commands::{self, Destination};
+use pennate::{Input, Job};
+
+/// Analyses networks of soft pneumatic muscles and compliant members.
+#[derive(Parser)]
+#[command(name = "pennate", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Solve a network and print a short table.
+    Solve(Solve),
+    /// Read and check a network: everything short of solving.
+    Check(Network),
+    /// Print the JSON Schema of the network file.
+    Schema,
+}
+
+#[derive(Args)]
+struct Network {
+    /// Network file, TOML or JSON; - reads TOML from standard input.
+    file: PathBuf,
+    /// Give a parameter another value; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    settings: Vec<(String, String)>,
+}
+
+#[derive(Args)]
+struct Solve {
+    #[command(flatten)]
+    network: Network,
+    /// Write results.json and history.csv into this directory.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Print results.json instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Write pictures too: NAME.pvd with one .vtu an increment.
+    #[arg(long, requires = "output")]
+    vtk: bool,
+    /// Discretization error asked for, relative to the largest value of its kind.
+    #[arg(long, value_name = "ERROR", default_value = "1e-6", value_parser = accuracy)]
+    accuracy: f64,
+    /// Threads to use; the results are the same with any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+fn main() -> ExitCode {
+    let exit = match Arguments::parse().command {
+        Command::Solve(arguments) => {
+            let destination =
+                Destination { directory: arguments.output, pictures: arguments.vtk, json: arguments.json };
+            let job = Job {
+                input: arguments.network.into(),
+                accuracy: arguments.accuracy,
+                threads: arguments.threads.map(usize::from),
+                shapes: arguments.vtk,
+            };
+            commands::solve(&job, &destination)
+        }
+        Command::Check(network) => commands::check(&network.into()),
+        Command::Schema => commands::schema(),
+    };
+    exit.into()
+}
+
+impl From<Network> for Input {
+    fn from(network: Network) -> Self {
+        Self { file: network.file, settings: network.settings }
+    }
+}
+
+fn setting(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("NAME=VALUE expected, such as beta=30".to_owned()),
+    }
+}
+
+fn accuracy(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("a number between 0 and 1 expected, such as 1e-6".to_owned()),
+    }
+}

@@ -1,0 +1,302 @@
+//! The discretization error of a run, and the mesh that meets the accuracy asked for.
+//!
+//! The solver repeats the end of every step on a mesh of the next order; what differs there is the error e of
+//! the mesh in use. Nodal values converge with h^2p, so elements shorter by the factor (2 e / asked)^(1/2p)
+//! are expected to do, with a margin of two.
+
+use std::time::Instant;
+
+use pennate_models::{Mesh, Model, discretize};
+use pennate_solver::error::SolveError;
+use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::options::{Options, Progress};
+use pennate_solver::structure::Structure;
+
+use crate::quantity::{Quantity, quantities};
+use crate::solution::{NodeError, ProbeTable, Solution, Timing, last_state, norm};
+
+/// Meshes that are tried at most.
+const MAX_ROUNDS: usize = 6;
+/// Elements of a member at most.
+const MAX_ELEMENTS: usize = 100_000;
+/// Part of what the network's size or forces suggest below which values are rounding alone.
+const ROUNDING: f64 = 1e-9;
+/// The same for forces against the axial stiffness of the members, and for errors against the largest values.
+const FLOOR: f64 = 1e-13;
+/// Moments count as no smaller than this part of force times network size.
+const MOMENT_FLOOR: f64 = 1e-3;
+
+/// The accuracy asked for, and what came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    pub asked: f64,
+    /// Estimated error relative to the largest value of its kind; `None` where nothing could be estimated.
+    pub estimated: Option<f64>,
+    pub verdict: Verdict,
+    /// Meshes that were solved.
+    pub rounds: usize,
+}
+
+/// Whether the mesh is fine enough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    Met,
+    /// The element counts are forced by the file.
+    Forced,
+    /// A finer mesh would have too many elements, or too many meshes were tried.
+    TooFine,
+    /// The last refinement made it no better: what is left is rounding.
+    Stalled,
+    /// The finer mesh got less far along the path.
+    PathLost,
+    /// The user did not want to wait for the finer mesh.
+    Interrupted,
+    /// No step ended with an estimate.
+    NotEstimated,
+}
+
+/// Solves a network on the mesh that its accuracy needs.
+///
+/// # Errors
+/// Those of the solver; a step that fails is part of the solution.
+pub fn solve_to_accuracy(
+    model: Model,
+    asked: f64,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Solution, (Box<Model>, SolveError)> {
+    let start = Instant::now();
+    let mut mesh = Mesh::initial(&model, asked);
+    let mut timing = Timing { mesh: start.elapsed(), ..Timing::default() };
+    let mut best: Option<(Mesh, History, ProbeTable, f64)> = None;
+    for rounds in 1.. {
+        let start = Instant::now();
+        let (structure, steps) = discretize(&model, &mesh);
+        timing.mesh += start.elapsed();
+        let start = Instant::now();
+        let solved = pennate_solver::solve(&structure, &steps, options, observe);
+        timing.solve += start.elapsed();
+        let history = match solved {
+            Ok(history) => history,
+            Err(error) => return Err((Box::new(model), error)),
+        };
+        let probes = ProbeTable::new(&model, &history);
+        let error = relative_error(&model, &structure, &history, &probes);
+        let judged = judge(&model, &mesh, &history, error, asked, rounds, best.as_ref());
+        let verdict = match judged {
+            Judgement::Refine(finer) => {
+                best = Some((mesh, history, probes, error.unwrap_or(f64::INFINITY)));
+                mesh = finer;
+                continue;
+            }
+            Judgement::End(verdict) => verdict,
+        };
+        let keep_last = !matches!(verdict, Verdict::PathLost | Verdict::Interrupted);
+        let (mesh, history, probes, estimated) = match best {
+            Some((mesh, history, probes, error)) if !keep_last => (mesh, history, probes, Some(error)),
+            _ => (mesh, history, probes, error),
+        };
+        let accuracy = Accuracy { asked, estimated, verdict, rounds };
+        return Ok(Solution { model, mesh, history, probes, accuracy, timing });
+    }
+    unreachable!("the number of rounds is bounded");
+}
+
+enum Judgement {
+    Refine(Mesh),
+    End(Verdict),
+}
+
+fn judge(
+    model: &Model,
+    mesh: &Mesh,
+    history: &History,
+    error: Option<f64>,
+    asked: f64,
+    rounds: usize,
+    best: Option<&(Mesh, History, ProbeTable, f64)>,
+) -> Judgement {
+    if let Some((_, before, _, _)) = best
+        && progress_of(history) < progress_of(before)
+    {
+        let interrupted = history.steps.iter().any(|step| step.status == Status::Interrupted);
+        return Judgement::End(if interrupted { Verdict::Interrupted } else { Verdict::PathLost });
+    }
+    let Some(error) = error else { return Judgement::End(Verdict::NotEstimated) };
+    if error <= asked {
+        return Judgement::End(Verdict::Met);
+    }
+    if best.is_some_and(|(.., before)| error > 0.5 * before) {
+        return Judgement::End(Verdict::Stalled);
+    }
+    let factor = refinement_factor(error / asked, mesh.order);
+    let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(factor, segments)).collect();
+    let finer = mesh.refined(model, &factors);
+    if finer == *mesh {
+        let at_limit = mesh.refinement.iter().any(|segments| capped(2, segments) == 1);
+        return Judgement::End(if at_limit { Verdict::TooFine } else { Verdict::Forced });
+    }
+    if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
+}
+
+/// How far along its steps a run came.
+fn progress_of(history: &History) -> (usize, f64) {
+    let converged = history.steps.iter().take_while(|step| step.status == Status::Converged).count();
+    (converged, history.steps.get(converged).map_or(0.0, |step| step.fraction))
+}
+
+/// By how much shorter elements of one order must be for an error that is too large by `excess`.
+fn refinement_factor(excess: f64, order: usize) -> usize {
+    let factor = (2.0 * excess).powf(0.5 / order as f64).ceil();
+    (factor as usize).clamp(2, MAX_ELEMENTS)
+}
+
+/// The factor, made smaller where a member would get too many elements.
+fn capped(factor: usize, segments: &[usize]) -> usize {
+    factor.min(MAX_ELEMENTS / segments.iter().sum::<usize>().max(1)).max(1)
+}
+
+/// The largest error of a run over the largest value of its kind; `None` where no step was estimated.
+pub fn relative_error(model: &Model, structure: &Structure, history: &History, probes: &ProbeTable) -> Option<f64> {
+    history.steps.iter().find(|step| step.refined.is_some())?;
+    let kinds = match model.probes.names.is_empty() {
+        true => kinds_of_nodes(structure, history),
+        false => kinds_of_probes(model, structure, probes),
+    };
+    let noise = Noise::of(structure, history);
+    let ratios = kinds.ratios(&noise);
+    Some(ratios.into_iter().flatten().fold(0.0, f64::max))
+}
+
+/// Largest value and largest error of one kind of quantity.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kind {
+    value: f64,
+    error: f64,
+}
+
+impl Kind {
+    fn take(&mut self, value: f64, error: Option<f64>) {
+        // A value that is not a number, such as a probe of a later step, is no evidence.
+        self.value = self.value.max(value.abs());
+        self.error = self.error.max(error.unwrap_or(0.0));
+    }
+
+    /// Error over value; `None` for a kind that is rounding alone.
+    fn ratio(self, rounding: f64, floor: f64) -> Option<f64> {
+        (self.value > rounding).then(|| if self.error <= floor { 0.0 } else { self.error / self.value })
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Kinds {
+    displacement: Kind,
+    rotation: Kind,
+    force: Kind,
+    moment: Kind,
+}
+
+impl Kinds {
+    fn ratios(mut self, noise: &Noise) -> [Option<f64>; 4] {
+        let force = if self.force.value > 0.0 { self.force.value } else { noise.largest_force };
+        let moment_rounding = noise.force * noise.size;
+        if self.moment.value > moment_rounding {
+            self.moment.value = self.moment.value.max(MOMENT_FLOOR * force * noise.size);
+        }
+        let floor = FLOOR * noise.largest_force;
+        [
+            self.displacement.ratio(ROUNDING * noise.size, FLOOR * noise.size),
+            self.rotation.ratio(ROUNDING, FLOOR),
+            self.force.ratio(noise.force, floor),
+            self.moment.ratio(moment_rounding, floor * noise.size),
+        ]
+    }
+}
+
+fn kinds_of_probes(model: &Model, structure: &Structure, probes: &ProbeTable) -> Kinds {
+    let mut kinds = Kinds::default();
+    for step in &probes.steps {
+        let errors = step.errors();
+        for (index, quantity) in quantities(model).into_iter().enumerate() {
+            let largest = step.increments.iter().map(|values| values[index].abs()).fold(0.0, f64::max);
+            let error = errors.as_ref().map(|errors| errors[index]);
+            match quantity {
+                Quantity::Length => kinds.displacement.take(largest, error),
+                Quantity::Angle => kinds.rotation.take(largest.to_radians(), error.map(f64::to_radians)),
+                Quantity::Force => kinds.force.take(largest, error),
+                Quantity::Moment => kinds.moment.take(largest, error),
+                Quantity::Other => {} // made of other probes
+            }
+        }
+    }
+    let _ = structure;
+    kinds
+}
+
+fn kinds_of_nodes(structure: &Structure, history: &History) -> Kinds {
+    let mut kinds = Kinds::default();
+    for step in &history.steps {
+        for state in step.increments.iter().map(|increment| &increment.state) {
+            take_nodes(&mut kinds, state);
+        }
+        let (Some(last), Some(refined)) = (last_state(step), &step.refined) else { continue };
+        for (node, better) in last.nodes.iter().zip(&refined.nodes) {
+            let error = NodeError::between(node, better, structure.dimension);
+            kinds.displacement.take(0.0, Some(error.displacement));
+            kinds.rotation.take(0.0, Some(error.rotation));
+            kinds.force.take(0.0, Some(error.reaction_force));
+            kinds.moment.take(0.0, Some(error.reaction_moment));
+        }
+    }
+    kinds
+}
+
+fn take_nodes(kinds: &mut Kinds, state: &Equilibrium) {
+    for node in &state.nodes {
+        kinds.displacement.take(norm(node.displacement), None);
+        kinds.rotation.take(norm(node.rotation).max(node.rotation_total.abs()), None);
+        kinds.force.take(norm(node.reaction_force), None);
+        kinds.moment.take(norm(node.reaction_moment), None);
+    }
+}
+
+/// What the network's size and forces suggest about rounding.
+struct Noise {
+    /// Diagonal of the box around the unloaded network.
+    size: f64,
+    /// The largest force anywhere in the run.
+    largest_force: f64,
+    /// Forces below this are rounding.
+    force: f64,
+}
+
+impl Noise {
+    fn of(structure: &Structure, history: &History) -> Self {
+        let size = diagonal(&structure.nodes);
+        let largest_force = history.steps.iter().filter_map(last_of).map(largest_force).fold(0.0, f64::max);
+        let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
+        let force = (ROUNDING * largest_force).max(FLOOR * axial.fold(0.0, f64::max));
+        Self { size, largest_force, force }
+    }
+}
+
+fn last_of(step: &StepHistory) -> Option<&Equilibrium> {
+    last_state(step)
+}
+
+fn largest_force(state: &Equilibrium) -> f64 {
+    let reactions = state.nodes.iter().map(|node| norm(node.reaction_force));
+    let members = state.members.iter().flat_map(|member| member.end_forces).map(norm);
+    reactions.chain(members).chain(state.springs.iter().map(|force| force.abs())).fold(0.0, f64::max)
+}
+
+fn diagonal(points: &[[f64; 3]]) -> f64 {
+    let extent = |axis: usize| {
+        let (low, high) = points
+            .iter()
+            .map(|point| point[axis])
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        if high > low { high - low } else { 0.0 }
+    };
+    norm([extent(0), extent(1), extent(2)])
+}

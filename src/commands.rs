@@ -1,0 +1,191 @@
+//! The commands: what they print, what they write and how they end.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use pennate_models::{Mesh, Model, discretize};
+use pennate_solver::history::Status;
+
+use crate::accuracy::Verdict;
+use crate::diagnostics::{Message, Severity, show, show_errors, show_warnings};
+use crate::output::files::check_writable;
+use crate::output::{json, table, write_files};
+use crate::progress::Bar;
+use crate::solution::Solution;
+use crate::{Input, Job, Refusal, explain, read, run};
+
+/// How a command ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    Done,
+    /// No equilibrium where one was asked for, or the results could not be written.
+    NotSolved,
+    WrongInput,
+    Interrupted,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(match exit {
+            Exit::Done => 0,
+            Exit::NotSolved => 1,
+            Exit::WrongInput => 2,
+            Exit::Interrupted => 130,
+        })
+    }
+}
+
+/// What `pennate solve` writes, and where.
+#[derive(Clone, Debug, Default)]
+pub struct Destination {
+    pub directory: Option<PathBuf>,
+    pub pictures: bool,
+    /// Print `results.json` instead of the table.
+    pub json: bool,
+}
+
+/// Mechanisms that are described one by one.
+const MECHANISMS: usize = 10;
+
+/// `pennate solve`: solves a network, prints the table or the results and writes the files asked for.
+pub fn solve(job: &Job, destination: &Destination) -> Exit {
+    if let Some(directory) = &destination.directory
+        && let Err(error) = check_writable(directory)
+    {
+        return could_not(&error);
+    }
+    let interrupted = listen_for_interrupt();
+    let mut bar = Bar::new();
+    let outcome = run(job, &mut |progress| {
+        bar.show(progress);
+        !interrupted.load(Ordering::Relaxed)
+    });
+    drop(bar);
+    match outcome {
+        Ok(mut solution) => deliver(&mut solution, &job.input, destination),
+        Err(refusal) => refuse(&refusal),
+    }
+}
+
+/// `pennate check`: everything short of solving.
+pub fn check(input: &Input) -> Exit {
+    let model = match read(input) {
+        Ok(model) => model,
+        Err(errors) => return refuse(&Refusal::Input(errors)),
+    };
+    let (structure, _) = discretize(&model, &Mesh::initial(&model, 1e-3));
+    let motions = pennate_solver::free_motions(&structure);
+    if !motions.is_empty() {
+        return refuse(&Refusal::Mechanism(Box::new(model), motions));
+    }
+    show_warnings(&model.warnings, &model.sources);
+    let steps = match model.steps.len() {
+        0 => "no steps: prestress alone".to_owned(),
+        1 => "1 step".to_owned(),
+        many => format!("{many} steps"),
+    };
+    print(|out| writeln!(out, "{}; {steps}; ready to be solved", table::summary(&model)))
+}
+
+/// `pennate schema`: the JSON Schema of the network file.
+pub fn schema() -> Exit {
+    let schema = pennate_models::schema();
+    print(|out| {
+        serde_json::to_writer_pretty(&mut *out, &schema)?;
+        writeln!(out)
+    })
+}
+
+fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) -> Exit {
+    show_warnings(&solution.model.warnings, &solution.model.sources);
+    let written = match &destination.directory {
+        Some(directory) => write_files(solution, directory, &stem(input), destination.pictures),
+        None => Ok(()),
+    };
+    let printed = match destination.json {
+        true => print(|out| json::write(solution, out)),
+        false => print(|out| out.write_all(table::report(solution).as_bytes())),
+    };
+    for message in failures(solution) {
+        show(Severity::Error, &message, &solution.model.sources);
+    }
+    match written {
+        Err(error) => could_not(&error),
+        Ok(()) if printed != Exit::Done => printed,
+        Ok(()) => exit_of(solution),
+    }
+}
+
+/// The name that pictures go by: that of the network file.
+fn stem(input: &Input) -> String {
+    let stem = input.file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    stem.filter(|stem| stem != "-").unwrap_or_else(|| "network".to_owned())
+}
+
+fn exit_of(solution: &Solution) -> Exit {
+    match solution.status() {
+        Status::Converged if solution.accuracy.verdict == Verdict::Interrupted => Exit::Interrupted,
+        Status::Converged => Exit::Done,
+        Status::Interrupted => Exit::Interrupted,
+        Status::LimitPoint | Status::Bifurcation | Status::NotConverged | Status::NotReached => Exit::NotSolved,
+    }
+}
+
+fn failures(solution: &Solution) -> Vec<Message> {
+    let steps = solution.history.steps.iter().enumerate();
+    let failed = steps.filter_map(|(index, step)| Some((index, step, step.failure.as_ref()?)));
+    failed.map(|(index, step, failure)| explain::failed_step(&solution.model, index, step, failure)).collect()
+}
+
+fn refuse(refusal: &Refusal) -> Exit {
+    match refusal {
+        Refusal::Input(errors) => show_errors(errors),
+        Refusal::Mechanism(model, motions) => {
+            show_warnings(&model.warnings, &model.sources);
+            show_mechanism(model, motions);
+        }
+    }
+    Exit::WrongInput
+}
+
+fn show_mechanism(model: &Model, motions: &[pennate_solver::error::FreeMotion]) {
+    for motion in motions.iter().take(MECHANISMS) {
+        show(Severity::Error, &explain::mechanism(model, motion), &model.sources);
+    }
+    if motions.len() > MECHANISMS {
+        let title = format!("the network has {} more free motions", motions.len() - MECHANISMS);
+        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+    }
+}
+
+/// Prints to standard output; a reader that has seen enough is no error.
+fn print(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Exit {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            could_not(&crate::output::files::WriteError { path: "standard output".into(), source: error })
+        }
+        _ => Exit::Done,
+    }
+}
+
+fn could_not(error: &crate::output::files::WriteError) -> Exit {
+    show(Severity::Error, &Message { title: error.to_string(), ..Message::default() }, &[]);
+    Exit::NotSolved
+}
+
+/// Set by the first interrupt; the second one ends the process at once.
+fn listen_for_interrupt() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // Without a handler an interrupt ends the process, as it does anywhere else.
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    interrupted
+}

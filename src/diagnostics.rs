@@ -1,0 +1,137 @@
+//! How an error is shown: what is wrong, the place in the input file, what would help.
+
+use std::io::Write;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Element, Group, Level, Renderer, Snippet};
+use pennate_models::error::{InputError, InputErrors, Source, Span, Warning};
+
+/// Errors of one reading that are shown; the rest is counted.
+const SHOWN: usize = 20;
+
+/// How grave a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    Error,
+    Warning,
+}
+
+/// Something to tell a user: a title, a place, remarks and advice, in this order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Message {
+    pub title: String,
+    pub span: Option<Span>,
+    pub label: Option<String>,
+    pub notes: Vec<String>,
+    pub help: Option<String>,
+}
+
+impl From<&InputError> for Message {
+    fn from(error: &InputError) -> Self {
+        // Without a marked place the key path is all there is to find the error by.
+        let notes = match (error.span, error.path.as_str()) {
+            (None, path) if !path.is_empty() => vec![format!("at {path}")],
+            _ => Vec::new(),
+        };
+        let InputError { message, span, label, help, .. } = error.clone();
+        Self { title: message, span, label, notes, help }
+    }
+}
+
+/// Shows on standard error all that is wrong with an input.
+pub fn show_errors(errors: &InputErrors) {
+    let messages: Vec<Message> = errors.errors.iter().take(SHOWN).map(Message::from).collect();
+    for message in &messages {
+        show(Severity::Error, message, &errors.sources);
+    }
+    let more = errors.errors.len().saturating_sub(SHOWN);
+    if more > 0 {
+        show(Severity::Error, &Message { title: format!("{more} more errors"), ..Message::default() }, &[]);
+    }
+}
+
+/// Shows on standard error what is remarkable about an input.
+pub fn show_warnings(warnings: &[Warning], sources: &[Source]) {
+    for warning in warnings {
+        show(Severity::Warning, &Message::from(warning), sources);
+    }
+}
+
+/// Shows a message on standard error; in colour only where that is a terminal and the user has not objected.
+pub fn show(severity: Severity, message: &Message, sources: &[Source]) {
+    let text = render(severity, message, sources, &Renderer::styled());
+    // Nobody is left to be told that standard error is closed.
+    let _ = writeln!(anstream::stderr().lock(), "{text}");
+}
+
+fn render(severity: Severity, message: &Message, sources: &[Source], renderer: &Renderer) -> String {
+    let level = match severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let place = message.span.and_then(|span| Some((sources.get(span.file)?, span)));
+    let notes = message.notes.iter().map(|note| Level::NOTE.message(note).into());
+    let help = message.help.iter().map(|help| Level::HELP.message(help).into());
+    let place = place.map(|(source, span)| marked(source, span, message.label.as_deref()));
+    let elements: Vec<Element<'_>> = place.into_iter().chain(notes).chain(help).collect();
+    let report = [Group::with_title(level.primary_title(&message.title)).elements(elements)];
+    renderer.render(&report)
+}
+
+fn marked<'a>(source: &'a Source, span: Span, label: Option<&'a str>) -> Element<'a> {
+    let mark = AnnotationKind::Primary.span(range_in(&source.text, span)).label(label);
+    Snippet::source(source.text.as_str()).path(source.name.as_str()).annotation(mark).into()
+}
+
+/// The part of a text that a span names, on whole characters.
+fn range_in(text: &str, span: Span) -> Range<usize> {
+    let whole = |at: usize| (0..=at.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
+    let start = whole(span.start);
+    // Of a place that runs over several lines the first is enough to find it by.
+    let line_end = text[start..].find('\n').map_or(text.len(), |length| start + length);
+    start..whole(span.end).clamp(start, line_end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    fn source() -> Source {
+        let text = "a = 1\n[members.m12]\nsection = \"tube_6mm\"\n# ä".to_owned();
+        Source { name: "arm.toml".into(), path: PathBuf::new(), text }
+    }
+
+    fn plain(error: &InputError) -> String {
+        render(Severity::Error, &Message::from(error), &[source()], &Renderer::plain())
+    }
+
+    #[test]
+    fn an_error_shows_its_place_and_its_help() {
+        let error = InputError::new("member 'm12' refers to section 'tube_6mm', which is not defined")
+            .at(Span { file: 0, start: 30, end: 40 })
+            .help("defined sections are 'tube_5mm' and 'tube_8mm'");
+        let text = plain(&error);
+        assert!(text.starts_with("error: member 'm12' refers to section 'tube_6mm', which is not defined"), "{text}");
+        assert!(text.contains("--> arm.toml:3:11"), "{text}");
+        assert!(text.contains("3 | section = \"tube_6mm\""), "{text}");
+        assert!(text.contains("^^^^^^^^^^"), "{text}");
+        assert!(text.contains("help: defined sections are"), "{text}");
+    }
+
+    #[test]
+    fn places_outside_of_the_text_or_within_a_letter_do_no_harm() {
+        let length = source().text.len();
+        for (start, end) in [(length, length), (length - 1, length), (length + 5, length + 9), (9, 3), (0, length)] {
+            let text = plain(&InputError::new("wrong").at(Span { file: 0, start, end }));
+            assert!(text.contains("arm.toml:"), "{text}");
+        }
+        assert!(plain(&InputError::new("wrong").at(Span { file: 7, start: 0, end: 1 })).contains("wrong"));
+    }
+
+    #[test]
+    fn without_a_place_the_key_path_is_named() {
+        let text = plain(&InputError::new("the parameter is unknown").path("parameters.beta"));
+        assert!(text.contains("note: at parameters.beta"), "{text}");
+    }
+}

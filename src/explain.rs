@@ -1,0 +1,258 @@
+//! Why there is no answer, in words: mechanisms, and steps that stop short of their end.
+
+use nalgebra::Vector3;
+use pennate_models::Model;
+use pennate_models::model::Target;
+use pennate_solver::error::{FreeMotion, Place};
+use pennate_solver::history::{Cause, Failure, StepHistory};
+use pennate_solver::structure::{Change, NodeId};
+
+use crate::diagnostics::Message;
+use crate::output::text::{direction, list, number, percent, shown};
+use crate::solution::last_state;
+
+/// Names listed before the rest is counted.
+const NAMES: usize = 6;
+const AXES: [&str; 3] = ["x", "y", "z"];
+const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
+
+/// A motion of the unloaded network that needs no force.
+pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
+    let (subject, span) = match motion.place {
+        Place::Node(node) => (format!("node {}", shown(&model.nodes[node].name)), model.nodes[node].span),
+        Place::Member(member) => (format!("member {}", shown(&model.members[member].name)), model.members[member].span),
+    };
+    let how = match (motion.turns, about(model, motion)) {
+        (false, _) => format!("moves freely along {}", direction(motion.direction)),
+        (true, Some(axis)) => format!("turns freely about {axis}"),
+        (true, None) => format!("turns freely about {}", direction(motion.direction)),
+    };
+    let others: Vec<String> = motion.nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
+    let notes = (others.len() > 1).then(|| format!("nodes that move with it: {}", list(&others, NAMES)));
+    let help = match motion.turns {
+        true => "hold the turn by a support, a spring or a body, or release one end less",
+        false => "hold the motion by a support, a spring or another member",
+    };
+    Message {
+        title: format!("the network is a mechanism: {subject} {how}"),
+        span: Some(span),
+        notes: notes.into_iter().collect(),
+        help: Some(help.to_owned()),
+        ..Message::default()
+    }
+}
+
+/// The member along which the axis of a turn lies.
+fn about(model: &Model, motion: &FreeMotion) -> Option<String> {
+    let axis = Vector3::from(motion.direction);
+    let along = |member: &pennate_models::model::Member| {
+        let [start, end] = member.nodes.map(|node| Vector3::from(model.nodes[node].position));
+        (end - start).cross(&axis).norm() <= 1e-6 * (end - start).norm()
+    };
+    match motion.place {
+        Place::Member(member) => along(&model.members[member]).then(|| "its own axis".to_owned()),
+        Place::Node(node) => {
+            let member = model.members.iter().find(|member| member.nodes.contains(&node) && along(member))?;
+            Some(format!("member {}", shown(&member.name)))
+        }
+    }
+}
+
+/// A step that did not reach its end: how far it came, what it looks like and what to try.
+pub fn failed_step(model: &Model, index: usize, step: &StepHistory, failure: &Failure) -> Message {
+    let names = model.step_names();
+    let name = shown(names[index]);
+    let reached = percent(step.fraction);
+    let title = match failure.cause {
+        Cause::LimitPoint => format!("step '{name}' ends at a limit point, at {reached} of its ramp"),
+        Cause::Bifurcation | Cause::SidewaysBifurcation => {
+            format!("step '{name}' ends at a bifurcation, at {reached} of its ramp")
+        }
+        Cause::Interrupted => format!("step '{name}' was interrupted at {reached} of its ramp"),
+        Cause::StepTooSmall | Cause::IllConditioned => {
+            format!("step '{name}' finds no equilibrium beyond {reached} of its ramp")
+        }
+    };
+    let place = failure.worst_node.map_or_else(|| "a node".to_owned(), |node| node_name(model, node));
+    let mut notes = Vec::new();
+    notes.extend(reached_values(model, index, step));
+    notes.extend(looks_like(failure.cause, &place));
+    notes.extend(worst_residual(model, failure));
+    notes.extend(pushed_muscles(model, step));
+    let left = names.len() - index - 1;
+    if left > 0 {
+        notes.push(format!("{left} later step{} not tried", if left == 1 { " was" } else { "s were" }));
+    }
+    Message {
+        title,
+        span: model.steps.get(index).map(|step| step.span),
+        notes,
+        help: advice(failure, &place),
+        label: None,
+    }
+}
+
+fn node_name(model: &Model, node: NodeId) -> String {
+    format!("node {}", shown(&model.nodes[node].name))
+}
+
+fn looks_like(cause: Cause, place: &str) -> Option<String> {
+    Some(match cause {
+        Cause::LimitPoint => format!(
+            "the equilibrium path turns back there: beyond it no equilibrium lies near, and the network would snap; \
+             {place} moves most"
+        ),
+        Cause::Bifurcation => format!(
+            "another equilibrium branches off there and the present one loses its stability, as when a strut buckles; \
+             {place} moves most"
+        ),
+        Cause::SidewaysBifurcation => {
+            format!("the network loses its stability out of its plane there; {place} moves most")
+        }
+        Cause::StepTooSmall => {
+            "Newton's iteration fails however small the step, though the stiffness is regular: the path may bend \
+             sharply there, as when a muscle kinks"
+                .to_owned()
+        }
+        Cause::IllConditioned => "stiff and soft parts differ by more than double precision can hold".to_owned(),
+        Cause::Interrupted => return None,
+    })
+}
+
+fn advice(failure: &Failure, place: &str) -> Option<String> {
+    Some(match failure.cause {
+        Cause::LimitPoint => format!(
+            "ask for less in this step, or drive it by a prescribed displacement, for example of {place}, instead of a \
+             load: that passes a point where the load has its maximum"
+        ),
+        Cause::Bifurcation => format!(
+            "a small imperfection leads onto the stable branch: a force on {place} or an offset of it, a thousandth \
+             of the load or of the length"
+        ),
+        Cause::SidewaysBifurcation => {
+            "set dimension = \"space\" and give a small force or offset out of the plane, which leads onto the stable \
+             branch; dimension = \"plane\" if something holds the network in its plane"
+                .to_owned()
+        }
+        Cause::StepTooSmall => {
+            "look at the units of loads and stiffnesses; split the step, or ask for more increments (increments = 20); \
+             apply a prestress that keeps slender members in tension first"
+                .to_owned()
+        }
+        Cause::IllConditioned => {
+            "look at the units of the stiffest section and the stiffest spring; a rigid body, a support or \
+             stretch = false holds exactly what a very large stiffness holds badly"
+                .to_owned()
+        }
+        Cause::Interrupted => return None,
+    })
+}
+
+fn worst_residual(model: &Model, failure: &Failure) -> Option<String> {
+    let node = failure.worst_node.filter(|_| failure.cause != Cause::Interrupted)?;
+    let (kind, word) = if failure.worst_component < 3 { ("force", "along") } else { ("moment", "about") };
+    Some(format!(
+        "the last try, at {}, left its largest residual at {} {word} {}: {:.1e} of the largest {kind}",
+        percent(failure.tried),
+        node_name(model, node),
+        AXES[failure.worst_component % 3],
+        failure.worst_residual
+    ))
+}
+
+/// Muscles in compression at the last state: what kinks is among them.
+fn pushed_muscles(model: &Model, step: &StepHistory) -> Option<String> {
+    let state = last_state(step)?;
+    let strongest = state.members.iter().map(|member| member.axial_force.abs()).fold(0.0, f64::max);
+    let pushed = model.members.iter().zip(&state.members);
+    let pushed = pushed.filter(|(member, now)| member.is_muscle() && now.axial_force < -1e-6 * strongest);
+    let names: Vec<String> = pushed
+        .map(|(member, now)| format!("{} ({} {})", shown(&member.name), number(now.axial_force), force_unit(model)))
+        .collect();
+    (!names.is_empty()).then(|| format!("muscles in compression, which may buckle or kink: {}", list(&names, 3)))
+}
+
+/// Where the loads, pressures and prescribed displacements of a step were when it stopped.
+fn reached_values(model: &Model, index: usize, step: &StepHistory) -> Option<String> {
+    let now = model.steps.get(index)?;
+    let before = |target: &Target| {
+        let earlier = model.steps[..index].iter().rev().flat_map(|step| step.targets.iter().rev());
+        earlier.into_iter().find(|(other, _)| other == target).map_or(0.0, |(_, value)| *value)
+    };
+    let mut groups: Vec<(String, f64, &str, Vec<String>)> = Vec::new();
+    for (target, to) in &now.targets {
+        let from = before(target);
+        let value = from + step.fraction * (to - from);
+        let (what, unit, name) = target_in_words(model, target);
+        match groups.iter_mut().find(|group| group.0 == what && group.1 == value && group.2 == unit) {
+            Some(group) => group.3.extend(name),
+            None => groups.push((what, value, unit, name.into_iter().collect())),
+        }
+    }
+    let mut values: Vec<String> = groups.into_iter().map(in_words).collect();
+    values.extend(now.changes.iter().filter_map(|change| prescribed_value(model, step, change)));
+    (!values.is_empty()).then(|| format!("reached: {}", list(&values, NAMES)))
+}
+
+fn in_words((what, value, unit, names): (String, f64, &str, Vec<String>)) -> String {
+    let of = if names.is_empty() { String::new() } else { format!(" in {}", list(&names, 3)) };
+    let blank = if unit.is_empty() { "" } else { " " };
+    format!("{what} {}{blank}{unit}{of}", number(value))
+}
+
+/// What a target moves, its unit, and the member that it belongs to.
+fn target_in_words<'a>(model: &'a Model, target: &Target) -> (String, &'a str, Option<String>) {
+    let node = |node: NodeId| shown(&model.nodes[node].name);
+    let member = |member: usize| Some(shown(&model.members[member].name));
+    match *target {
+        Target::Control(id) => match model.members[id].kind {
+            pennate_models::model::MemberKind::Muscle(muscle) => {
+                ("pressure".to_owned(), model.muscles[muscle].pressure_unit.as_str(), member(id))
+            }
+            _ => ("actuation".to_owned(), "", member(id)),
+        },
+        Target::Force(id, axis) => (format!("force on {} along {}", node(id), AXES[axis]), force_unit(model), None),
+        Target::Moment(id, axis) => (format!("moment on {} about {}", node(id), AXES[axis]), moment_unit(model), None),
+        Target::FollowerForce(id, axis) => {
+            (format!("follower force on {} along {}", node(id), AXES[axis]), force_unit(model), None)
+        }
+        Target::FollowerMoment(id, axis) => {
+            (format!("follower moment on {} about {}", node(id), AXES[axis]), moment_unit(model), None)
+        }
+        Target::Gravity(axis) => (format!("gravity along {}", AXES[axis]), "", None),
+        Target::Distributed(id, axis) => (format!("distributed force along {}", AXES[axis]), "", member(id)),
+    }
+}
+
+fn prescribed_value(model: &Model, step: &StepHistory, change: &Change) -> Option<String> {
+    let (node, component) = match *change {
+        Change::Prescribe { node, component, .. } | Change::MoveBy { node, component, .. } => (node, component),
+        Change::Hold { .. } | Change::Free { .. } => return None,
+    };
+    // In turned axes the components of the state are not those of the change.
+    let turned = |support: &&pennate_solver::structure::Support| {
+        support.node == node && support.axes != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    };
+    if model.supports.iter().any(|support| turned(&support)) {
+        return None;
+    }
+    let now = last_state(step)?.nodes[node];
+    let (value, unit) = match component {
+        0..3 => (now.displacement[component], model.units.symbols()[0]),
+        _ => (now.rotation[component - 3].to_degrees(), "deg"),
+    };
+    Some(format!("{} of {} = {} {unit}", COMPONENTS[component], shown(&model.nodes[node].name), number(value)))
+}
+
+/// Unit of forces.
+pub fn force_unit(model: &Model) -> &'static str {
+    model.units.symbols()[1]
+}
+
+/// Unit of moments.
+pub fn moment_unit(model: &Model) -> &'static str {
+    match model.units {
+        pennate_models::model::Units::MmNMpa => "N mm",
+        pennate_models::model::Units::MNPa => "N m",
+    }
+}

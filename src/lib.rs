@@ -1,0 +1,73 @@
+//! Reads a network, solves it and writes the results: what the command line does, for programs and tests.
+
+pub mod accuracy;
+pub mod commands;
+pub mod diagnostics;
+pub mod explain;
+#[cfg(test)]
+mod fixture;
+pub mod output;
+pub mod progress;
+mod quantity;
+pub mod solution;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use pennate_models::{InputErrors, Model};
+use pennate_solver::error::FreeMotion;
+use pennate_solver::options::{Options, Progress};
+
+use solution::Solution;
+
+/// Where a network comes from, and the parameters that are set in it.
+#[derive(Clone, Debug, Default)]
+pub struct Input {
+    /// The network file; `-` is TOML from standard input.
+    pub file: PathBuf,
+    /// Parameters by name with their new values as text.
+    pub settings: Vec<(String, String)>,
+}
+
+/// What to solve, and how.
+#[derive(Clone, Debug)]
+pub struct Job {
+    pub input: Input,
+    /// Discretization error asked for, relative to the largest value of its kind.
+    pub accuracy: f64,
+    pub threads: Option<usize>,
+    /// Keep the shapes of members, for pictures.
+    pub shapes: bool,
+}
+
+/// Why a network is not solved at all: the input is wrong.
+#[derive(Debug)]
+pub enum Refusal {
+    Input(InputErrors),
+    Mechanism(Box<Model>, Vec<FreeMotion>),
+}
+
+/// Reads a network.
+///
+/// # Errors
+/// Everything found wrong, with its place.
+pub fn read(input: &Input) -> Result<Model, InputErrors> {
+    pennate_models::read(&input.file, &input.settings)
+}
+
+/// Reads a network and solves it; `observe` hears of every accepted increment and may stop the solve.
+///
+/// # Errors
+/// A [`Refusal`] where the input is wrong; a step that fails is part of the solution.
+pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solution, Refusal> {
+    let start = Instant::now();
+    let model = read(&job.input).map_err(Refusal::Input)?;
+    let read = start.elapsed();
+    let threads = job.threads.unwrap_or(1);
+    let options = Options { shapes: job.shapes, estimate: true, threads, ..Options::default() };
+    let solved = accuracy::solve_to_accuracy(model, job.accuracy, &options, observe);
+    let mut solution = solved
+        .map_err(|(model, pennate_solver::error::SolveError::Mechanism(motions))| Refusal::Mechanism(model, motions))?;
+    solution.timing.read = read;
+    Ok(solution)
+}

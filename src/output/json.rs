@@ -1,0 +1,371 @@
+//! `results.json`: everything about the converged states of a run, for programs.
+
+use std::io::{self, Write};
+
+use pennate_models::Model;
+use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, StepHistory};
+use pennate_solver::structure::Dimension;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+use super::layout::write_json;
+use crate::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
+
+/// Writes the results of a run.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write(solution: &Solution, writer: &mut dyn Write) -> io::Result<()> {
+    write_json(&Results::new(solution), writer)
+}
+
+#[derive(Serialize)]
+struct Results<'a> {
+    format: &'static str,
+    title: &'a str,
+    dimension: &'static str,
+    units: &'static str,
+    status: &'static str,
+    mesh: Mesh,
+    steps: Vec<Step<'a>>,
+    timing: Seconds,
+}
+
+#[derive(Serialize)]
+struct Mesh {
+    nodes: usize,
+    elements: usize,
+    unknowns: usize,
+}
+
+#[derive(Serialize)]
+struct Step<'a> {
+    name: &'a str,
+    status: &'static str,
+    fraction: f64,
+    increments: usize,
+    iterations: usize,
+    factorizations: usize,
+    stable: Option<bool>,
+    stability: &'static str,
+    negative_pivots: usize,
+    residual: Option<f64>,
+    energy: Option<f64>,
+    balance: Option<f64>,
+    critical_points: Vec<CriticalPoint<'a>>,
+    nodes: Map<'a, Node>,
+    bodies: Map<'a, Body>,
+    members: Map<'a, Member>,
+    springs: Map<'a, Spring>,
+    probes: Map<'a, f64>,
+    probe_errors: Map<'a, f64>,
+}
+
+#[derive(Serialize)]
+struct CriticalPoint<'a> {
+    kind: &'static str,
+    fraction: f64,
+    node: &'a str,
+}
+
+#[derive(Serialize)]
+struct Node {
+    position: [f64; 3],
+    displacement: [f64; 3],
+    rotation_vector: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rotation_total: Option<f64>,
+    reaction_force: [f64; 3],
+    reaction_moment: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    errors: Option<Errors>,
+}
+
+#[derive(Serialize)]
+struct Errors {
+    displacement: f64,
+    rotation: f64,
+    reaction_force: f64,
+    reaction_moment: f64,
+}
+
+#[derive(Serialize)]
+struct Body {
+    displacement: [f64; 3],
+    rotation_vector: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Member {
+    length: f64,
+    /// Of a muscle, in its own unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pressure: Option<f64>,
+    axial_force: f64,
+    start: End,
+    end: End,
+}
+
+#[derive(Serialize)]
+struct End {
+    force: [f64; 3],
+    moment: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Spring {
+    force: f64,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    read_s: f64,
+    mesh_s: f64,
+    solve_s: f64,
+    estimate_s: f64,
+    write_s: f64,
+}
+
+/// Named values in the order of the input file.
+struct Map<'a, T>(Vec<(&'a str, T)>);
+
+impl<T: Serialize> Serialize for Map<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+impl<'a> Results<'a> {
+    fn new(solution: &'a Solution) -> Self {
+        let model = &solution.model;
+        let steps = solution.steps().zip(&solution.probes.steps);
+        Self {
+            format: "pennate-results/1",
+            title: &model.title,
+            dimension: dimension_name(model.dimension),
+            units: model.units.name(),
+            status: status_name(solution.status()),
+            mesh: Mesh::from(solution.history.mesh),
+            steps: steps.map(|((name, step), probes)| Step::new(model, name, step, probes)).collect(),
+            timing: Seconds::from(solution.timing),
+        }
+    }
+}
+
+impl<'a> Step<'a> {
+    fn new(model: &'a Model, name: &'a str, step: &StepHistory, probes: &ProbeSteps) -> Self {
+        let state = last_state(step);
+        let named = |values: Option<Vec<f64>>| {
+            Map(model.probes.names.iter().map(String::as_str).zip(values.unwrap_or_default()).collect())
+        };
+        Self {
+            name,
+            status: status_name(step.status),
+            fraction: step.fraction,
+            increments: step.increments.len(),
+            iterations: step.iterations,
+            factorizations: step.factorizations,
+            stable: step.stable,
+            stability: dimension_name(step.stability),
+            negative_pivots: step.negative_pivots,
+            residual: state.map(|state| state.residual),
+            energy: state.map(|state| state.energy),
+            balance: state.map(|state| state.balance),
+            critical_points: critical_points(model, step),
+            nodes: Map(state.map_or_else(Vec::new, |state| nodes(model, state, step.refined.as_ref()))),
+            bodies: Map(state.map_or_else(Vec::new, |state| bodies(model, state))),
+            members: Map(state.map_or_else(Vec::new, |state| members(model, state))),
+            springs: Map(state.map_or_else(Vec::new, |state| springs(model, state))),
+            probes: named(probes.last().map(<[f64]>::to_vec)),
+            probe_errors: named(probes.errors()),
+        }
+    }
+}
+
+fn critical_points<'a>(model: &'a Model, step: &StepHistory) -> Vec<CriticalPoint<'a>> {
+    let entry = |point: &pennate_solver::history::CriticalPoint| CriticalPoint {
+        kind: match point.kind {
+            CriticalKind::LimitPoint => "limit_point",
+            CriticalKind::Bifurcation => "bifurcation",
+        },
+        fraction: point.fraction,
+        node: &model.nodes[point.node].name,
+    };
+    step.critical_points.iter().map(entry).collect()
+}
+
+fn nodes<'a>(model: &'a Model, state: &Equilibrium, refined: Option<&Equilibrium>) -> Vec<(&'a str, Node)> {
+    let entry = |(index, node): (usize, &'a pennate_models::model::Node)| {
+        let now = &state.nodes[index];
+        let error = refined.map(|refined| NodeError::between(now, &refined.nodes[index], model.dimension));
+        let entry = Node {
+            position: std::array::from_fn(|axis| node.position[axis] + now.displacement[axis]),
+            displacement: now.displacement,
+            rotation_vector: now.rotation,
+            rotation_total: (model.dimension == Dimension::Plane).then_some(now.rotation_total),
+            reaction_force: now.reaction_force,
+            reaction_moment: now.reaction_moment,
+            errors: error.map(Errors::from),
+        };
+        (node.name.as_str(), entry)
+    };
+    model.nodes.iter().enumerate().map(entry).collect()
+}
+
+fn bodies<'a>(model: &'a Model, state: &Equilibrium) -> Vec<(&'a str, Body)> {
+    let entry = |body: &'a pennate_models::model::Body| {
+        let reference = &state.nodes[body.reference];
+        let entry = Body { displacement: reference.displacement, rotation_vector: reference.rotation };
+        (body.name.as_str(), entry)
+    };
+    model.bodies.iter().map(entry).collect()
+}
+
+fn members<'a>(model: &'a Model, state: &Equilibrium) -> Vec<(&'a str, Member)> {
+    let end = |now: &MemberState, end: usize| End { force: now.end_forces[end], moment: now.end_moments[end] };
+    let entry = |(member, now): (&'a pennate_models::model::Member, &MemberState)| {
+        let entry = Member {
+            length: now.length,
+            pressure: member.is_muscle().then_some(now.control),
+            axial_force: now.axial_force,
+            start: end(now, 0),
+            end: end(now, 1),
+        };
+        (member.name.as_str(), entry)
+    };
+    model.members.iter().zip(&state.members).map(entry).collect()
+}
+
+fn springs<'a>(model: &'a Model, state: &Equilibrium) -> Vec<(&'a str, Spring)> {
+    let entries = model.springs.iter().zip(&state.springs);
+    entries.map(|(spring, &force)| (spring.name.as_str(), Spring { force })).collect()
+}
+
+fn dimension_name(dimension: Dimension) -> &'static str {
+    match dimension {
+        Dimension::Plane => "plane",
+        Dimension::Space => "space",
+    }
+}
+
+impl From<MeshSize> for Mesh {
+    fn from(mesh: MeshSize) -> Self {
+        Self { nodes: mesh.nodes, elements: mesh.elements, unknowns: mesh.unknowns }
+    }
+}
+
+impl From<NodeError> for Errors {
+    fn from(error: NodeError) -> Self {
+        let NodeError { displacement, rotation, reaction_force, reaction_moment } = error;
+        Self { displacement, rotation, reaction_force, reaction_moment }
+    }
+}
+
+impl From<Timing> for Seconds {
+    fn from(timing: Timing) -> Self {
+        Self {
+            read_s: timing.read.as_secs_f64(),
+            mesh_s: timing.mesh.as_secs_f64(),
+            solve_s: timing.solve.as_secs_f64(),
+            estimate_s: timing.estimate.as_secs_f64(),
+            write_s: timing.write.as_secs_f64(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use crate::fixture;
+
+    fn written() -> (String, Value) {
+        let mut out = Vec::new();
+        super::write(&fixture::solution(), &mut out).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let value = serde_json::from_str(&text).unwrap();
+        (text, value)
+    }
+
+    #[test]
+    fn names_and_numbers_survive() {
+        let (text, results) = written();
+        let step = &results["steps"][0];
+        assert_eq!(step["name"], "push; \"hard\"");
+        for name in fixture::NODES {
+            assert!(step["nodes"][name].is_object(), "{name}");
+        }
+        assert_eq!(step["energy"].as_f64(), Some(1.0 / 3.0));
+        assert_eq!(step["nodes"][fixture::NODES[1]]["reaction_force"], json!([null, 1.0, 0.0]));
+        assert!(!text.contains("NaN") && !text.contains("-0.0"));
+    }
+
+    #[test]
+    fn results_have_the_documented_keys_in_their_order() {
+        let (text, results) = written();
+        assert_eq!(results["status"], "limit_point");
+        let keys = [
+            "format",
+            "title",
+            "dimension",
+            "units",
+            "status",
+            "mesh",
+            "steps",
+            "name",
+            "fraction",
+            "increments",
+            "iterations",
+            "factorizations",
+            "stable",
+            "stability",
+            "negative_pivots",
+            "residual",
+            "energy",
+            "balance",
+            "critical_points",
+            "nodes",
+            "position",
+            "displacement",
+            "rotation_vector",
+            "rotation_total",
+            "reaction_force",
+            "reaction_moment",
+            "errors",
+            "bodies",
+            "members",
+            "length",
+            "axial_force",
+            "start",
+            "moment",
+            "end",
+            "springs",
+            "probes",
+            "probe_errors",
+            "timing",
+            "read_s",
+            "mesh_s",
+            "solve_s",
+            "estimate_s",
+            "write_s",
+        ];
+        let mut rest = text.as_str();
+        for key in keys {
+            let at = rest.find(&format!("\"{key}\": ")).unwrap_or_else(|| panic!("{key} is missing or out of order"));
+            rest = &rest[at..];
+        }
+    }
+
+    #[test]
+    fn a_step_that_was_not_reached_holds_no_numbers() {
+        let (_, results) = written();
+        let step = &results["steps"][1];
+        assert_eq!(step["status"], "not_reached");
+        assert_eq!(step["nodes"], json!({}));
+        assert_eq!(step["energy"], Value::Null);
+    }
+}

@@ -1,0 +1,30 @@
+//! Writers: each reads a solution and writes one kind of output.
+
+pub mod csv;
+pub mod files;
+pub mod json;
+mod layout;
+pub mod table;
+pub mod text;
+pub mod vtu;
+
+use std::path::Path;
+use std::time::Instant;
+
+use crate::solution::Solution;
+use files::{WriteError, make_directory, write_whole};
+
+/// Writes the files of a run into a directory: `results.json`, `history.csv` and, if asked for, pictures.
+///
+/// # Errors
+/// [`WriteError`] names the file that could not be written; no half file remains.
+pub fn write_files(solution: &mut Solution, directory: &Path, name: &str, pictures: bool) -> Result<(), WriteError> {
+    let start = Instant::now();
+    make_directory(directory)?;
+    write_whole(&directory.join("history.csv"), |writer| csv::write(solution, writer))?;
+    if pictures {
+        vtu::write(solution, directory, name)?;
+    }
+    solution.timing.write = start.elapsed();
+    write_whole(&directory.join("results.json"), |writer| json::write(solution, writer))
+}

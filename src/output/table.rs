@@ -1,0 +1,245 @@
+//! The short table that a person reads.
+
+use std::fmt::Write;
+
+use pennate_models::Model;
+use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Note, StepHistory};
+use pennate_solver::structure::Dimension;
+
+use super::text::{Align, columns, estimate, number, percent, shown};
+use crate::accuracy::Verdict;
+use crate::explain::{force_unit, moment_unit};
+use crate::quantity::{Quantity, quantities};
+use crate::solution::{NodeError, Solution, last_state, status_name};
+
+/// Steps that get a column of their own; of more the last ones.
+const STEP_COLUMNS: usize = 5;
+/// Rows of nodes at most, where there are no probes.
+const NODE_ROWS: usize = 20;
+/// Part of the largest value of a column below which a number is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// The whole report of a run.
+pub fn report(solution: &Solution) -> String {
+    let mut parts = vec![headline(solution), steps(solution)];
+    parts.push(if solution.model.probes.names.is_empty() { nodes(solution) } else { probes(solution) });
+    parts.push(remarks(solution));
+    parts.retain(|part| !part.is_empty());
+    parts.join("\n")
+}
+
+/// What a network is, in a line or two.
+pub fn summary(model: &Model) -> String {
+    let dimension = match model.dimension {
+        Dimension::Plane => "plane",
+        Dimension::Space => "spatial",
+    };
+    let mut parts = vec![counted(model.nodes.len(), "node")];
+    let muscles = model.members.iter().filter(|member| member.is_muscle()).count();
+    let counts = [
+        (muscles, "muscle"),
+        (model.members.len() - muscles, "member"),
+        (model.bodies.len(), "rigid body"),
+        (model.springs.len(), "spring"),
+    ];
+    parts.extend(counts.iter().filter(|(count, _)| *count > 0).map(|(count, noun)| counted(*count, noun)));
+    format!("{dimension} network of {}; units {}", super::text::list(&parts, parts.len()), model.units.name())
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    match (count, noun.strip_suffix('y')) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(stem)) => format!("{count} {stem}ies"),
+        (_, None) => format!("{count} {noun}s"),
+    }
+}
+
+fn headline(solution: &Solution) -> String {
+    let mut out = String::new();
+    if !solution.model.title.is_empty() {
+        let _ = writeln!(out, "{}", shown(&solution.model.title));
+    }
+    let mesh = solution.history.mesh;
+    let size = format!("{}, {}", counted(mesh.elements, "element"), counted(mesh.unknowns, "unknown"));
+    let _ = writeln!(out, "{}; {size}", summary(&solution.model));
+    out
+}
+
+fn steps(solution: &Solution) -> String {
+    let head = ["step", "status", "reached", "increments", "iterations", "stable"];
+    let mut rows = vec![head.map(String::from).to_vec()];
+    for (name, step) in solution.steps() {
+        rows.push(vec![
+            shown(name),
+            status_name(step.status).replace('_', " "),
+            percent(step.fraction),
+            step.increments.len().to_string(),
+            step.iterations.to_string(),
+            stability(step),
+        ]);
+    }
+    use Align::{Left, Right};
+    columns(&[Left, Left, Right, Right, Right, Left], &rows)
+}
+
+fn stability(step: &StepHistory) -> String {
+    let verdict = match step.stable {
+        _ if step.increments.is_empty() => return "-".to_owned(),
+        None => return "not defined: the loads have no potential".to_owned(),
+        Some(true) => "yes".to_owned(),
+        Some(false) => format!("NO, {}", counted(step.negative_pivots, "negative pivot")),
+    };
+    let in_plane = step.notes.contains(&Note::StabilityInPlane);
+    if in_plane { format!("{verdict}, in the plane") } else { verdict }
+}
+
+/// One row a probe, one column a step.
+fn probes(solution: &Solution) -> String {
+    let model = &solution.model;
+    let done: Vec<(&str, usize)> = solution
+        .steps()
+        .enumerate()
+        .filter(|(_, (_, step))| !step.increments.is_empty())
+        .map(|(index, (name, _))| (name, index))
+        .collect();
+    let shown_steps = &done[done.len().saturating_sub(STEP_COLUMNS)..];
+    let head = ["probe".to_owned()].into_iter().chain(shown_steps.iter().map(|(name, _)| shown(name)));
+    let mut rows = vec![head.chain(["unit".to_owned(), "error".to_owned()]).collect::<Vec<_>>()];
+    for (index, (name, quantity)) in model.probes.names.iter().zip(quantities(model)).enumerate() {
+        let mut row = vec![shown(name)];
+        let values: Vec<f64> =
+            shown_steps.iter().filter_map(|&(_, step)| Some(solution.probes.steps[step].last()?[index])).collect();
+        let largest = values.iter().fold(0.0, |largest, value| value.abs().max(largest));
+        row.extend(values.iter().map(|&value| rounded(value, largest)));
+        let errors = shown_steps.iter().filter_map(|&(_, step)| Some(solution.probes.steps[step].errors()?[index]));
+        row.push(unit(model, quantity).to_owned());
+        row.push(errors.reduce(f64::max).map_or_else(|| "-".to_owned(), estimate));
+        rows.push(row);
+    }
+    let mut align = vec![Align::Right; shown_steps.len() + 3];
+    align[0] = Align::Left;
+    align[shown_steps.len() + 1] = Align::Left;
+    columns(&align, &rows)
+}
+
+fn rounded(value: f64, largest: f64) -> String {
+    number(if value.abs() <= ROUNDING * largest { 0.0 } else { value })
+}
+
+fn unit(model: &Model, quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Length => model.units.symbols()[0],
+        Quantity::Angle => "deg",
+        Quantity::Force => force_unit(model),
+        Quantity::Moment => moment_unit(model),
+        Quantity::Other => "",
+    }
+}
+
+/// Displacements and reactions of the nodes at the end of the last step.
+fn nodes(solution: &Solution) -> String {
+    let model = &solution.model;
+    let Some((name, step, state)) =
+        solution.steps().filter_map(|(name, step)| Some((name, step, last_state(step)?))).last()
+    else {
+        return String::new();
+    };
+    let [length, force, _] = model.units.symbols();
+    let mut rows = vec![node_head(model.dimension, length, force)];
+    let largest = |of: fn(&pennate_solver::history::NodeState) -> [f64; 3]| {
+        state.nodes.iter().flat_map(of).fold(0.0, |largest: f64, value| largest.max(value.abs()))
+    };
+    let scales =
+        [largest(|node| node.displacement), largest(|node| node.rotation), largest(|node| node.reaction_force)];
+    for index in 0..model.nodes.len().min(NODE_ROWS) {
+        rows.push(node_row(model, step, state, index, scales));
+    }
+    let mut align = vec![Align::Right; rows[0].len()];
+    align[0] = Align::Left;
+    let mut out = format!("after '{}':\n{}", shown(name), columns(&align, &rows));
+    if model.nodes.len() > NODE_ROWS {
+        let _ = writeln!(out, "… and {} more (-o DIR writes all)", counted(model.nodes.len() - NODE_ROWS, "node"));
+    }
+    out
+}
+
+fn node_head(dimension: Dimension, length: &str, force: &str) -> Vec<String> {
+    let axes: &[&str] = if dimension == Dimension::Plane { &["x", "y"] } else { &["x", "y", "z"] };
+    let mut head = vec!["node".to_owned()];
+    head.extend(axes.iter().map(|axis| format!("u{axis}, {length}")));
+    head.push(if dimension == Dimension::Plane { "turn, deg" } else { "turned by, deg" }.to_owned());
+    head.extend(axes.iter().map(|axis| format!("reaction {axis}, {force}")));
+    head.push("error of u".to_owned());
+    head
+}
+
+fn node_row(model: &Model, step: &StepHistory, state: &Equilibrium, index: usize, scales: [f64; 3]) -> Vec<String> {
+    let node = &state.nodes[index];
+    let plane = model.dimension == Dimension::Plane;
+    let axes = if plane { 2 } else { 3 };
+    let turn = if plane { node.rotation_total } else { crate::solution::norm(node.rotation) };
+    let error = step.refined.as_ref().map(|refined| NodeError::between(node, &refined.nodes[index], model.dimension));
+    let mut row = vec![shown(&model.nodes[index].name)];
+    row.extend(node.displacement[..axes].iter().map(|&value| rounded(value, scales[0])));
+    row.push(rounded(turn.to_degrees(), scales[1].to_degrees()));
+    row.extend(node.reaction_force[..axes].iter().map(|&value| rounded(value, scales[2])));
+    row.push(error.map_or_else(|| "-".to_owned(), |error| estimate(error.displacement)));
+    row
+}
+
+/// What a reader must know besides, one sentence a line.
+fn remarks(solution: &Solution) -> String {
+    let mut out = String::new();
+    for (name, step) in solution.steps() {
+        for point in &step.critical_points {
+            let _ = writeln!(out, "{}: {}", shown(name), critical_point(&solution.model, point));
+        }
+        for note in &step.notes {
+            let _ = writeln!(out, "{}: {}", shown(name), note_in_words(note));
+        }
+    }
+    if let Some(why) = &solution.model.why_space {
+        let _ = writeln!(out, "Solved in space: {}.", shown(why.trim_end_matches('.')));
+    }
+    let _ = writeln!(out, "{}", accuracy(solution));
+    out
+}
+
+fn critical_point(model: &Model, point: &CriticalPoint) -> String {
+    let kind = match point.kind {
+        CriticalKind::LimitPoint => "limit point",
+        CriticalKind::Bifurcation => "bifurcation",
+    };
+    let sideways = if point.sideways { " out of the plane" } else { "" };
+    let node = shown(&model.nodes[point.node].name);
+    format!("{kind}{sideways} at {}, where node {node} moves most.", percent(point.fraction))
+}
+
+fn note_in_words(note: &Note) -> String {
+    match note {
+        Note::TouchedSingular { fraction } => {
+            format!("touched a singular state at {} and went on, its stability unchanged.", percent(*fraction))
+        }
+        Note::StabilityInPlane => "stability is judged in the plane alone.".to_owned(),
+    }
+}
+
+fn accuracy(solution: &Solution) -> String {
+    let accuracy = solution.accuracy;
+    let time = solution.timing.solve.as_secs_f64() + solution.timing.estimate.as_secs_f64();
+    let time = if time < 1.0 { format!("{:.2} ms", 1e3 * time) } else { format!("{time:.2} s") };
+    let solved = format!("Solved in {time}");
+    let Some(error) = accuracy.estimated else {
+        return format!("{solved}; no error estimate, because no step reached its end.");
+    };
+    let found = format!("{solved}; estimated error {} of the largest values", estimate(error));
+    let asked = format!("more than the {} asked for", estimate(accuracy.asked));
+    match accuracy.verdict {
+        Verdict::Met | Verdict::NotEstimated => format!("{found}."),
+        Verdict::Forced => format!("{found}, {asked}: the file forces the number of elements."),
+        Verdict::TooFine => format!("{found}, {asked}: it would take too fine a mesh."),
+        Verdict::Stalled => format!("{found}, {asked}: a finer mesh makes it no better."),
+        Verdict::PathLost => format!("{found}, {asked}: the finer mesh got less far along the path."),
+        Verdict::Interrupted => format!("{found}, {asked}: interrupted before the finer mesh was solved."),
+    }
+}

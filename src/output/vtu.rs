@@ -1,0 +1,286 @@
+//! Pictures: one `.vtu` an increment and the `.pvd` that lists them, for ParaView and its kin.
+//!
+//! Points keep their unloaded place and carry the displacement. The first points are the nodes of the network
+//! in their order, which alone carry reactions; then come the points of the members, doubled where the
+//! section changes, and lines from the reference of each rigid body to its nodes.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Rotation3, Vector3};
+use pennate_models::Model;
+use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell};
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, UnstructuredGridPiece, Version,
+    VertexNumbers, Vtk,
+};
+use vtkio::xml::Compressor;
+
+use super::files::{WriteError, write_whole};
+use crate::solution::{Solution, norm};
+
+const COMPRESSION_LEVEL: u32 = 6;
+const KIND_MUSCLE: i32 = 0;
+const KIND_MEMBER: i32 = 1;
+const KIND_RIGID: i32 = 2;
+/// Value of `member_id` in a cell that is no member.
+const NO_MEMBER: i32 = -1;
+
+/// Writes `NAME.pvd` and its `NAME_0001.vtu`, … into a directory.
+///
+/// # Errors
+/// [`WriteError`] names the file that could not be written.
+pub fn write(solution: &Solution, directory: &Path, name: &str) -> Result<(), WriteError> {
+    let mut entries = Vec::new();
+    for (index, step) in solution.history.steps.iter().enumerate() {
+        for increment in &step.increments {
+            let file = format!("{name}_{:04}.vtu", entries.len() + 1);
+            write_whole(&directory.join(&file), |writer| write_vtu(&solution.model, increment, writer))?;
+            entries.push((index as f64 + increment.fraction, file));
+        }
+    }
+    let collection: PathBuf = directory.join(format!("{name}.pvd"));
+    write_whole(&collection, |writer| write_pvd(&entries, writer))
+}
+
+/// The list of files with their times: steps done and the fraction of the present one.
+fn write_pvd(entries: &[(f64, String)], writer: &mut dyn Write) -> io::Result<()> {
+    let increasing = entries.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    writeln!(writer, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
+    writeln!(writer, r#"<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">"#)?;
+    writeln!(writer, "  <Collection>")?;
+    for (index, (time, file)) in entries.iter().enumerate() {
+        let time = if increasing { *time } else { (index + 1) as f64 };
+        writeln!(writer, r#"    <DataSet timestep="{time:?}" part="0" file="{}"/>"#, escaped(file))?;
+    }
+    writeln!(writer, "  </Collection>\n</VTKFile>")
+}
+
+/// Text as the value of an XML attribute.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\t' | '\n' | '\r' => out.push_str(&format!("&#{};", u32::from(letter))),
+            _ => out.push(letter),
+        }
+    }
+    out
+}
+
+/// One state as an unstructured grid: inline base64, compressed by zlib, which every reader understands.
+fn write_vtu(model: &Model, increment: &Increment, writer: &mut dyn Write) -> io::Result<()> {
+    let grid = Grid::new(model, increment);
+    let vtk = Vtk {
+        version: Version::new_xml(1, 0),
+        title: String::new(),
+        byte_order: ByteOrder::LittleEndian,
+        file_path: None,
+        data: DataSet::inline(grid.into_piece()),
+    };
+    let file = vtk.try_into_xml_format(Compressor::ZLib, COMPRESSION_LEVEL).map_err(io::Error::other)?;
+    let mut text = Vec::new();
+    file.write(&mut text).map_err(io::Error::other)?;
+    writer.write_all(&text)
+}
+
+#[derive(Clone, Copy, Default)]
+struct Point {
+    reference: [f64; 3],
+    displacement: [f64; 3],
+    rotation: [f64; 3],
+    reaction_force: [f64; 3],
+    reaction_moment: [f64; 3],
+    radius: f64,
+    frame: [[f64; 3]; 3],
+}
+
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    points: [usize; 2],
+    values: ShapeCell,
+    pressure: f64,
+    member: i32,
+    kind: i32,
+}
+
+struct Grid {
+    points: Vec<Point>,
+    cells: Vec<Cell>,
+}
+
+impl Grid {
+    fn new(model: &Model, increment: &Increment) -> Self {
+        let state = &increment.state;
+        let radii = node_radii(model, state);
+        let nodes = (0..model.nodes.len()).map(|node| node_point(model, state, node, radii[node]));
+        let mut grid = Self { points: nodes.collect(), cells: Vec::new() };
+        for (member, shape) in increment.shapes.iter().enumerate() {
+            grid.add_member(model, member, shape, state.members[member].control);
+        }
+        for body in &model.bodies {
+            for &node in body.nodes.iter().filter(|&&node| node != body.reference) {
+                let points = [body.reference, node];
+                grid.cells.push(Cell { points, member: NO_MEMBER, kind: KIND_RIGID, ..Cell::default() });
+            }
+        }
+        grid
+    }
+
+    fn add_member(&mut self, model: &Model, member: usize, shape: &MemberShape, control: f64) {
+        let muscle = model.members[member].is_muscle();
+        let mut segment = None;
+        for (values, ends) in shape.cells.iter().zip(shape.points.windows(2)) {
+            let radius = model.segment_radius(member, values.segment, control);
+            if segment != Some(values.segment) {
+                self.points.push(member_point(&ends[0], radius));
+                segment = Some(values.segment);
+            }
+            self.points.push(member_point(&ends[1], radius));
+            self.cells.push(Cell {
+                points: [self.points.len() - 2, self.points.len() - 1],
+                values: *values,
+                pressure: if muscle { control } else { 0.0 },
+                member: member as i32,
+                kind: if muscle { KIND_MUSCLE } else { KIND_MEMBER },
+            });
+        }
+    }
+
+    fn into_piece(self) -> UnstructuredGridPiece {
+        let (points, cells) = (&self.points, &self.cells);
+        UnstructuredGridPiece {
+            points: flat(points, |point| point.reference),
+            cells: Cells {
+                cell_verts: VertexNumbers::XML {
+                    connectivity: cells.iter().flat_map(|cell| cell.points.map(|point| point as u64)).collect(),
+                    offsets: (1..=cells.len() as u64).map(|count| 2 * count).collect(),
+                },
+                types: vec![CellType::Line; cells.len()],
+            },
+            data: Attributes {
+                point: vec![
+                    vector("displacement", flat(points, |point| point.displacement)),
+                    vector("rotation", flat(points, |point| point.rotation)),
+                    vector("reaction_force", flat(points, |point| point.reaction_force)),
+                    vector("reaction_moment", flat(points, |point| point.reaction_moment)),
+                    scalar("radius", flat(points, |point| [point.radius])),
+                    vector("frame_e1", flat(points, |point| point.frame[0])),
+                    vector("frame_e2", flat(points, |point| point.frame[1])),
+                    vector("frame_e3", flat(points, |point| point.frame[2])),
+                ],
+                cell: vec![
+                    scalar("axial_force", flat(cells, |cell| [cell.values.force[0]])),
+                    scalar("shear_force_2", flat(cells, |cell| [cell.values.force[1]])),
+                    scalar("shear_force_3", flat(cells, |cell| [cell.values.force[2]])),
+                    scalar("torque", flat(cells, |cell| [cell.values.moment[0]])),
+                    scalar("bending_moment_2", flat(cells, |cell| [cell.values.moment[1]])),
+                    scalar("bending_moment_3", flat(cells, |cell| [cell.values.moment[2]])),
+                    scalar("strain_axial", flat(cells, |cell| [cell.values.strain])),
+                    scalar("strain_induced", flat(cells, |cell| [cell.values.induced_strain])),
+                    scalar("curvature", flat(cells, |cell| [cell.values.curvature])),
+                    scalar("pressure", flat(cells, |cell| [cell.pressure])),
+                    scalar("member_id", cells.iter().map(|cell| cell.member).collect::<Vec<i32>>().into()),
+                    scalar("kind", cells.iter().map(|cell| cell.kind).collect::<Vec<i32>>().into()),
+                ],
+            },
+        }
+    }
+}
+
+fn node_point(model: &Model, state: &Equilibrium, node: usize, radius: f64) -> Point {
+    let now = &state.nodes[node];
+    let turned = Rotation3::new(Vector3::from(now.rotation));
+    Point {
+        reference: model.nodes[node].position,
+        displacement: now.displacement,
+        rotation: now.rotation,
+        reaction_force: now.reaction_force,
+        reaction_moment: now.reaction_moment,
+        radius,
+        frame: std::array::from_fn(|axis| turned.matrix().column(axis).into_owned().into()),
+    }
+}
+
+fn member_point(point: &pennate_solver::history::ShapePoint, radius: f64) -> Point {
+    Point {
+        reference: point.reference,
+        displacement: point.displacement,
+        rotation: point.rotation,
+        radius,
+        frame: point.axes,
+        ..Point::default()
+    }
+}
+
+/// Radius to draw at each node: the largest of the members that end there; where none does, a hundredth of the
+/// network's extent, so that the lines of a body can be seen.
+fn node_radii(model: &Model, state: &Equilibrium) -> Vec<f64> {
+    let extent = model.nodes.iter().map(|node| norm(node.position)).fold(0.0, f64::max);
+    let mut radii = vec![0.0_f64; model.nodes.len()];
+    for (index, member) in model.members.iter().enumerate() {
+        let control = state.members[index].control;
+        for (node, segment) in member.nodes.into_iter().zip([0, member.segments.len() - 1]) {
+            radii[node] = radii[node].max(model.segment_radius(index, segment, control));
+        }
+    }
+    radii.into_iter().map(|radius| if radius > 0.0 { radius } else { 0.01 * extent }).collect()
+}
+
+fn flat<T, const N: usize>(items: &[T], of: impl Fn(&T) -> [f64; N]) -> IOBuffer {
+    // Readers disagree on how numbers that are not finite are spelled; no state of equilibrium has any.
+    let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
+    IOBuffer::F64(items.iter().flat_map(of).map(finite).collect())
+}
+
+fn scalar(name: &str, data: IOBuffer) -> Attribute {
+    Attribute::DataArray(DataArray::new(name, 1).with_buf(data))
+}
+
+fn vector(name: &str, data: IOBuffer) -> Attribute {
+    Attribute::DataArray(DataArray::new(name, 3).with_buf(data))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_names_are_escaped_and_times_increase() {
+        let entries = [(0.5, "a\"<&\n>ä_0001.vtu".to_owned()), (0.5, "b.vtu".to_owned())];
+        let mut out = Vec::new();
+        write_pvd(&entries, &mut out).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.contains(r#"timestep="1.0" part="0" file="a&quot;&lt;&amp;&#10;&gt;ä_0001.vtu""#), "{text}");
+        assert!(text.contains(r#"timestep="2.0""#));
+    }
+
+    /// Four points of the member, one doubled where the section changes, after the three nodes.
+    #[test]
+    fn every_node_and_every_cell_is_written() {
+        let solution = crate::fixture::solution();
+        let directory = tempfile::tempdir().unwrap();
+        write(&solution, directory.path(), "a & b").unwrap();
+        assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 3);
+
+        let vtk = Vtk::import(directory.path().join("a & b_0002.vtu")).unwrap();
+        let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else { panic!("no unstructured grid") };
+        let piece = pieces[0].load_piece_data(None).unwrap();
+        assert_eq!((piece.num_points(), piece.cells.num_cells()), (8, 4));
+        let array = |attributes: &[Attribute], name: &str| {
+            let found = attributes.iter().find_map(|attribute| match attribute {
+                Attribute::DataArray(array) if array.name == name => array.data.clone().cast_into::<f64>(),
+                _ => None,
+            });
+            found.unwrap_or_else(|| panic!("no array {name}"))
+        };
+        assert_eq!(array(&piece.data.cell, "kind"), [1.0, 1.0, 1.0, 2.0]);
+        assert_eq!(array(&piece.data.cell, "member_id"), [0.0, 0.0, 0.0, -1.0]);
+        assert_eq!(array(&piece.data.point, "radius"), [1.0, 2.0, 0.2, 1.0, 1.0, 1.0, 2.0, 2.0]);
+        assert_eq!(array(&piece.data.point, "displacement")[3 * 7 + 1], -7.5);
+    }
+}

@@ -1,0 +1,55 @@
+//! A progress bar for runs that take long, on a terminal only.
+
+use std::io::{IsTerminal, stderr};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pennate_solver::options::Progress;
+
+/// Runs shorter than this show nothing.
+const PATIENCE: Duration = Duration::from_secs(1);
+const PARTS: u64 = 1000;
+
+/// Appears on standard error once a run has taken a second.
+pub struct Bar {
+    start: Instant,
+    terminal: bool,
+    bar: Option<ProgressBar>,
+}
+
+impl Bar {
+    /// A bar that is not shown yet.
+    pub fn new() -> Self {
+        Self { start: Instant::now(), terminal: stderr().is_terminal(), bar: None }
+    }
+
+    /// Shows how far the run is.
+    pub fn show(&mut self, progress: &Progress) {
+        if !self.terminal || self.start.elapsed() < PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {elapsed}");
+            let bar = ProgressBar::with_draw_target(Some(PARTS), ProgressDrawTarget::stderr());
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+            bar
+        });
+        bar.set_message(format!("step {} of {}", progress.step + 1, progress.steps));
+        let done = (progress.step as f64 + progress.fraction.clamp(0.0, 1.0)) / progress.steps.max(1) as f64;
+        bar.set_position((done * PARTS as f64) as u64);
+    }
+}
+
+impl Default for Bar {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

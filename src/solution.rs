@@ -1,0 +1,161 @@
+//! What a solve brought: the history, the probes evaluated in it, and the error of the discretization.
+
+use std::time::Duration;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use pennate_models::{Mesh, Model};
+use pennate_solver::history::{Equilibrium, History, NodeState, Status, StepHistory};
+use pennate_solver::structure::Dimension;
+
+use crate::accuracy::Accuracy;
+
+/// A solved network, ready to be written.
+#[derive(Debug)]
+pub struct Solution {
+    pub model: Model,
+    pub mesh: Mesh,
+    pub history: History,
+    pub probes: ProbeTable,
+    pub accuracy: Accuracy,
+    pub timing: Timing,
+}
+
+/// Wall-clock time of the parts of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timing {
+    pub read: Duration,
+    pub mesh: Duration,
+    pub solve: Duration,
+    pub estimate: Duration,
+    pub write: Duration,
+}
+
+impl Solution {
+    /// Status of the run: that of the first step that did not converge.
+    pub fn status(&self) -> Status {
+        let failed = self.history.steps.iter().map(|step| step.status).find(|&status| status != Status::Converged);
+        failed.unwrap_or(Status::Converged)
+    }
+
+    /// Steps with their names, in order.
+    pub fn steps(&self) -> impl Iterator<Item = (&str, &StepHistory)> {
+        self.model.step_names().into_iter().zip(&self.history.steps)
+    }
+}
+
+/// Words for a status, as written in results.
+pub fn status_name(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "converged",
+        Status::LimitPoint => "limit_point",
+        Status::Bifurcation => "bifurcation",
+        Status::NotConverged => "not_converged",
+        Status::Interrupted => "interrupted",
+        Status::NotReached => "not_reached",
+    }
+}
+
+/// The last equilibrium of a step, where it has one.
+pub fn last_state(step: &StepHistory) -> Option<&Equilibrium> {
+    step.increments.last().map(|increment| &increment.state)
+}
+
+/// Values of all probes: at every increment of every step, and at the end of the step on the refined mesh.
+#[derive(Clone, Debug, Default)]
+pub struct ProbeTable {
+    pub steps: Vec<ProbeSteps>,
+}
+
+/// Values of the probes during one step, each list in the order of the probes.
+#[derive(Clone, Debug, Default)]
+pub struct ProbeSteps {
+    pub increments: Vec<Vec<f64>>,
+    pub refined: Option<Vec<f64>>,
+}
+
+impl ProbeTable {
+    /// Evaluates the probes in all equilibria of a history.
+    pub fn new(model: &Model, history: &History) -> Self {
+        let (mut after, mut refined_after) = (Vec::new(), Vec::new());
+        let mut steps = Vec::with_capacity(history.steps.len());
+        for step in &history.steps {
+            let increments: Vec<Vec<f64>> =
+                step.increments.iter().map(|each| model.probes.evaluate(&each.state, &after)).collect();
+            let refined = step.refined.as_ref().map(|state| model.probes.evaluate(state, &refined_after));
+            if let Some(last) = increments.last() {
+                refined_after.push(refined.clone().unwrap_or_else(|| last.clone()));
+                after.push(last.clone());
+            }
+            steps.push(ProbeSteps { increments, refined });
+        }
+        Self { steps }
+    }
+}
+
+impl ProbeSteps {
+    /// Values at the end of the step.
+    pub fn last(&self) -> Option<&[f64]> {
+        self.increments.last().map(Vec::as_slice)
+    }
+
+    /// Discretization error of every probe at the end of the step, where it was estimated.
+    pub fn errors(&self) -> Option<Vec<f64>> {
+        let (last, refined) = (self.last()?, self.refined.as_ref()?);
+        Some(last.iter().zip(refined).map(|(value, better)| (value - better).abs()).collect())
+    }
+}
+
+/// Discretization error of a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeError {
+    pub displacement: f64,
+    /// Radians.
+    pub rotation: f64,
+    pub reaction_force: f64,
+    pub reaction_moment: f64,
+}
+
+impl NodeError {
+    /// The distance of a node's state to the one on the refined mesh.
+    pub fn between(state: &NodeState, refined: &NodeState, dimension: Dimension) -> Self {
+        let rotation = match dimension {
+            Dimension::Plane => (state.rotation_total - refined.rotation_total).abs(),
+            Dimension::Space => angle_between(state.rotation, refined.rotation),
+        };
+        Self {
+            displacement: distance(state.displacement, refined.displacement),
+            rotation,
+            reaction_force: distance(state.reaction_force, refined.reaction_force),
+            reaction_moment: distance(state.reaction_moment, refined.reaction_moment),
+        }
+    }
+}
+
+/// Euclidean distance.
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (Vector3::from(a) - Vector3::from(b)).norm()
+}
+
+/// Euclidean norm.
+pub fn norm(a: [f64; 3]) -> f64 {
+    Vector3::from(a).norm()
+}
+
+/// The angle by which two rotations, given as rotation vectors, differ.
+fn angle_between(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let rotation = |vector: [f64; 3]| UnitQuaternion::from_scaled_axis(Vector3::from(vector));
+    (rotation(a).inverse() * rotation(b)).angle()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// Half a turn forwards and half a turn backwards are one and the same.
+    #[test]
+    fn rotations_on_both_sides_of_half_a_turn_are_near_to_each_other() {
+        let angle = angle_between([0.0, 0.0, PI - 1e-9], [0.0, 0.0, -PI + 1e-9]);
+        assert!((angle - 2e-9).abs() < 1e-15, "{angle}");
+    }
+}
