@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::error::SolveError;
-use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::options::{Options, Progress};
-use pennate_solver::structure::Structure;
+use pennate_solver::structure::{Dimension, Structure};
 
 use crate::quantity::{Quantity, quantities};
 use crate::solution::{NodeError, ProbeTable, Solution, Timing, last_state, norm};
@@ -160,8 +160,8 @@ fn capped(factor: usize, segments: &[usize]) -> usize {
 pub fn relative_error(model: &Model, structure: &Structure, history: &History, probes: &ProbeTable) -> Option<f64> {
     history.steps.iter().find(|step| step.refined.is_some())?;
     let kinds = match model.probes.names.is_empty() {
-        true => kinds_of_nodes(structure, history),
-        false => kinds_of_probes(model, structure, probes),
+        true => kinds_of_nodes(model.dimension, history),
+        false => kinds_of_probes(model, probes),
     };
     let noise = Noise::of(structure, history);
     let ratios = kinds.ratios(&noise);
@@ -213,7 +213,7 @@ impl Kinds {
     }
 }
 
-fn kinds_of_probes(model: &Model, structure: &Structure, probes: &ProbeTable) -> Kinds {
+fn kinds_of_probes(model: &Model, probes: &ProbeTable) -> Kinds {
     let mut kinds = Kinds::default();
     for step in &probes.steps {
         let errors = step.errors();
@@ -229,11 +229,10 @@ fn kinds_of_probes(model: &Model, structure: &Structure, probes: &ProbeTable) ->
             }
         }
     }
-    let _ = structure;
     kinds
 }
 
-fn kinds_of_nodes(structure: &Structure, history: &History) -> Kinds {
+fn kinds_of_nodes(dimension: Dimension, history: &History) -> Kinds {
     let mut kinds = Kinds::default();
     for step in &history.steps {
         for state in step.increments.iter().map(|increment| &increment.state) {
@@ -241,7 +240,7 @@ fn kinds_of_nodes(structure: &Structure, history: &History) -> Kinds {
         }
         let (Some(last), Some(refined)) = (last_state(step), &step.refined) else { continue };
         for (node, better) in last.nodes.iter().zip(&refined.nodes) {
-            let error = NodeError::between(node, better, structure.dimension);
+            let error = NodeError::between(node, better, dimension);
             kinds.displacement.take(0.0, Some(error.displacement));
             kinds.rotation.take(0.0, Some(error.rotation));
             kinds.force.take(0.0, Some(error.reaction_force));
@@ -273,15 +272,11 @@ struct Noise {
 impl Noise {
     fn of(structure: &Structure, history: &History) -> Self {
         let size = diagonal(&structure.nodes);
-        let largest_force = history.steps.iter().filter_map(last_of).map(largest_force).fold(0.0, f64::max);
+        let largest_force = history.steps.iter().filter_map(last_state).map(largest_force).fold(0.0, f64::max);
         let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
         let force = (ROUNDING * largest_force).max(FLOOR * axial.fold(0.0, f64::max));
         Self { size, largest_force, force }
     }
-}
-
-fn last_of(step: &StepHistory) -> Option<&Equilibrium> {
-    last_state(step)
 }
 
 fn largest_force(state: &Equilibrium) -> f64 {
@@ -299,4 +294,56 @@ fn diagonal(points: &[[f64; 3]]) -> f64 {
         if high > low { high - low } else { 0.0 }
     };
     norm([extent(0), extent(1), extent(2)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture;
+
+    fn noise() -> Noise {
+        Noise { size: 100.0, largest_force: 10.0, force: 1e-8 }
+    }
+
+    #[test]
+    fn elements_shrink_as_the_order_demands() {
+        assert_eq!(refinement_factor(32.0, 3), 2); // 64^(1/6)
+        assert_eq!(refinement_factor(33.0, 3), 3);
+        assert_eq!(refinement_factor(5000.0, 1), 100);
+        assert_eq!(refinement_factor(1.001, 4), 2);
+    }
+
+    #[test]
+    fn members_do_not_grow_without_bound() {
+        assert_eq!(capped(50, &[10, 20, 10]), 50);
+        assert_eq!(capped(50, &[10_000, 20_000]), 3);
+        assert_eq!(capped(2, &[60_000]), 1);
+    }
+
+    #[test]
+    fn kinds_of_rounding_alone_are_left_out() {
+        let mut kinds = Kinds::default();
+        kinds.displacement.take(1e-9, Some(1e-9));
+        kinds.rotation.take(0.5, Some(1e-6));
+        kinds.force.take(1e-9, Some(1e-9));
+        assert_eq!(kinds.ratios(&noise()), [None, Some(2e-6), None, None]);
+    }
+
+    /// A moment of 1e-4 beside forces of 10 in a network of 100 counts as 1.
+    #[test]
+    fn small_moments_are_measured_by_force_times_size() {
+        let mut kinds = Kinds::default();
+        kinds.force.take(10.0, Some(0.0));
+        kinds.moment.take(1e-4, Some(1e-5));
+        assert_eq!(kinds.ratios(&noise())[3], Some(1e-5));
+    }
+
+    #[test]
+    fn without_probes_every_node_is_judged() {
+        let solution = fixture::solution();
+        let kinds = kinds_of_nodes(solution.model.dimension, &solution.history);
+        let [displacement, rotation, ..] = kinds.ratios(&noise());
+        assert!((displacement.unwrap() - 2e-9 / 1.5).abs() < 1e-15);
+        assert!((rotation.unwrap() - 7e-9 / 5.25).abs() < 1e-15);
+    }
 }

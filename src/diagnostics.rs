@@ -60,8 +60,9 @@ pub fn show_warnings(warnings: &[Warning], sources: &[Source]) {
 /// Shows a message on standard error; in colour only where that is a terminal and the user has not objected.
 pub fn show(severity: Severity, message: &Message, sources: &[Source]) {
     let text = render(severity, message, sources, &Renderer::styled());
+    let gap = if message.span.is_some() { "\n" } else { "" };
     // Nobody is left to be told that standard error is closed.
-    let _ = writeln!(anstream::stderr().lock(), "{text}");
+    let _ = writeln!(anstream::stderr().lock(), "{text}{gap}");
 }
 
 fn render(severity: Severity, message: &Message, sources: &[Source], renderer: &Renderer) -> String {

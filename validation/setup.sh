@@ -2,7 +2,7 @@
 # Makes validation/.venv with what the scripts of this folder need.
 #
 # Pictures are drawn off-screen. Where VTK finds no graphics library it says so; on Debian and Ubuntu this
-# helps: apt-get install libgl1 libegl1 libosmesa6
+# helps: apt-get install libgl1 libegl1
 set -eu
 cd "$(dirname "$0")"
 

@@ -14,7 +14,7 @@ import warnings
 
 # Without a display VTK tries X first and complains; this asks for off-screen rendering at once.
 if not os.environ.get("DISPLAY"):
-    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
 warnings.simplefilter("error")
 import meshio  # noqa: E402
@@ -119,7 +119,7 @@ def draw(mesh, output):
         plotter.subplot(0, column)
         plotter.add_text(title, font_size=12)
         for part, rigid in split(state):
-            tubes = tube_of(part)
+            tubes = tube_of(part, rigid)
             if rigid or column == 0:
                 plotter.add_mesh(tubes, color="dimgray" if rigid else "lightsteelblue", smooth_shading=True)
             else:
@@ -137,13 +137,16 @@ def split(mesh):
             yield mesh.extract_cells(chosen), rigid
 
 
-def tube_of(mesh):
-    """A tube around every cell, with the radius that the file names at its two points."""
+def tube_of(mesh, rigid):
+    """Tubes along the members with the radius that the file names; thin ones for rigid bodies."""
     lines = pyvista.PolyData(mesh.points, lines=mesh.cells)
+    lines.cell_data["axial_force"] = mesh.cell_data["axial_force"]
+    lines = lines.cell_data_to_point_data()
     lines.point_data["radius"] = mesh.point_data["radius"]
-    for name in CELL_DATA:
-        lines.cell_data[name] = mesh.cell_data[name]
-    return lines.tube(scalars="radius", absolute=True, n_sides=24, capping=True)
+    lines = lines.strip(join=True)
+    if rigid:
+        return lines.tube(radius=0.3 * mesh.point_data["radius"].min(), n_sides=24)
+    return lines.tube(scalars="radius", absolute=True, n_sides=24)
 
 
 def symmetric(mesh):
