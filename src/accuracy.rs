@@ -23,6 +23,8 @@ const MAX_ELEMENTS: usize = 100_000;
 const ROUNDING: f64 = 1e-9;
 /// The same for forces against the axial stiffness of the members, and for errors against the largest values.
 const FLOOR: f64 = 1e-13;
+/// By how much a limit point may move along a step's ramp from one mesh to the next.
+const MESH_SCATTER: f64 = 0.05;
 /// Moments count as no smaller than this part of force times network size.
 const MOMENT_FLOOR: f64 = 1e-3;
 
@@ -116,11 +118,13 @@ fn judge(
     rounds: usize,
     best: Option<&(Mesh, History, ProbeTable, f64)>,
 ) -> Judgement {
-    if let Some((_, before, _, _)) = best
-        && progress_of(history) < progress_of(before)
-    {
-        let interrupted = history.steps.iter().any(|step| step.status == Status::Interrupted);
-        return Judgement::End(if interrupted { Verdict::Interrupted } else { Verdict::PathLost });
+    if let Some((_, before, _, _)) = best {
+        if history.steps.iter().any(|step| step.status == Status::Interrupted) {
+            return Judgement::End(Verdict::Interrupted);
+        }
+        if progress_of(history) < progress_of(before) - MESH_SCATTER {
+            return Judgement::End(Verdict::PathLost);
+        }
     }
     let Some(error) = error else { return Judgement::End(Verdict::NotEstimated) };
     if error <= asked {
@@ -139,10 +143,10 @@ fn judge(
     if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
 }
 
-/// How far along its steps a run came.
-fn progress_of(history: &History) -> (usize, f64) {
+/// How far along its steps a run came: those done, and the fraction of the next.
+fn progress_of(history: &History) -> f64 {
     let converged = history.steps.iter().take_while(|step| step.status == Status::Converged).count();
-    (converged, history.steps.get(converged).map_or(0.0, |step| step.fraction))
+    converged as f64 + history.steps.get(converged).map_or(0.0, |step| step.fraction)
 }
 
 /// By how much shorter elements of one order must be for an error that is too large by `excess`.
@@ -159,7 +163,7 @@ fn capped(factor: usize, segments: &[usize]) -> usize {
 /// The largest error of a run over the largest value of its kind; `None` where no step was estimated.
 pub fn relative_error(model: &Model, structure: &Structure, history: &History, probes: &ProbeTable) -> Option<f64> {
     history.steps.iter().find(|step| step.refined.is_some())?;
-    let kinds = match model.probes.names.is_empty() {
+    let kinds = match quantities(model).iter().all(|&quantity| quantity == Quantity::Other) {
         true => kinds_of_nodes(model.dimension, history),
         false => kinds_of_probes(model, probes),
     };

@@ -136,8 +136,7 @@ fn exit_of(solution: &Solution) -> Exit {
 
 fn failures(solution: &Solution) -> Vec<Message> {
     let steps = solution.history.steps.iter().enumerate();
-    let failed = steps.filter_map(|(index, step)| Some((index, step, step.failure.as_ref()?)));
-    failed.map(|(index, step, failure)| explain::failed_step(&solution.model, index, step, failure)).collect()
+    steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step)).collect()
 }
 
 fn refuse(refusal: &Refusal) -> Exit {

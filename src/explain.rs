@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use pennate_models::Model;
 use pennate_models::model::Target;
 use pennate_solver::error::{FreeMotion, Place};
-use pennate_solver::history::{Cause, Failure, StepHistory};
+use pennate_solver::history::{Cause, Failure, Status, StepHistory};
 use pennate_solver::structure::{Change, NodeId};
 
 use crate::diagnostics::Message;
@@ -59,7 +59,20 @@ fn about(model: &Model, motion: &FreeMotion) -> Option<String> {
 }
 
 /// A step that did not reach its end: how far it came, what it looks like and what to try.
-pub fn failed_step(model: &Model, index: usize, step: &StepHistory, failure: &Failure) -> Message {
+pub fn failed_step(model: &Model, index: usize, step: &StepHistory) -> Option<Message> {
+    let cause = match step.status {
+        Status::Converged | Status::NotReached => return None,
+        Status::LimitPoint => Cause::LimitPoint,
+        Status::Bifurcation => Cause::Bifurcation,
+        Status::NotConverged => Cause::StepTooSmall,
+        Status::Interrupted => Cause::Interrupted,
+    };
+    let (tried, worst_component, worst_residual) = (step.fraction, 0, 0.0);
+    let bare = Failure { tried, worst_node: None, worst_component, worst_residual, cause };
+    Some(describe(model, index, step, step.failure.as_ref().unwrap_or(&bare)))
+}
+
+fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) -> Message {
     let names = model.step_names();
     let name = shown(names[index]);
     let reached = percent(step.fraction);

@@ -122,7 +122,7 @@ fn history() -> History {
         notes: Vec::new(),
         failure: None,
     };
-    History { steps: vec![done, missing], mesh: MeshSize { nodes: 4, elements: 3, unknowns: 9 }, ..History::default() }
+    History { steps: vec![done, missing], mesh: MeshSize { nodes: 4, elements: 3, unknowns: 9 } }
 }
 
 fn increment(fraction: f64) -> Increment {
