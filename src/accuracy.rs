@@ -6,13 +6,13 @@
 
 use std::time::Instant;
 
+use pennate_models::probes::ProbeKind;
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::error::SolveError;
 use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::{Dimension, Structure};
 
-use crate::quantity::{Quantity, quantities};
 use crate::solution::{NodeError, ProbeTable, Solution, Timing, last_state, norm};
 
 /// Meshes that are tried at most.
@@ -163,7 +163,7 @@ fn capped(factor: usize, segments: &[usize]) -> usize {
 /// The largest error of a run over the largest value of its kind; `None` where no step was estimated.
 pub fn relative_error(model: &Model, structure: &Structure, history: &History, probes: &ProbeTable) -> Option<f64> {
     history.steps.iter().find(|step| step.refined.is_some())?;
-    let kinds = match quantities(model).iter().all(|&quantity| quantity == Quantity::Other) {
+    let kinds = match (0..model.probes.len()).all(|probe| model.probes.kind(probe) == ProbeKind::Other) {
         true => kinds_of_nodes(model.dimension, history),
         false => kinds_of_probes(model, probes),
     };
@@ -221,15 +221,15 @@ fn kinds_of_probes(model: &Model, probes: &ProbeTable) -> Kinds {
     let mut kinds = Kinds::default();
     for step in &probes.steps {
         let errors = step.errors();
-        for (index, quantity) in quantities(model).into_iter().enumerate() {
+        for index in 0..model.probes.len() {
             let largest = step.increments.iter().map(|values| values[index].abs()).fold(0.0, f64::max);
             let error = errors.as_ref().map(|errors| errors[index]);
-            match quantity {
-                Quantity::Length => kinds.displacement.take(largest, error),
-                Quantity::Angle => kinds.rotation.take(largest.to_radians(), error.map(f64::to_radians)),
-                Quantity::Force => kinds.force.take(largest, error),
-                Quantity::Moment => kinds.moment.take(largest, error),
-                Quantity::Other => {} // made of other probes
+            match model.probes.kind(index) {
+                ProbeKind::Displacement => kinds.displacement.take(largest, error),
+                ProbeKind::Rotation => kinds.rotation.take(largest.to_radians(), error.map(f64::to_radians)),
+                ProbeKind::Force => kinds.force.take(largest, error),
+                ProbeKind::Moment => kinds.moment.take(largest, error),
+                ProbeKind::Other => {} // made of other probes
             }
         }
     }

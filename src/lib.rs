@@ -8,13 +8,12 @@ pub mod explain;
 mod fixture;
 pub mod output;
 pub mod progress;
-mod quantity;
 pub mod solution;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use pennate_models::{InputErrors, Model};
+use pennate_models::{InputError, InputErrors, Model};
 use pennate_solver::error::FreeMotion;
 use pennate_solver::options::{Options, Progress};
 
@@ -52,7 +51,16 @@ pub enum Refusal {
 /// # Errors
 /// Everything found wrong, with its place.
 pub fn read(input: &Input) -> Result<Model, InputErrors> {
-    pennate_models::read(&input.file, &input.settings)
+    if input.file != Path::new("-") {
+        return pennate_models::read(&input.file, &input.settings);
+    }
+    match std::io::read_to_string(std::io::stdin()) {
+        Ok(text) => pennate_models::read_text("<stdin>", &text, &input.settings),
+        Err(error) => {
+            let error = InputError::new(format!("standard input cannot be read: {error}"));
+            Err(InputErrors { errors: vec![error], sources: Vec::new() })
+        }
+    }
 }
 
 /// Reads a network and solves it; `observe` hears of every accepted increment and may stop the solve.

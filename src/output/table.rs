@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use pennate_models::Model;
+use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Note, StepHistory};
 use pennate_solver::structure::Dimension;
 
 use super::text::{Align, columns, estimate, number, percent, shown};
 use crate::accuracy::Verdict;
 use crate::explain::{force_unit, moment_unit};
-use crate::quantity::{Quantity, quantities};
 use crate::solution::{NodeError, Solution, last_state, status_name};
 
 /// Steps that get a column of their own; of more the last ones.
@@ -105,14 +105,14 @@ fn probes(solution: &Solution) -> String {
     let shown_steps = &done[done.len().saturating_sub(STEP_COLUMNS)..];
     let head = ["probe".to_owned()].into_iter().chain(shown_steps.iter().map(|(name, _)| shown(name)));
     let mut rows = vec![head.chain(["unit".to_owned(), "error".to_owned()]).collect::<Vec<_>>()];
-    for (index, (name, quantity)) in model.probes.names.iter().zip(quantities(model)).enumerate() {
+    for (index, name) in model.probes.names.iter().enumerate() {
         let mut row = vec![shown(name)];
         let values: Vec<f64> =
             shown_steps.iter().filter_map(|&(_, step)| Some(solution.probes.steps[step].last()?[index])).collect();
         let largest = values.iter().fold(0.0, |largest, value| value.abs().max(largest));
         row.extend(values.iter().map(|&value| rounded(value, largest)));
         let errors = shown_steps.iter().filter_map(|&(_, step)| Some(solution.probes.steps[step].errors()?[index]));
-        row.push(unit(model, quantity).to_owned());
+        row.push(unit(model, model.probes.kind(index)).to_owned());
         row.push(errors.reduce(f64::max).map_or_else(|| "-".to_owned(), estimate));
         rows.push(row);
     }
@@ -126,13 +126,13 @@ fn rounded(value: f64, largest: f64) -> String {
     number(if value.abs() <= ROUNDING * largest { 0.0 } else { value })
 }
 
-fn unit(model: &Model, quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Length => model.units.symbols()[0],
-        Quantity::Angle => "deg",
-        Quantity::Force => force_unit(model),
-        Quantity::Moment => moment_unit(model),
-        Quantity::Other => "",
+fn unit(model: &Model, kind: ProbeKind) -> &'static str {
+    match kind {
+        ProbeKind::Displacement => model.units.symbols()[0],
+        ProbeKind::Rotation => "deg",
+        ProbeKind::Force => force_unit(model),
+        ProbeKind::Moment => moment_unit(model),
+        ProbeKind::Other => "",
     }
 }
 
