@@ -65,6 +65,22 @@ impl Muscle {
         }
     }
 
+    /// The muscle with lengths, stresses and density multiplied by factors, for another unit system.
+    #[must_use]
+    pub fn converted(&self, [length, stress, density]: [f64; 3]) -> Self {
+        let mut muscle = self.clone();
+        for value in [&mut muscle.diameter, &mut muscle.wall, &mut muscle.end_length] {
+            *value *= length;
+        }
+        muscle.density *= density;
+        for row in &mut muscle.rows {
+            row.youngs_modulus *= stress;
+            row.end_radius *= length;
+            row.middle_radius *= length;
+        }
+        muscle
+    }
+
     /// The largest pressure of the table.
     pub fn pressure_limit(&self) -> f64 {
         self.rows[self.rows.len() - 1].pressure

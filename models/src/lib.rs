@@ -1,38 +1,71 @@
-//! Networks of pneumatic muscles and compliant members.
+//! Networks of pneumatic muscles and compliant members: their files, what is wrong with them, and what the
+//! solver makes of them.
+//!
+//! ```
+//! use pennate_models::{Mesh, discretize, read_text};
+//!
+//! let text = r#"
+//!     format = "pennate/1"
+//!     nodes = { A = [0, 0], B = [100, 0] }
+//!     materials.steel = { youngs_modulus = "200 GPa", poissons_ratio = 0.3 }
+//!     sections.wire = { circle = { radius = "0.75 mm" } }
+//!     members.wire = { nodes = ["A", "B"], section = "wire", material = "steel" }
+//!     supports = { A = "clamped" }
+//!     steps = [{ name = "push", force = { B = [0, -1] } }]
+//! "#;
+//! let model = read_text("wire.toml", text, &[])?;
+//! let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-6));
+//! assert_eq!((structure.members.len(), steps.len()), (1, 1));
+//! # Ok::<(), pennate_models::InputErrors>(())
+//! ```
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+pub mod discretize;
 pub mod error;
+pub mod expression;
 pub mod hsim;
+pub mod input;
 pub mod mesh;
 pub mod model;
 pub mod probes;
+mod resolve;
 pub mod section;
+pub mod unit;
 
+pub use discretize::discretize;
 pub use error::{InputError, InputErrors};
+pub use input::schema;
 pub use mesh::Mesh;
 pub use model::Model;
 
-use pennate_solver::structure::{Step, Structure};
+use error::Source;
 
 /// Reads and checks a network file, TOML or JSON by its extension, after setting parameters (name, text).
 ///
 /// # Errors
 /// Everything found wrong, with its place.
 pub fn read(path: &Path, settings: &[(String, String)]) -> Result<Model, InputErrors> {
-    let _ = settings;
-    Err(InputErrors { errors: vec![InputError::new(format!("cannot read {}", path.display()))], sources: Vec::new() })
+    let name = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => {
+            let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+            let source = Source { name, path: path.to_owned(), text };
+            resolve::read(source, resolve::language(path), &directory, settings)
+        }
+        Err(error) => {
+            let error = InputError::new(format!("{name} cannot be read: {error}"))
+                .help("give the path of a network file, .toml or .json");
+            Err(InputErrors { errors: vec![error], sources: Vec::new() })
+        }
+    }
 }
 
-/// The JSON Schema of the network file.
-pub fn schema() -> serde_json::Value {
-    serde_json::Value::Bool(true)
-}
-
-/// Turns a model into what the solver takes: members become chains of elements, targets become drives.
+/// Reads and checks a network from a text; `name` tells the language by its extension and stands in messages.
 ///
-/// Nodes, members, springs and bodies keep their order and so their indices.
-pub fn discretize(model: &Model, mesh: &Mesh) -> (Structure, Vec<Step>) {
-    let _ = (model, mesh);
-    todo!()
+/// # Errors
+/// Everything found wrong, with its place.
+pub fn read_text(name: &str, text: &str, settings: &[(String, String)]) -> Result<Model, InputErrors> {
+    let source = Source { name: name.to_owned(), path: PathBuf::new(), text: text.to_owned() };
+    resolve::read(source, resolve::language(Path::new(name)), Path::new(""), settings)
 }

@@ -1,6 +1,7 @@
 //! How finely each segment of each member is divided.
 
-use crate::model::Model;
+use crate::input::read::Count;
+use crate::model::{Member, MemberKind, Model, Segment};
 
 /// Order of the elements and their number in every segment of every member.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,14 +15,82 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh to begin with for a relative accuracy.
     pub fn initial(model: &Model, accuracy: f64) -> Self {
-        let _ = (model, accuracy);
-        todo!()
+        let order = if accuracy >= 1e-5 {
+            2
+        } else if accuracy >= 1e-9 {
+            3
+        } else {
+            4
+        };
+        let few = model.members.len() <= 8;
+        let mut lengths: Vec<f64> = model.members.iter().map(|member| member.length).collect();
+        lengths.sort_by(f64::total_cmp);
+        let typical = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
+        let elements = |member: &Member| {
+            let long = few && model.members.len() > 1 && member.length > 2.0 * typical;
+            member.segments.iter().map(|segment| initial_elements(member, segment, long)).collect()
+        };
+        let mut mesh = Self { order, refinement: model.members.iter().map(elements).collect() };
+        mesh.limit(model);
+        mesh
     }
 
     /// The mesh with the elements of each member multiplied by its factor; counts forced by the file stay.
     #[must_use]
     pub fn refined(&self, model: &Model, factors: &[usize]) -> Self {
-        let _ = (model, factors);
-        todo!()
+        let mut mesh = self.clone();
+        for ((counts, member), &factor) in mesh.refinement.iter_mut().zip(&model.members).zip(factors) {
+            for (count, segment) in counts.iter_mut().zip(&member.segments) {
+                if segment.elements.is_none() {
+                    *count = count.saturating_mul(factor.max(1));
+                }
+            }
+        }
+        mesh.limit(model);
+        mesh
     }
+
+    /// Number of elements in all.
+    pub fn elements(&self) -> usize {
+        self.refinement.iter().flatten().fold(0, |sum, &count| sum.saturating_add(count))
+    }
+
+    /// Whether the file leaves anything of the mesh to choose.
+    pub fn is_free(model: &Model) -> bool {
+        model.members.iter().flat_map(|member| &member.segments).any(|segment| segment.elements.is_none())
+    }
+
+    /// Keeps what is free within reason: a rod of a million turns cannot be resolved.
+    fn limit(&mut self, model: &Model) {
+        if self.elements() <= Count::LIMIT {
+            return;
+        }
+        let segments: usize = self.refinement.iter().map(Vec::len).sum();
+        let most = (Count::LIMIT / segments.max(1)).max(1);
+        for (counts, member) in self.refinement.iter_mut().zip(&model.members) {
+            for (count, segment) in counts.iter_mut().zip(&member.segments) {
+                if segment.elements.is_none() {
+                    *count = (*count).min(most);
+                }
+            }
+        }
+    }
+}
+
+fn initial_elements(member: &Member, segment: &Segment, long: bool) -> usize {
+    if let Some(elements) = segment.elements {
+        return elements;
+    }
+    let part = segment.length / member.length;
+    let straight = match member.kind {
+        MemberKind::Muscle(_) => 1 + usize::from(part > 0.5),
+        _ if long => 4,
+        _ if part < 0.25 => 1,
+        _ => 2,
+    };
+    let curvature = segment.initial_curvature.iter().map(|curvature| curvature * curvature).sum::<f64>().sqrt();
+    // At most 30 degrees an element.
+    let turns = (curvature * segment.length / 30.0_f64.to_radians() - 1e-9).ceil();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is limited later")]
+    straight.max(turns.max(0.0) as usize)
 }

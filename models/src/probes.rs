@@ -1,20 +1,230 @@
 //! Numbers wanted by name at every increment.
 
+use nalgebra::{Rotation3, Vector3};
 use pennate_solver::history::Equilibrium;
+use pennate_solver::structure::NodeId;
+
+use crate::expression::Expression;
 
 /// The probes of a network, in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Probes {
     pub names: Vec<String>,
+    pub(crate) probes: Vec<Probe>,
+    /// Indices of all probes, each after those that it needs.
+    pub(crate) order: Vec<usize>,
+    /// In the plane rotations are counted over whole turns.
+    pub(crate) in_plane: bool,
+}
+
+/// What a probe measures.
+#[derive(Clone, Debug)]
+pub enum Probe {
+    /// Displacement along a unit direction.
+    Displacement {
+        node: NodeId,
+        direction: [f64; 3],
+    },
+    /// Coordinate along a unit direction.
+    Position {
+        node: NodeId,
+        unloaded: [f64; 3],
+        direction: [f64; 3],
+    },
+    /// Component of the rotation vector, degrees; in the plane the total angle.
+    Rotation {
+        node: NodeId,
+        axis: usize,
+    },
+    /// Norm of the rotation vector, degrees; in the plane the size of the total angle.
+    Angle {
+        node: NodeId,
+    },
+    /// Force of the support on the structure along a unit direction.
+    ReactionForce {
+        node: NodeId,
+        direction: [f64; 3],
+    },
+    /// Moment of the support on the structure about a global axis.
+    ReactionMoment {
+        node: NodeId,
+        axis: usize,
+    },
+    /// Angle by which a direction of a body has turned, degrees.
+    Tilt {
+        reference: NodeId,
+        normal: [f64; 3],
+    },
+    /// Distance of two nodes; `unloaded` is the vector between them.
+    Distance {
+        nodes: [NodeId; 2],
+        unloaded: [f64; 3],
+    },
+    AxialForce {
+        member: usize,
+        place: AxialPlace,
+    },
+    /// An expression of other values.
+    Expression {
+        expression: Expression,
+        operands: Vec<Operand>,
+    },
+}
+
+/// Where a member's axial force is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxialPlace {
+    Start,
+    Middle,
+    End,
+}
+
+/// What an expression of probes refers to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Operand {
+    Parameter(f64),
+    Probe(usize),
+    /// The value of a probe after a step.
+    After {
+        probe: usize,
+        step: usize,
+    },
+}
+
+/// What kind of quantity a probe gives, for judging its error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProbeKind {
+    /// In units of length.
+    Displacement,
+    /// In degrees.
+    Rotation,
+    Force,
+    Moment,
+    /// An expression: no kind of its own.
+    Other,
 }
 
 impl Probes {
+    pub fn is_empty(&self) -> bool {
+        self.probes.is_empty()
+    }
+
+    pub fn len(&self) -> usize {
+        self.probes.len()
+    }
+
+    /// Kind of the quantity that a probe gives.
+    pub fn kind(&self, probe: usize) -> ProbeKind {
+        match self.probes[probe] {
+            Probe::Displacement { .. } | Probe::Position { .. } | Probe::Distance { .. } => ProbeKind::Displacement,
+            Probe::Rotation { .. } | Probe::Angle { .. } | Probe::Tilt { .. } => ProbeKind::Rotation,
+            Probe::ReactionForce { .. } | Probe::AxialForce { .. } => ProbeKind::Force,
+            Probe::ReactionMoment { .. } => ProbeKind::Moment,
+            Probe::Expression { .. } => ProbeKind::Other,
+        }
+    }
+
     /// Values of all probes in an equilibrium, in order. Angles are degrees.
     ///
     /// `after` holds the values after each finished step, which `name@step` looks up. While that step is under
     /// way the present value stands for it; before it the value is not a number.
     pub fn evaluate(&self, state: &Equilibrium, after: &[Vec<f64>]) -> Vec<f64> {
-        let _ = (state, after);
-        vec![f64::NAN; self.names.len()]
+        let mut values = vec![f64::NAN; self.probes.len()];
+        for &index in &self.order {
+            values[index] = match &self.probes[index] {
+                Probe::Expression { expression, operands } => {
+                    let operands: Vec<f64> = operands.iter().map(|operand| operand.value(&values, after)).collect();
+                    expression.value(&operands)
+                }
+                probe => self.measure(probe, state),
+            };
+        }
+        values
+    }
+
+    fn measure(&self, probe: &Probe, state: &Equilibrium) -> f64 {
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        match *probe {
+            Probe::Displacement { node, direction } => dot(state.nodes[node].displacement, direction),
+            Probe::Position { node, unloaded, direction } => {
+                dot(unloaded, direction) + dot(state.nodes[node].displacement, direction)
+            }
+            Probe::Rotation { node, axis: 2 } if self.in_plane => state.nodes[node].rotation_total.to_degrees(),
+            Probe::Rotation { node, axis } => state.nodes[node].rotation[axis].to_degrees(),
+            Probe::Angle { node } if self.in_plane => state.nodes[node].rotation_total.abs().to_degrees(),
+            Probe::Angle { node } => Vector3::from(state.nodes[node].rotation).norm().to_degrees(),
+            Probe::ReactionForce { node, direction } => dot(state.nodes[node].reaction_force, direction),
+            Probe::ReactionMoment { node, axis } => state.nodes[node].reaction_moment[axis],
+            Probe::Tilt { reference, normal } => {
+                let normal = Vector3::from(normal);
+                let turned = Rotation3::from_scaled_axis(state.nodes[reference].rotation.into()) * normal;
+                normal.cross(&turned).norm().atan2(normal.dot(&turned)).to_degrees()
+            }
+            Probe::Distance { nodes: [first, second], unloaded } => {
+                let moved =
+                    Vector3::from(state.nodes[second].displacement) - Vector3::from(state.nodes[first].displacement);
+                (Vector3::from(unloaded) + moved).norm()
+            }
+            Probe::AxialForce { member, place } => match place {
+                AxialPlace::Start => state.members[member].axial_force_ends[0],
+                AxialPlace::Middle => state.members[member].axial_force,
+                AxialPlace::End => state.members[member].axial_force_ends[1],
+            },
+            Probe::Expression { .. } => f64::NAN,
+        }
+    }
+}
+
+impl Operand {
+    fn value(self, values: &[f64], after: &[Vec<f64>]) -> f64 {
+        match self {
+            Self::Parameter(value) => value,
+            Self::Probe(probe) => values[probe],
+            Self::After { probe, step } if step == after.len() => values[probe],
+            Self::After { probe, step } => after.get(step).map_or(f64::NAN, |values| values[probe]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pennate_solver::history::NodeState;
+
+    fn probes(probes: Vec<Probe>, in_plane: bool) -> Probes {
+        let order = (0..probes.len()).collect();
+        Probes { names: vec![String::new(); probes.len()], probes, order, in_plane }
+    }
+
+    #[test]
+    fn angles_are_degrees() {
+        let node = NodeState { rotation: [0.0, 0.3, 0.4], rotation_total: -7.0, ..NodeState::default() };
+        let state = Equilibrium { nodes: vec![node], ..Equilibrium::default() };
+        let all = vec![
+            Probe::Rotation { node: 0, axis: 2 },
+            Probe::Angle { node: 0 },
+            Probe::Tilt { reference: 0, normal: [1.0, 0.0, 0.0] },
+        ];
+        let degrees = 180.0 / std::f64::consts::PI;
+        let space = probes(all.clone(), false).evaluate(&state, &[]);
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        near(space[0], 0.4 * degrees);
+        near(space[1], 0.5 * degrees);
+        near(space[2], 0.5 * degrees);
+        let plane = probes(all, true).evaluate(&state, &[]);
+        near(plane[0], -7.0 * degrees);
+        near(plane[1], 7.0 * degrees);
+    }
+
+    #[test]
+    fn a_value_after_a_step_is_kept() {
+        let twice = Expression::parse("2 * a").unwrap();
+        let expression = Probe::Expression { expression: twice, operands: vec![Operand::After { probe: 0, step: 1 }] };
+        let probes = probes(vec![Probe::Displacement { node: 0, direction: [0.0, 1.0, 0.0] }, expression], true);
+        let node = NodeState { displacement: [0.0, 3.0, 0.0], ..NodeState::default() };
+        let state = Equilibrium { nodes: vec![node], ..Equilibrium::default() };
+        assert!(probes.evaluate(&state, &[])[1].is_nan());
+        assert_eq!(probes.evaluate(&state, &[vec![0.0; 2]])[1], 6.0);
+        assert_eq!(probes.evaluate(&state, &[vec![0.0; 2], vec![5.0, 10.0]])[1], 10.0);
     }
 }

@@ -1,0 +1,549 @@
+//! The input file, as written by a user, with places kept for messages.
+//!
+//! One set of types says what a file may hold, how it is read and what its JSON Schema is; nothing is
+//! evaluated or looked up here.
+
+pub mod read;
+pub mod tree;
+
+use schemars::JsonSchema;
+
+use self::read::{Count, Input, Map, Number, Spanned, record, words, wrong_type};
+use self::tree::{Kind, Value};
+use crate::error::InputError;
+
+record! {
+    /// A network of pneumatic muscles and compliant members.
+    pub struct Network as "a network file" {
+        /// "pennate/1".
+        format: Option<Spanned<String>>,
+        title: Option<String>,
+        /// Unit system of bare numbers; "mm-N-MPa" by default.
+        units: Option<UnitsWord>,
+        /// Solve in the plane or in space; found out by default.
+        dimension: Option<Spanned<DimensionWord>>,
+        /// Numbers that expressions may use.
+        parameters: Option<Map<Number>>,
+        /// Named points [x, y] or [x, y, z].
+        nodes: Option<Map<Spanned<Vec<Number>>>>,
+        materials: Option<Map<Spanned<Material>>>,
+        sections: Option<Map<Spanned<Section>>>,
+        muscles: Option<Map<Spanned<Muscle>>>,
+        members: Option<Map<Spanned<Member>>>,
+        /// What holds the nodes.
+        supports: Option<Map<Spanned<Support>>>,
+        rigid_bodies: Option<Map<Spanned<RigidBody>>>,
+        springs: Option<Map<Spanned<Spring>>>,
+        steps: Option<Vec<Spanned<Step>>>,
+        /// Numbers wanted by name, at every increment.
+        probes: Option<Map<Spanned<Probe>>>,
+    }
+}
+
+words! {
+    pub enum UnitsWord as "a unit system" {
+        MmNMpa = "mm-N-MPa",
+        MNPa = "m-N-Pa",
+    }
+}
+
+words! {
+    pub enum DimensionWord as "a dimension" {
+        Plane = "plane",
+        Space = "space",
+    }
+}
+
+record! {
+    /// An elastic material: Poisson's ratio or shear modulus.
+    pub struct Material as "a material" {
+        youngs_modulus: Number,
+        poissons_ratio: Option<Number>,
+        shear_modulus: Option<Number>,
+        density: Option<Number>,
+    }
+}
+
+record! {
+    /// A cross section: one of circle, annulus, rectangle, stiffness.
+    pub struct Section as "a section" {
+        circle: Option<Spanned<Circle>>,
+        annulus: Option<Spanned<Annulus>>,
+        rectangle: Option<Spanned<Rectangle>>,
+        stiffness: Option<Spanned<Stiffness>>,
+        /// Shear correction factor, instead of that of the shape.
+        shear_factor: Option<Number>,
+        /// false: shear-rigid.
+        shear: Option<bool>,
+        /// false: inextensible.
+        stretch: Option<bool>,
+    }
+}
+
+record! {
+    pub struct Circle as "a circle" {
+        radius: Number,
+    }
+}
+
+record! {
+    pub struct Annulus as "an annulus" {
+        outer_radius: Number,
+        wall: Number,
+    }
+}
+
+record! {
+    /// The height is along axis 2, the width along axis 3.
+    pub struct Rectangle as "a rectangle" {
+        width: Number,
+        height: Number,
+    }
+}
+
+record! {
+    /// Stiffnesses given outright. GA2, GA3 left out: shear-rigid; in the plane EA, GA2, EI3 suffice.
+    #[allow(non_snake_case)]
+    pub struct Stiffness as "a stiffness" {
+        EA: Option<Number>,
+        GA2: Option<Number>,
+        GA3: Option<Number>,
+        GJ: Option<Number>,
+        EI2: Option<Number>,
+        EI3: Option<Number>,
+        mass_per_length: Option<Number>,
+    }
+}
+
+record! {
+    /// Data of an HSIM muscle, or the file that holds them.
+    pub struct Muscle as "a muscle" {
+        /// File with the data of the muscle, relative to the network file.
+        file: Option<Spanned<String>>,
+        /// Unit system of the bare numbers of a muscle file; that of the network by default.
+        units: Option<Spanned<UnitsWord>>,
+        /// Undeformed outer diameter.
+        diameter: Option<Number>,
+        /// Length of the end segments; the diameter by default.
+        end_length: Option<Number>,
+        wall: Option<Number>,
+        /// Unit of bare pressures of this muscle.
+        pressure_unit: Option<Spanned<String>>,
+        density: Option<Number>,
+        /// 0.5 by default.
+        poissons_ratio: Option<Number>,
+        shear_factor: Option<Number>,
+        /// true: shear-flexible; shear-rigid by default.
+        shear: Option<bool>,
+        /// false: inextensible.
+        stretch: Option<bool>,
+        table: Option<Spanned<Vec<Spanned<MuscleRow>>>>,
+    }
+}
+
+record! {
+    /// Parameters of a muscle at one pressure.
+    #[allow(non_snake_case)]
+    pub struct MuscleRow as "a row of a muscle's table" {
+        pressure: Number,
+        E: Number,
+        /// Contraction per unit of pressure, negative.
+        alpha: Number,
+        /// Outer radius of the ends.
+        R1: Number,
+        /// Outer radius of the middle.
+        R2: Number,
+    }
+}
+
+record! {
+    /// A bar between two nodes: one of muscle, section, segments.
+    pub struct Member as "a member" {
+        nodes: Spanned<Vec<Spanned<String>>>,
+        muscle: Option<Spanned<String>>,
+        section: Option<Spanned<String>>,
+        material: Option<Spanned<String>>,
+        segments: Option<Spanned<Vec<Spanned<Segment>>>>,
+        group: Option<Spanned<String>>,
+        /// Direction of axis 2 at the start, made normal to the tangent.
+        orientation: Option<Spanned<Vec<Number>>>,
+        release: Option<Spanned<Releases>>,
+        /// A point: the member is the circle through start, point and end.
+        arc: Option<Spanned<Vec<Number>>>,
+        length: Option<Number>,
+        /// Direction of the unloaded centre line at the start.
+        tangent: Option<Spanned<Vec<Number>>>,
+        /// Twist and curvatures about axes 1, 2, 3.
+        initial_curvature: Option<Spanned<Vec<Number>>>,
+        /// Number of elements of each segment.
+        elements: Option<Count>,
+        /// Order of the elements, 1 to 4.
+        order: Option<Spanned<Count>>,
+        formulation: Option<Spanned<Formulation>>,
+    }
+}
+
+words! {
+    pub enum Formulation as "a formulation" {
+        Exact = "exact",
+        Corotational = "corotational",
+    }
+}
+
+record! {
+    /// A stretch of a member.
+    pub struct Segment as "a segment" {
+        length: Number,
+        section: Spanned<String>,
+        material: Option<Spanned<String>>,
+        initial_curvature: Option<Spanned<Vec<Number>>>,
+        /// Induced axial strain at actuation 1.
+        strain: Option<Number>,
+        /// Induced twist and curvatures at actuation 1.
+        curvature: Option<Spanned<Vec<Number>>>,
+        elements: Option<Count>,
+    }
+}
+
+record! {
+    /// How the ends of a member are connected to their nodes, where they are not welded.
+    pub struct Releases as "a release" {
+        start: Option<Spanned<EndRelease>>,
+        end: Option<Spanned<EndRelease>>,
+    }
+}
+
+words! {
+    pub enum PinWord as "a release: \"pin\", a list of rx ry rz, or { hinge = […] }" {
+        Pin = "pin",
+    }
+}
+
+words! {
+    /// Rotations about the member's own axes.
+    pub enum RotationWord as "one of rx, ry, rz" {
+        Rx = "rx",
+        Ry = "ry",
+        Rz = "rz",
+    }
+}
+
+record! {
+    pub struct Hinge as "a hinge" {
+        /// The free axis, in global directions.
+        hinge: Spanned<Vec<Number>>,
+    }
+}
+
+/// What is free at one end of a member.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum EndRelease {
+    Word(PinWord),
+    Axes(Vec<RotationWord>),
+    Hinge(Hinge),
+}
+
+impl Input for EndRelease {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Array(_) => Vec::read(value, errors).map(Self::Axes),
+            Kind::Table(_) => Hinge::read(value, errors).map(Self::Hinge),
+            _ => PinWord::read(value, errors).map(Self::Word),
+        }
+    }
+}
+
+words! {
+    /// Displacements and rotations of a node.
+    pub enum Component as "one of ux, uy, uz, rx, ry, rz" {
+        Ux = "ux",
+        Uy = "uy",
+        Uz = "uz",
+        Rx = "rx",
+        Ry = "ry",
+        Rz = "rz",
+    }
+}
+
+impl Component {
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+words! {
+    pub enum SupportWord as "a support: \"clamped\", \"pinned\", or a list of ux uy uz rx ry rz" {
+        /// Nothing moves.
+        Clamped = "clamped",
+        /// Only rotations are free.
+        Pinned = "pinned",
+    }
+}
+
+/// Components that are held.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Fix {
+    Word(SupportWord),
+    List(Vec<Component>),
+}
+
+impl Input for Fix {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Array(_) => Vec::read(value, errors).map(Self::List),
+            _ => SupportWord::read(value, errors).map(Self::Word),
+        }
+    }
+}
+
+record! {
+    /// A support in turned axes.
+    pub struct TurnedSupport as "a support" {
+        fix: Fix,
+        /// Direction of its x axis; its y axis is global z × x, or global y where x is along z.
+        x_axis: Option<Spanned<Vec<Number>>>,
+    }
+}
+
+/// What holds a node.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Support {
+    Fix(Fix),
+    Turned(TurnedSupport),
+}
+
+impl Input for Support {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Table(_) => TurnedSupport::read(value, errors).map(Self::Turned),
+            _ => Fix::read(value, errors).map(Self::Fix),
+        }
+    }
+}
+
+record! {
+    /// Nodes that move as one.
+    pub struct RigidBody as "a rigid body" {
+        nodes: Spanned<Vec<Spanned<String>>>,
+        /// The node whose motion is that of the body; the first of its nodes by default.
+        reference: Option<Spanned<String>>,
+        mass: Option<Number>,
+    }
+}
+
+record! {
+    /// A spring from a node to the ground, or between two nodes.
+    pub struct Spring as "a spring" {
+        node: Option<Spanned<String>>,
+        nodes: Option<Spanned<Vec<Spanned<String>>>>,
+        stiffness: Spanned<SpringStiffness>,
+        /// Of an axial spring; the distance of its nodes by default.
+        natural_length: Option<Number>,
+    }
+}
+
+/// One stiffness along the line between two nodes, or one for each component.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum SpringStiffness {
+    Axial(Number),
+    Components(Components),
+}
+
+impl Input for SpringStiffness {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Table(_) => Components::read(value, errors).map(Self::Components),
+            _ => Number::read(value, errors).map(Self::Axial),
+        }
+    }
+}
+
+record! {
+    /// Values by component.
+    pub struct Components as "a table of ux uy uz rx ry rz" {
+        ux: Option<Number>,
+        uy: Option<Number>,
+        uz: Option<Number>,
+        rx: Option<Number>,
+        ry: Option<Number>,
+        rz: Option<Number>,
+    }
+}
+
+impl Components {
+    /// The values in the order ux uy uz rx ry rz.
+    pub fn in_order(&self) -> [&Option<Number>; 6] {
+        [&self.ux, &self.uy, &self.uz, &self.rx, &self.ry, &self.rz]
+    }
+}
+
+/// A vector, or some of its components.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Motion {
+    Vector(Vec<Number>),
+    Components(Components),
+}
+
+impl Input for Motion {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Table(_) => Components::read(value, errors).map(Self::Components),
+            Kind::Array(_) => Vec::read(value, errors).map(Self::Vector),
+            _ => wrong_type(value, "a list [x, y, z] or a table { uy = … }", errors),
+        }
+    }
+}
+
+record! {
+    /// One step: absolute targets that are reached together; what is not named stays.
+    pub struct Step as "a step" {
+        name: Option<Spanned<String>>,
+        /// Of muscles, by member, group or "all".
+        pressure: Option<Map<Number>>,
+        /// Of members with strain or curvature, by member, group or "all".
+        actuation: Option<Map<Number>>,
+        /// Prescribed, from the unloaded position, by node.
+        displacement: Option<Map<Spanned<Motion>>>,
+        /// Prescribed rotation vector, by node.
+        rotation: Option<Map<Spanned<Motion>>>,
+        /// Dead forces by node.
+        force: Option<Map<Spanned<Vec<Number>>>>,
+        /// Dead moments by node.
+        moment: Option<Map<Spanned<Vec<Number>>>>,
+        /// Forces that turn with their node.
+        follower_force: Option<Map<Spanned<Vec<Number>>>>,
+        /// Moments that turn with their node.
+        follower_moment: Option<Map<Spanned<Vec<Number>>>>,
+        /// Acceleration of gravity.
+        gravity: Option<Spanned<Vec<Number>>>,
+        /// Force per unloaded length, by member, group or "all".
+        distributed: Option<Map<Spanned<Vec<Number>>>>,
+        /// Components kept where they are, by node.
+        hold: Option<Map<Spanned<Fix>>>,
+        /// Prescribed, from the present position, by node.
+        displace_by: Option<Map<Spanned<Motion>>>,
+        /// Components whose reaction is ramped to zero, by node.
+        free: Option<Map<Spanned<Fix>>>,
+        method: Option<Spanned<Method>>,
+        stop: Option<Spanned<Stop>>,
+        branch: Option<Spanned<Branch>>,
+        /// At least so many increments.
+        increments: Option<Count>,
+    }
+}
+
+words! {
+    pub enum Method as "a method" {
+        Newton = "newton",
+        ArcLength = "arc_length",
+        Jump = "jump",
+    }
+}
+
+words! {
+    pub enum Branch as "a branch" {
+        Stable = "stable",
+        Primary = "primary",
+    }
+}
+
+record! {
+    /// Where an arc-length step ends.
+    pub struct Stop as "a stop" {
+        node: Spanned<String>,
+        displacement: Component,
+        at: Number,
+    }
+}
+
+/// A number wanted by name.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Probe {
+    /// An expression over other probes, "= -stroke / 17.9"; `stroke@inflate` is the value after a step.
+    Expression(String),
+    Quantity(Box<ProbeTable>),
+}
+
+impl Input for Probe {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match &value.kind {
+            Kind::String(text) => Some(Self::Expression(text.clone())),
+            Kind::Table(_) => ProbeTable::read(value, errors).map(|probe| Self::Quantity(Box::new(probe))),
+            _ => wrong_type(value, "a table { node = … } or an expression \"= …\"", errors),
+        }
+    }
+}
+
+record! {
+    /// A quantity of a node, a body, two nodes or a member.
+    pub struct ProbeTable as "a probe" {
+        node: Option<Spanned<String>>,
+        nodes: Option<Spanned<Vec<Spanned<String>>>>,
+        body: Option<Spanned<String>>,
+        member: Option<Spanned<String>>,
+        displacement: Option<Spanned<Direction<Component>>>,
+        position: Option<Spanned<Direction<PositionWord>>>,
+        rotation: Option<Spanned<RotationProbe>>,
+        reaction: Option<Spanned<Direction<Component>>>,
+        stiffness: Option<Spanned<Direction<Component>>>,
+        /// A direction of the body; the probe is the angle by which it has turned.
+        normal: Option<Spanned<Vec<Number>>>,
+        distance: Option<Spanned<bool>>,
+        axial_force: Option<Spanned<AxialPlace>>,
+    }
+}
+
+/// A component by name, or a direction.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged, rename = "Direction_{T}")]
+pub enum Direction<T> {
+    Word(T),
+    Vector(Vec<Number>),
+}
+
+impl<T: Input> Input for Direction<T> {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Array(_) => Vec::read(value, errors).map(Self::Vector),
+            _ => T::read(value, errors).map(Self::Word),
+        }
+    }
+}
+
+words! {
+    pub enum PositionWord as "one of x, y, z" {
+        X = "x",
+        Y = "y",
+        Z = "z",
+    }
+}
+
+words! {
+    pub enum RotationProbe as "one of rx, ry, rz, angle" {
+        Rx = "rx",
+        Ry = "ry",
+        Rz = "rz",
+        Angle = "angle",
+    }
+}
+
+words! {
+    pub enum AxialPlace as "one of start, middle, end" {
+        Start = "start",
+        Middle = "middle",
+        End = "end",
+    }
+}
+
+/// The JSON Schema of the network file.
+pub fn schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(Network);
+    schema.insert("title".to_owned(), "pennate network".into());
+    schema.to_value()
+}

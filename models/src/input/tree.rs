@@ -1,0 +1,281 @@
+//! One tree for TOML and JSON, every value with its place.
+
+use std::collections::HashSet;
+
+use jsonc_parser::ast;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{InputError, Span};
+
+/// Levels of nesting that are followed; no network needs ten.
+const DEPTH_LIMIT: usize = 60;
+
+/// A value and where it stands.
+#[derive(Clone, Debug)]
+pub struct Value {
+    pub span: Span,
+    pub kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+pub enum Kind {
+    Null,
+    Bool(bool),
+    Number(f64),
+    String(String),
+    Array(Vec<Value>),
+    Table(Vec<Entry>),
+    /// A date or time of TOML, which no key takes.
+    Date,
+}
+
+/// A key with its value.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    pub key: String,
+    pub key_span: Span,
+    pub value: Value,
+}
+
+/// The language of an input file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    Toml,
+    Json,
+}
+
+impl Value {
+    /// What the value is, in a user's words.
+    pub fn description(&self) -> &'static str {
+        match self.kind {
+            Kind::Null => "null",
+            Kind::Bool(_) => "true or false",
+            Kind::Number(_) => "a number",
+            Kind::String(_) => "a text",
+            Kind::Array(_) => "a list",
+            Kind::Table(_) => "a table",
+            Kind::Date => "a date",
+        }
+    }
+
+    /// The path of keys that leads to a place, such as `members.left.nodes`.
+    pub fn path_to(&self, span: Span) -> String {
+        let holds = |outer: Span| outer.start <= span.start && span.end <= outer.end;
+        let mut path = Vec::new();
+        let mut value = self;
+        // Tables written under headers do not lie inside each other, so keys are searched, not spans nested.
+        while let Some((step, next)) = value
+            .children()
+            .find(|(entry, child)| entry.is_some_and(|entry| holds(entry.key_span)) || child.reaches(&holds))
+        {
+            if let Some(entry) = step {
+                path.push(entry.key.clone());
+                if holds(entry.key_span) {
+                    break;
+                }
+            }
+            value = next;
+        }
+        path.join(".")
+    }
+
+    fn children(&self) -> impl Iterator<Item = (Option<&Entry>, &Value)> {
+        let (entries, items): (&[Entry], &[Value]) = match &self.kind {
+            Kind::Table(entries) => (entries, &[]),
+            Kind::Array(items) => (&[], items),
+            _ => (&[], &[]),
+        };
+        entries.iter().map(|entry| (Some(entry), &entry.value)).chain(items.iter().map(|item| (None, item)))
+    }
+
+    fn reaches(&self, holds: &impl Fn(Span) -> bool) -> bool {
+        holds(self.span)
+            || self
+                .children()
+                .any(|(entry, child)| entry.is_some_and(|entry| holds(entry.key_span)) || child.reaches(holds))
+    }
+}
+
+/// Parses a text into a tree.
+///
+/// # Errors
+/// What the language forbids, at its place.
+pub fn parse(text: &str, language: Language, file: usize) -> Result<Value, InputError> {
+    match language {
+        Language::Toml => parse_toml(text, file),
+        Language::Json => parse_json(text, file),
+    }
+}
+
+fn parse_toml(text: &str, file: usize) -> Result<Value, InputError> {
+    match DeTable::parse(text) {
+        Ok(table) => {
+            let span = Span { file, start: table.span().start, end: table.span().end };
+            from_toml_table(table.into_inner(), span, file, 0)
+        }
+        Err(error) => {
+            let at = error.span().unwrap_or(0..0);
+            let message = error.message().lines().next().unwrap_or("not TOML").to_owned();
+            Err(InputError::new(format!("this is not TOML: {message}"))
+                .at(Span { file, start: at.start, end: at.end })
+                .help("texts stand in quotes, lists in [ ], tables in { } on one line or under a [header]"))
+        }
+    }
+}
+
+fn too_deep(span: Span) -> InputError {
+    InputError::new(format!("nested more than {DEPTH_LIMIT} levels deep")).at(span).help("no network needs ten levels")
+}
+
+fn from_toml_table(table: DeTable<'_>, span: Span, file: usize, depth: usize) -> Result<Value, InputError> {
+    if depth > DEPTH_LIMIT {
+        return Err(too_deep(span));
+    }
+    let mut entries = Vec::with_capacity(table.len());
+    for (key, value) in table {
+        let key_span = Span { file, start: key.span().start, end: key.span().end };
+        let at = Span { file, start: value.span().start, end: value.span().end };
+        let value = from_toml(value.into_inner(), at, file, depth + 1)?;
+        entries.push(Entry { key: key.into_inner().into_owned(), key_span, value });
+    }
+    Ok(Value { span, kind: Kind::Table(entries) })
+}
+
+fn from_toml(value: DeValue<'_>, span: Span, file: usize, depth: usize) -> Result<Value, InputError> {
+    if depth > DEPTH_LIMIT {
+        return Err(too_deep(span));
+    }
+    let kind = match value {
+        DeValue::String(text) => Kind::String(text.into_owned()),
+        DeValue::Integer(integer) => match i128::from_str_radix(integer.as_str(), integer.radix()) {
+            #[expect(clippy::cast_precision_loss, reason = "quantities are doubles")]
+            Ok(integer) => Kind::Number(integer as f64),
+            Err(_) => Kind::Number(f64::INFINITY),
+        },
+        DeValue::Float(float) => Kind::Number(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(flag) => Kind::Bool(flag),
+        DeValue::Datetime(_) => Kind::Date,
+        DeValue::Array(array) => {
+            let mut items = Vec::with_capacity(array.len());
+            for item in array {
+                let at = Span { file, start: item.span().start, end: item.span().end };
+                items.push(from_toml(item.into_inner(), at, file, depth + 1)?);
+            }
+            Kind::Array(items)
+        }
+        DeValue::Table(table) => return from_toml_table(table, span, file, depth),
+    };
+    Ok(Value { span, kind })
+}
+
+fn parse_json(text: &str, file: usize) -> Result<Value, InputError> {
+    let strict = jsonc_parser::ParseOptions {
+        allow_comments: false,
+        allow_loose_object_property_names: false,
+        allow_trailing_commas: false,
+        allow_missing_commas: false,
+        allow_single_quoted_strings: false,
+        allow_hexadecimal_numbers: false,
+        allow_unary_plus_numbers: false,
+        allow_bare_decimal_point_numbers: false,
+        allow_non_finite_numbers: false,
+        allow_extended_string_escapes: false,
+    };
+    let not_json = |message: &str, start: usize, end: usize| {
+        InputError::new(format!("this is not JSON: {message}")).at(Span { file, start, end })
+    };
+    let parsed = jsonc_parser::parse_to_ast(text, &jsonc_parser::CollectOptions::default(), &strict)
+        .map_err(|error| not_json(&error.kind().to_string(), error.range().start, error.range().end))?;
+    let value = parsed.value.ok_or_else(|| not_json("the file is empty", 0, 0))?;
+    from_json(&value, file, 0)
+}
+
+fn from_json(value: &ast::Value<'_>, file: usize, depth: usize) -> Result<Value, InputError> {
+    let place = |range: &jsonc_parser::common::Range| Span { file, start: range.start, end: range.end };
+    let (range, kind) = match value {
+        ast::Value::StringLit(text) => (&text.range, Kind::String(text.value.to_string())),
+        ast::Value::NumberLit(number) => (&number.range, Kind::Number(number.value.parse().unwrap_or(f64::NAN))),
+        ast::Value::BooleanLit(flag) => (&flag.range, Kind::Bool(flag.value)),
+        ast::Value::NullKeyword(null) => (&null.range, Kind::Null),
+        ast::Value::Array(array) => {
+            if depth >= DEPTH_LIMIT {
+                return Err(too_deep(place(&array.range)));
+            }
+            let items: Result<_, _> = array.elements.iter().map(|item| from_json(item, file, depth + 1)).collect();
+            (&array.range, Kind::Array(items?))
+        }
+        ast::Value::Object(object) => {
+            if depth >= DEPTH_LIMIT {
+                return Err(too_deep(place(&object.range)));
+            }
+            let mut known = HashSet::new();
+            let mut entries = Vec::with_capacity(object.properties.len());
+            for property in &object.properties {
+                let key = property.name.as_str().to_owned();
+                let key_span = match &property.name {
+                    ast::ObjectPropName::String(name) => place(&name.range),
+                    ast::ObjectPropName::Word(name) => place(&name.range),
+                };
+                if !known.insert(key.clone()) {
+                    return Err(InputError::new(format!("the key '{key}' stands here twice"))
+                        .at(key_span)
+                        .help("keep one of them"));
+                }
+                entries.push(Entry { key, key_span, value: from_json(&property.value, file, depth + 1)? });
+            }
+            (&object.range, Kind::Table(entries))
+        }
+    };
+    Ok(Value { span: place(range), kind })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_languages_give_one_tree() {
+        let toml = parse("a = { b = [1, 2.5, \"x\"] }\nc = true", Language::Toml, 0).unwrap();
+        let json = parse("{\"a\": {\"b\": [1, 2.5, \"x\"]}, \"c\": true}", Language::Json, 0).unwrap();
+        fn plain(value: &Value) -> String {
+            match &value.kind {
+                Kind::Array(items) => format!("{:?}", items.iter().map(plain).collect::<Vec<_>>()),
+                Kind::Table(entries) => {
+                    format!("{:?}", entries.iter().map(|e| (&e.key, plain(&e.value))).collect::<Vec<_>>())
+                }
+                other => format!("{other:?}"),
+            }
+        }
+        assert_eq!(plain(&toml), plain(&json));
+    }
+
+    #[test]
+    fn paths_lead_to_places() {
+        let text = "[members]\nleft = { nodes = [\"A\", \"B\"] }\n[muscles.m]\nwall = 2";
+        let tree = parse(text, Language::Toml, 0).unwrap();
+        let at = |word: &str| {
+            let start = text.find(word).unwrap();
+            tree.path_to(Span { file: 0, start, end: start + word.len() })
+        };
+        assert_eq!(at("\"B\""), "members.left.nodes");
+        assert_eq!(at("wall"), "muscles.m.wall");
+    }
+
+    #[test]
+    fn deep_nesting_is_refused() {
+        for depth in [70, 400, 3_000, 100_000] {
+            let json = format!("{}{}", "[".repeat(depth), "]".repeat(depth));
+            assert!(parse(&json, Language::Json, 0).is_err());
+            assert!(parse(&format!("a = {json}"), Language::Toml, 0).is_err());
+            let dotted = vec!["a"; depth].join(".");
+            assert!(parse(&format!("{dotted} = 1"), Language::Toml, 0).is_err());
+        }
+    }
+
+    #[test]
+    fn json_is_strict() {
+        for text in ["{\"a\": 1,}", "{a: 1}", "// x\n{}", "{\"a\": 1, \"a\": 2}", "", "{} {}", "[NaN]", "{\"a\" 1}"] {
+            assert!(parse(text, Language::Json, 0).is_err(), "{text}");
+        }
+    }
+}

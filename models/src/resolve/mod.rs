@@ -1,0 +1,219 @@
+//! From the input as written to the checked model.
+
+pub mod context;
+mod curve;
+mod joints;
+mod members;
+mod plane;
+mod probes;
+mod properties;
+mod steps;
+mod topology;
+
+use std::path::Path;
+
+use pennate_solver::structure::{Dimension, Stability};
+
+use self::context::{Context, Names};
+use self::joints::Bodies;
+use self::members::{Members, Surroundings};
+use self::properties::Properties;
+use self::steps::Actors;
+use self::topology::Parts;
+use crate::error::{InputError, InputErrors, Source};
+use crate::input::read::{Input, Map, Named, Number, Spanned};
+use crate::input::tree::{self, Language};
+use crate::input::{DimensionWord, Network, UnitsWord};
+use crate::model::{Member, Model, Node, SegmentLaw, Units};
+use crate::unit::Kind;
+
+pub use self::properties::language;
+
+/// The format that this reader knows.
+const FORMAT: &str = "pennate/1";
+
+/// Reads a text; files that it refers to are looked for in `directory`.
+///
+/// # Errors
+/// Everything found wrong.
+pub fn read(
+    source: Source,
+    language: Language,
+    directory: &Path,
+    settings: &[(String, String)],
+) -> Result<Model, InputErrors> {
+    let mut cx = Context::new(directory.to_owned());
+    cx.sources.push(source);
+    cx.trees.push(None);
+    let value = match tree::parse(&cx.sources[0].text, language, 0) {
+        Ok(value) => value,
+        Err(error) => {
+            cx.error(error);
+            return Err(cx.into_errors());
+        }
+    };
+    let network = Network::read(&value, &mut cx.errors);
+    cx.trees[0] = Some(value);
+    let Some(network) = network.filter(|_| cx.errors.is_empty()) else { return Err(cx.into_errors()) };
+    match resolve(&network, settings, &mut cx) {
+        Some(mut model) if cx.errors.is_empty() => {
+            let mut warnings = std::mem::take(&mut cx.warnings);
+            cx.fill_paths(&mut warnings);
+            model.warnings = warnings;
+            model.sources = cx.sources;
+            Ok(model)
+        }
+        _ => Err(cx.into_errors()),
+    }
+}
+
+/// Everything short of a source; `None` or errors in the context where something is wrong.
+fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -> Option<Model> {
+    check_format(network, cx);
+    cx.units = match network.units {
+        Some(UnitsWord::MNPa) => Units::MNPa,
+        _ => Units::MmNMpa,
+    };
+    let none = Map::default();
+    cx.set_parameters(network.parameters.as_ref().unwrap_or(&none), settings);
+    let none = Map::default();
+    let node_map = network.nodes.as_ref().unwrap_or(&none);
+    let names = Names::new("node", node_map.iter().map(|named| named.name.as_str()));
+    let nodes: Vec<Option<Node>> = node_map.iter().map(|named| node(named, cx)).collect();
+    let properties = Properties::resolve(network, cx);
+    let none = Map::default();
+    let member_map = network.members.as_ref().unwrap_or(&none);
+    let member_names = Names::new("member", member_map.iter().map(|named| named.name.as_str()));
+    let around = Surroundings { names: &names, nodes: &nodes, properties: &properties };
+    let Members { members, planar_only } = Members::resolve(member_map, &around, cx);
+    let bodies = Bodies::resolve(network.rigid_bodies.as_ref(), &names, nodes.len(), cx);
+    let supports = joints::supports(network.supports.as_ref(), &names, &bodies, cx);
+    let springs = joints::springs(network.springs.as_ref(), &names, &nodes, cx);
+    if member_map.0.is_empty() && springs.is_empty() && cx.errors.is_empty() {
+        cx.error(InputError::new("the network has no members").help("add nodes, and members under [members]"));
+    }
+    let parts = Parts { nodes: &nodes, members: &members, springs: &springs, bodies: &bodies, supports: &supports };
+    let rotations = parts.rotations();
+    let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
+        || bodies.bodies.iter().any(|body| body.mass > 0.0);
+    let actors = Actors {
+        nodes: &names,
+        member_names: &member_names,
+        members: &members,
+        properties: &properties,
+        bodies: &bodies,
+        rotations: &rotations,
+        has_mass,
+    };
+    let no_steps = Vec::new();
+    let steps = steps::steps(network.steps.as_ref().unwrap_or(&no_steps), &actors, parts.held(), cx);
+    parts.check(&steps, cx);
+    let observed = probes::Observed {
+        nodes: &nodes,
+        node_names: &names,
+        member_names: &member_names,
+        bodies: &bodies,
+        steps: &steps,
+    };
+    let mut probes = probes::probes(network.probes.as_ref(), &observed, cx);
+    let nodes: Vec<Node> = nodes.into_iter().collect::<Option<_>>()?;
+    let members: Vec<Member> = members.into_iter().collect::<Option<_>>()?;
+    let out = plane::leaves_plane(&nodes, &members, &supports, &steps);
+    let dimension = dimension(network.dimension, out.as_ref(), cx);
+    check_planar_only(&members, &planar_only, dimension, out.as_ref(), cx);
+    let judged_in_plane =
+        matches!(network.dimension, Some(Spanned { value: DimensionWord::Plane, .. })) || !planar_only.is_empty();
+    probes.in_plane = dimension == Dimension::Plane;
+    Some(Model {
+        title: network.title.clone().unwrap_or_default(),
+        units: cx.units,
+        dimension,
+        why_space: out.map(|(reason, _)| reason).filter(|_| dimension == Dimension::Space),
+        stability: if judged_in_plane { Stability::Plane } else { Stability::Space },
+        parameters: cx.parameter_values(),
+        nodes,
+        muscles: properties
+            .muscles
+            .iter()
+            .map(|data| data.as_ref().map(|data| data.muscle.clone()))
+            .collect::<Option<_>>()?,
+        members,
+        supports: supports.into_iter().map(|(support, _)| support).collect(),
+        bodies: bodies.bodies,
+        springs,
+        steps,
+        probes,
+        warnings: Vec::new(),
+        sources: Vec::new(),
+    })
+}
+
+fn check_format(network: &Network, cx: &mut Context) {
+    match &network.format {
+        Some(format) if format.value != FORMAT => cx.error(
+            InputError::new(format!("the format '{}' is not known", format.value))
+                .at(format.span)
+                .help(format!("this program reads format = \"{FORMAT}\"")),
+        ),
+        Some(_) => {}
+        None => cx.warn(
+            InputError::new(format!("the file does not say its format; it is read as \"{FORMAT}\""))
+                .help(format!("add format = \"{FORMAT}\"")),
+        ),
+    }
+}
+
+fn node(named: &Named<Spanned<Vec<Number>>>, cx: &mut Context) -> Option<Node> {
+    let position = cx.vector(&named.value, Kind::Length, &format!("node '{}'", named.name))?;
+    Some(Node { name: named.name.clone(), position, span: named.span })
+}
+
+fn has_mass(member: &Member, properties: &Properties) -> bool {
+    member.segments.iter().any(|segment| match &segment.material {
+        SegmentLaw::Fixed(law) => law.section.mass_per_length > 0.0,
+        SegmentLaw::MuscleEnd(muscle) | SegmentLaw::MuscleMiddle(muscle) => {
+            properties.muscles[*muscle].as_ref().is_some_and(|data| data.muscle.density > 0.0)
+        }
+    })
+}
+
+fn dimension(word: Option<Spanned<DimensionWord>>, out: Option<&plane::Reason>, cx: &mut Context) -> Dimension {
+    match (word, out) {
+        (Some(Spanned { value: DimensionWord::Space, .. }), _) => Dimension::Space,
+        (Some(Spanned { span, value: DimensionWord::Plane }), Some((reason, _))) => {
+            cx.error(
+                InputError::new(format!("the network is no plane one: {reason}"))
+                    .at(span)
+                    .help("leave dimension out, or bring everything into the plane z = 0"),
+            );
+            Dimension::Plane
+        }
+        (_, None) => Dimension::Plane,
+        (None, Some(_)) => Dimension::Space,
+    }
+}
+
+/// Sections without EI2 or GJ serve in the plane only, and there with axis 3 along z.
+fn check_planar_only(
+    members: &[Member],
+    planar_only: &[(usize, Vec<&'static str>, crate::error::Span)],
+    dimension: Dimension,
+    out: Option<&plane::Reason>,
+    cx: &mut Context,
+) {
+    for (index, missing, span) in planar_only {
+        let member = &members[*index];
+        let why = if dimension == Dimension::Space {
+            out.map_or("dimension = \"space\" asks for space".to_owned(), |(reason, _)| reason.clone())
+        } else if member.axes[2][2].abs() < 1.0 - 1e-9 {
+            "its axis 3 is not along z".to_owned()
+        } else {
+            continue;
+        };
+        cx.error(
+            InputError::new(format!("the section of member '{}' needs {}: {why}", member.name, missing.join(" and ")))
+                .at(*span)
+                .help("EA, GA2 and EI3 suffice only where a network is solved in the plane; add the others to its stiffness"),
+        );
+    }
+}

@@ -1,0 +1,283 @@
+//! Probes: names looked up, expressions compiled and put in order.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::context::{Context, Names};
+use super::joints::Bodies;
+use crate::error::{InputError, Span};
+use crate::expression::Expression;
+use crate::input::read::{Map, Named, Spanned, suggest};
+use crate::input::{self, Component, Direction, ProbeTable, RotationProbe};
+use crate::model::{Node, PRESTRESS, Step};
+use crate::probes::{AxialPlace, Operand, Probe, Probes};
+
+/// What probes refer to.
+pub struct Observed<'a> {
+    pub nodes: &'a [Option<Node>],
+    pub node_names: &'a Names,
+    pub member_names: &'a Names,
+    pub bodies: &'a Bodies,
+    pub steps: &'a [Step],
+}
+
+/// Resolves the probes; whether they are those of a plane network is set later.
+pub fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observed<'_>, cx: &mut Context) -> Probes {
+    let entries: Vec<&Named<Spanned<input::Probe>>> = map.into_iter().flatten().collect();
+    let names = Names::new("probe", entries.iter().map(|named| named.name.as_str()));
+    let step_names: Vec<&str> = match observed.steps {
+        [] => vec![PRESTRESS],
+        steps => steps.iter().map(|step| step.name.as_str()).collect(),
+    };
+    let steps = Names::new("step", step_names.into_iter());
+    let parameters: HashMap<String, f64> = cx.parameter_values().into_iter().collect();
+    let probes: Vec<Option<Probe>> = entries
+        .iter()
+        .map(|named| match &named.value.value {
+            input::Probe::Expression(text) => expression(named, text, &names, &steps, &parameters, cx),
+            input::Probe::Quantity(table) => quantity(named, table, observed, cx),
+        })
+        .collect();
+    let Some(probes) = probes.into_iter().collect::<Option<Vec<Probe>>>() else { return Probes::default() };
+    let order = order(&probes, &entries, cx).unwrap_or_default();
+    Probes { names: names.iter().map(str::to_owned).collect(), probes, order, in_plane: false }
+}
+
+fn needs(probe: &Probe) -> Vec<usize> {
+    let Probe::Expression { operands, .. } = probe else { return Vec::new() };
+    let needed = operands.iter().filter_map(|operand| match operand {
+        Operand::Probe(probe) | Operand::After { probe, .. } => Some(*probe),
+        Operand::Parameter(_) => None,
+    });
+    needed.collect()
+}
+
+/// An order in which each probe comes after those that it needs.
+fn order(probes: &[Probe], entries: &[&Named<Spanned<input::Probe>>], cx: &mut Context) -> Option<Vec<usize>> {
+    let needs: Vec<Vec<usize>> = probes.iter().map(needs).collect();
+    let mut users = vec![Vec::new(); probes.len()];
+    for (user, needed) in needs.iter().enumerate() {
+        needed.iter().for_each(|&probe| users[probe].push(user));
+    }
+    let mut open: Vec<usize> = needs.iter().map(Vec::len).collect();
+    let mut ready: Vec<usize> = (0..probes.len()).rev().filter(|&probe| open[probe] == 0).collect();
+    let mut order = Vec::with_capacity(probes.len());
+    while let Some(probe) = ready.pop() {
+        order.push(probe);
+        for &user in &users[probe] {
+            open[user] -= 1;
+            if open[user] == 0 {
+                ready.push(user);
+            }
+        }
+    }
+    if order.len() == probes.len() {
+        return Some(order);
+    }
+    let stuck = (0..probes.len()).find(|&probe| open[probe] > 0)?;
+    cx.error(
+        InputError::new(format!("probe '{}' depends on itself", entries[stuck].name))
+            .at(entries[stuck].value.span)
+            .label("refers to itself, perhaps through others")
+            .help("let one of the probes measure a node, a body or a member"),
+    );
+    None
+}
+
+fn expression(
+    named: &Named<Spanned<input::Probe>>,
+    text: &str,
+    names: &Names,
+    steps: &Names,
+    parameters: &HashMap<String, f64>,
+    cx: &mut Context,
+) -> Option<Probe> {
+    let span = named.value.span;
+    if !text.trim_start().starts_with('=') {
+        cx.error(
+            InputError::new(format!("the text of probe '{}' is no expression", named.name))
+                .at(span)
+                .help(format!("an expression begins with '=': \"= {}\"", text.trim())),
+        );
+        return None;
+    }
+    let start = text.find('=').map_or(0, |at| at + 1);
+    let expression = match Expression::parse(&text[start..]) {
+        Ok(expression) => expression,
+        Err(error) => {
+            let at = cx.inside(span, text, start + error.place.start..start + error.place.end);
+            cx.error(InputError::new(error.message).at(at).help("write for example \"= -stroke / 17.9\""));
+            return None;
+        }
+    };
+    let mut operands = Vec::new();
+    for reference in expression.references() {
+        let at = cx.inside(span, text, start + reference.place.start..start + reference.place.end);
+        let probe = names.get(&reference.name);
+        operands.push(match (&reference.step, probe, parameters.get(&reference.name)) {
+            (None, Some(probe), _) => Operand::Probe(probe),
+            (None, None, Some(&value)) => Operand::Parameter(value),
+            (Some(step), Some(probe), _) => {
+                let owner = format!("probe '{}'", named.name);
+                Operand::After { probe, step: steps.find(step, at, &owner, cx)? }
+            }
+            _ => {
+                let known: Vec<&str> = names.iter().chain(parameters.keys().map(String::as_str)).collect();
+                cx.error(
+                    InputError::new(format!(
+                        "probe '{}' refers to '{}', which is no probe or parameter",
+                        named.name, reference.name
+                    ))
+                    .at(at)
+                    .label("not known")
+                    .help(suggest(&reference.name, known.into_iter(), "names")),
+                );
+                return None;
+            }
+        });
+    }
+    Some(Probe::Expression { expression, operands })
+}
+
+/// The one quantity that a table asks for.
+fn quantity(
+    named: &Named<Spanned<input::Probe>>,
+    table: &ProbeTable,
+    observed: &Observed<'_>,
+    cx: &mut Context,
+) -> Option<Probe> {
+    let owner = format!("probe '{}'", named.name);
+    if let Some(stiffness) = &table.stiffness {
+        cx.error(
+            InputError::new("probes of stiffness are not there yet")
+                .at(stiffness.span)
+                .help("measure a displacement, and divide a force by it in an expression"),
+        );
+        return None;
+    }
+    let of_node =
+        [table.displacement.is_some(), table.position.is_some(), table.rotation.is_some(), table.reaction.is_some()];
+    let quantities = of_node.iter().filter(|&&given| given).count();
+    let others = [table.normal.is_some(), table.distance.is_some(), table.axial_force.is_some()];
+    let other_count = others.iter().filter(|&&given| given).count();
+    let places = [table.node.is_some(), table.nodes.is_some(), table.body.is_some(), table.member.is_some()];
+    let place_count = places.iter().filter(|&&given| given).count();
+    let fitting = match (&table.node, &table.nodes, &table.body, &table.member) {
+        (Some(_), ..) => quantities == 1 && other_count == 0,
+        (_, Some(_), ..) => quantities == 0 && other_count == 1 && others[1],
+        (_, _, Some(_), _) => quantities == 0 && other_count == 1 && others[0],
+        (_, _, _, Some(_)) => quantities == 0 && other_count == 1 && others[2],
+        _ => false,
+    };
+    if place_count != 1 || !fitting {
+        cx.error(
+            InputError::new(format!("{owner} does not ask for one quantity of one thing")).at(named.value.span).help(
+                "{ node, displacement | position | rotation | reaction }, { nodes, distance = true }, { body, normal } or { member, axial_force }",
+            ),
+        );
+        return None;
+    }
+    if let Some(node) = &table.node {
+        let index = observed.node_names.find(&node.value, node.span, &owner, cx)?;
+        return node_quantity(index, table, observed, &owner, cx);
+    }
+    if let Some(list) = &table.nodes {
+        return distance(list, table, observed, &owner, cx);
+    }
+    if let (Some(body), Some(normal)) = (&table.body, &table.normal) {
+        let names = Names::new("rigid body", observed.bodies.bodies.iter().map(|body| body.name.as_str()));
+        let index = names.find(&body.value, body.span, &owner, cx);
+        let normal = cx.direction(normal, &format!("the normal of {owner}"));
+        return Some(Probe::Tilt { reference: observed.bodies.bodies[index?].reference, normal: normal?.into() });
+    }
+    let (member, place) = (table.member.as_ref()?, table.axial_force.as_ref()?);
+    let place = match place.value {
+        input::AxialPlace::Start => AxialPlace::Start,
+        input::AxialPlace::Middle => AxialPlace::Middle,
+        input::AxialPlace::End => AxialPlace::End,
+    };
+    Some(Probe::AxialForce { member: observed.member_names.find(&member.value, member.span, &owner, cx)?, place })
+}
+
+fn distance(
+    list: &Spanned<Vec<Spanned<String>>>,
+    table: &ProbeTable,
+    observed: &Observed<'_>,
+    owner: &str,
+    cx: &mut Context,
+) -> Option<Probe> {
+    let complain = |cx: &mut Context, message: String, span: Span| {
+        cx.error(InputError::new(message).at(span).help("write { nodes = [\"A\", \"B\"], distance = true }"));
+    };
+    let [first, second] = list.value.as_slice() else {
+        complain(cx, format!("{owner} measures between two nodes, not {}", list.value.len()), list.span);
+        return None;
+    };
+    if let Some(distance) = &table.distance
+        && !distance.value
+    {
+        complain(cx, format!("{owner} says distance = false"), distance.span);
+        return None;
+    }
+    let first = observed.node_names.find(&first.value, first.span, owner, cx);
+    let second = observed.node_names.find(&second.value, second.span, owner, cx);
+    let nodes = [first?, second?];
+    let [start, end] = nodes.map(|node| observed.nodes[node].as_ref().map(|node| Vector3::from(node.position)));
+    Some(Probe::Distance { nodes, unloaded: (end? - start?).into() })
+}
+
+fn node_quantity(
+    node: usize,
+    table: &ProbeTable,
+    observed: &Observed<'_>,
+    owner: &str,
+    cx: &mut Context,
+) -> Option<Probe> {
+    let unit = |axis: usize| std::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
+    if let Some(displacement) = &table.displacement {
+        let direction = match &displacement.value {
+            Direction::Word(component) if component.index() < 3 => unit(component.index()),
+            Direction::Word(component) => {
+                cx.error(
+                    InputError::new(format!(
+                        "{owner} asks for the displacement '{}'",
+                        Component::WORDS[component.index()]
+                    ))
+                    .at(displacement.span)
+                    .help(format!("write rotation = \"{}\"", Component::WORDS[component.index()])),
+                );
+                return None;
+            }
+            Direction::Vector(list) => along(list, displacement.span, owner, cx)?,
+        };
+        return Some(Probe::Displacement { node, direction });
+    }
+    if let Some(position) = &table.position {
+        let direction = match &position.value {
+            Direction::Word(axis) => unit(*axis as usize),
+            Direction::Vector(list) => along(list, position.span, owner, cx)?,
+        };
+        let unloaded = observed.nodes[node].as_ref()?.position;
+        return Some(Probe::Position { node, unloaded, direction });
+    }
+    if let Some(rotation) = &table.rotation {
+        return Some(match rotation.value {
+            RotationProbe::Angle => Probe::Angle { node },
+            component => Probe::Rotation { node, axis: component as usize },
+        });
+    }
+    let reaction = table.reaction.as_ref()?;
+    Some(match &reaction.value {
+        Direction::Word(component) if component.index() < 3 => {
+            Probe::ReactionForce { node, direction: unit(component.index()) }
+        }
+        Direction::Word(component) => Probe::ReactionMoment { node, axis: component.index() - 3 },
+        Direction::Vector(list) => Probe::ReactionForce { node, direction: along(list, reaction.span, owner, cx)? },
+    })
+}
+
+fn along(list: &[input::read::Number], span: Span, owner: &str, cx: &mut Context) -> Option<[f64; 3]> {
+    let list = Spanned { span, value: list.to_vec() };
+    Some(cx.direction(&list, &format!("the direction of {owner}"))?.into())
+}

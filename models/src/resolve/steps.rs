@@ -1,0 +1,453 @@
+//! Steps: targets of pressures and loads, and changes of what holds the nodes.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::Vector3;
+use pennate_solver::structure::Change;
+
+use super::context::{Context, Names};
+use super::joints::{Bodies, fixed};
+use super::properties::Properties;
+use super::topology::JointRotation;
+use crate::error::{InputError, Span};
+use crate::input::read::{Map, Named, Number, Spanned, suggest};
+use crate::input::{self, Method, Motion};
+use crate::model::{Member, MemberKind, Step, Target};
+use crate::unit::Kind;
+
+/// What steps refer to.
+pub struct Actors<'a> {
+    pub nodes: &'a Names,
+    pub member_names: &'a Names,
+    pub members: &'a [Option<Member>],
+    pub properties: &'a Properties,
+    pub bodies: &'a Bodies,
+    pub rotations: &'a [JointRotation],
+    /// Whether anything has a mass.
+    pub has_mass: bool,
+}
+
+/// Resolves the steps; `held` says which components supports hold.
+pub fn steps(
+    steps: &[Spanned<input::Step>],
+    actors: &Actors<'_>,
+    mut held: Vec<[bool; 6]>,
+    cx: &mut Context,
+) -> Vec<Step> {
+    let mut known = HashSet::new();
+    let mut all = Vec::new();
+    for (index, data) in steps.iter().enumerate() {
+        let (name, span) = match &data.value.name {
+            Some(name) => (name.value.clone(), name.span),
+            None => (format!("step {}", index + 1), data.span),
+        };
+        if !known.insert(name.clone()) {
+            cx.error(
+                InputError::new(format!("two steps are called '{name}'"))
+                    .at(span)
+                    .help("give every step a name of its own"),
+            );
+        }
+        refuse_missing_methods(&data.value, cx);
+        let mut reader = StepReader {
+            actors,
+            cx,
+            name: &name,
+            held: &mut held,
+            targets: Vec::new(),
+            changes: Vec::new(),
+            changed: HashMap::new(),
+        };
+        reader.read(&data.value);
+        let (targets, changes) = (reader.targets, reader.changes);
+        all.push(Step { name, span, targets, changes, increments: data.value.increments.map(|count| count.0) });
+    }
+    all
+}
+
+fn refuse_missing_methods(step: &input::Step, cx: &mut Context) {
+    let mut refuse = |what: &str, span: Span, help: &str| {
+        cx.error(InputError::new(format!("{what} is not there yet")).at(span).help(help));
+    };
+    match step.method {
+        Some(Spanned { span, value: Method::ArcLength }) => {
+            refuse(
+                "method = \"arc_length\"",
+                span,
+                "leave method out, or prescribe a displacement to follow a path past a limit point",
+            );
+        }
+        Some(Spanned { span, value: Method::Jump }) => {
+            refuse("method = \"jump\"", span, "leave method out: the step then stops where it loses stability");
+        }
+        _ => {}
+    }
+    if let Some(stop) = &step.stop {
+        refuse("stop", stop.span, "prescribe the displacement instead");
+    }
+    if let Some(branch) = &step.branch {
+        refuse("branch", branch.span, "leave branch out");
+    }
+}
+
+struct StepReader<'a, 'b> {
+    actors: &'a Actors<'a>,
+    cx: &'b mut Context,
+    name: &'a str,
+    held: &'b mut Vec<[bool; 6]>,
+    targets: Vec<(Target, f64)>,
+    changes: Vec<Change>,
+    /// Components changed in this step, and by which key.
+    changed: HashMap<(usize, usize), &'static str>,
+}
+
+const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
+
+impl StepReader<'_, '_> {
+    fn read(&mut self, step: &input::Step) {
+        self.pressure(step.pressure.as_ref());
+        self.actuation(step.actuation.as_ref());
+        self.node_loads(step.force.as_ref(), Kind::Force, "force", Target::Force);
+        self.node_loads(step.follower_force.as_ref(), Kind::Force, "follower_force", Target::FollowerForce);
+        self.node_loads(step.moment.as_ref(), Kind::Moment, "moment", Target::Moment);
+        self.node_loads(step.follower_moment.as_ref(), Kind::Moment, "follower_moment", Target::FollowerMoment);
+        self.gravity(step.gravity.as_ref());
+        self.distributed(step.distributed.as_ref());
+        self.motions(step.displacement.as_ref(), "displacement");
+        self.motions(step.rotation.as_ref(), "rotation");
+        self.motions(step.displace_by.as_ref(), "displace_by");
+        self.hold_or_free(step.hold.as_ref(), "hold");
+        self.hold_or_free(step.free.as_ref(), "free");
+    }
+
+    /// The members that a name means, and how closely: a member 2, a group 1, "all" 0.
+    fn address(&mut self, name: &str, span: Span, what: &str, fits: impl Fn(&Member) -> bool) -> (u8, Vec<usize>) {
+        let members = self.actors.members;
+        if let Some(index) = self.actors.member_names.get(name) {
+            let Some(member) = &members[index] else { return (2, Vec::new()) };
+            if fits(member) {
+                return (2, vec![index]);
+            }
+            self.cx.error(
+                InputError::new(format!("member '{name}' has nothing that {what} could act on"))
+                    .at(span)
+                    .label(format!("no {what} here"))
+                    .help(nothing_to_act_on(what)),
+            );
+            return (2, Vec::new());
+        }
+        let of_group = |member: &&Member| name == "all" || member.group.as_deref() == Some(name);
+        if name != "all" && !members.iter().flatten().any(|member| of_group(&member)) {
+            let groups = members.iter().flatten().filter_map(|member| member.group.as_deref());
+            let mut known: Vec<&str> = groups.chain(self.actors.member_names.iter()).chain(["all"]).collect();
+            known.sort_unstable();
+            known.dedup();
+            // A member or group whose definition failed has been reported already.
+            if members.iter().all(Option::is_some) {
+                self.cx.error(
+                    InputError::new(format!(
+                        "{what} of step '{}' names '{name}', which is no member or group",
+                        self.name
+                    ))
+                    .at(span)
+                    .label("no such member or group")
+                    .help(suggest(name, known.into_iter(), "members and groups")),
+                );
+            }
+            return (1, Vec::new());
+        }
+        let found: Vec<usize> = members
+            .iter()
+            .enumerate()
+            .filter_map(|(index, member)| member.as_ref().filter(|m| of_group(m) && fits(m)).map(|_| index))
+            .collect();
+        if found.is_empty() && members.iter().all(Option::is_some) {
+            self.cx.error(
+                InputError::new(format!("'{name}' holds no member that {what} could act on"))
+                    .at(span)
+                    .label(format!("no {what} here"))
+                    .help(nothing_to_act_on(what)),
+            );
+        }
+        (u8::from(name != "all"), found)
+    }
+
+    /// Sets targets so that a member's own entry wins over that of its group, and that over "all".
+    fn set_targets(&mut self, mut found: Vec<(u8, Target, f64)>) {
+        found.sort_by_key(|(closeness, ..)| *closeness);
+        let mut place = HashMap::new();
+        for (_, target, value) in found {
+            let next = self.targets.len();
+            let at = *place.entry(target).or_insert(next);
+            if at == next {
+                self.targets.push((target, value));
+            } else {
+                self.targets[at].1 = value;
+            }
+        }
+    }
+
+    fn pressure(&mut self, entries: Option<&Map<Number>>) {
+        let mut found = Vec::new();
+        for entry in entries.into_iter().flatten() {
+            let (closeness, members) = self.address(&entry.name, entry.span, "pressure", Member::is_muscle);
+            let mut values: HashMap<usize, Option<f64>> = HashMap::new();
+            for index in members {
+                let Some(Some(member)) = self.actors.members.get(index) else { continue };
+                let MemberKind::Muscle(muscle) = member.kind else { continue };
+                let value = match values.get(&muscle) {
+                    Some(value) => *value,
+                    None => {
+                        let value = self.muscle_pressure(muscle, &member.name, &entry.value);
+                        values.insert(muscle, value);
+                        value
+                    }
+                };
+                found.extend(value.map(|value| (closeness, Target::Control(index), value)));
+            }
+        }
+        self.set_targets(found);
+    }
+
+    fn muscle_pressure(&mut self, muscle: usize, member: &str, number: &Number) -> Option<f64> {
+        let data = self.actors.properties.muscles[muscle].as_ref()?;
+        let value = self.cx.pressure(number, &data.unit)?;
+        let (limit, unit) = (data.muscle.pressure_limit(), &data.muscle.pressure_unit);
+        // Conversions of units round.
+        if value > limit * (1.0 + 1e-9) {
+            self.cx.error(
+                InputError::new(format!(
+                    "the pressure {value} {unit} of member '{member}' is beyond the table of muscle '{}', which ends at {limit} {unit}",
+                    data.muscle.name
+                ))
+                .at(number.span)
+                .label("beyond the table")
+                .help(format!("stay within 0 and {limit} {unit}, or add rows to the table")),
+            );
+            return None;
+        }
+        if value < 0.0 {
+            self.cx.error(
+                InputError::new(format!("the pressure {value} {unit} of member '{member}' is negative"))
+                    .at(number.span)
+                    .label("below zero")
+                    .help(format!("stay within 0 and {limit} {unit}")),
+            );
+            return None;
+        }
+        Some(value.min(limit))
+    }
+
+    fn actuation(&mut self, entries: Option<&Map<Number>>) {
+        let mut found = Vec::new();
+        for entry in entries.into_iter().flatten() {
+            let fits = |member: &Member| member.kind == MemberKind::Actuated;
+            let (closeness, members) = self.address(&entry.name, entry.span, "actuation", fits);
+            let Some(value) = self.cx.number(&entry.value, Kind::Pure) else { continue };
+            found.extend(members.into_iter().map(|index| (closeness, Target::Control(index), value)));
+        }
+        self.set_targets(found);
+    }
+
+    fn node(&mut self, named: &Named<impl Sized>, key: &str) -> Option<usize> {
+        let owner = format!("{key} of step '{}'", self.name);
+        self.actors.nodes.find(&named.name, named.span, &owner, self.cx)
+    }
+
+    fn node_loads(
+        &mut self,
+        entries: Option<&Map<Spanned<Vec<Number>>>>,
+        kind: Kind,
+        key: &str,
+        target: impl Fn(usize, usize) -> Target,
+    ) {
+        for named in entries.into_iter().flatten() {
+            let node = self.node(named, key);
+            let what = format!("{key} on node '{}'", named.name);
+            let vector = if kind == Kind::Moment {
+                self.cx.triple(&named.value, kind, &what)
+            } else {
+                self.cx.vector(&named.value, kind, &what)
+            };
+            let (Some(node), Some(vector)) = (node, vector) else { continue };
+            if kind == Kind::Moment {
+                self.check_moment(node, vector, &what, named.value.span);
+            }
+            self.targets.extend((0..3).map(|component| (target(node, component), vector[component])));
+        }
+    }
+
+    /// A moment needs something to turn.
+    fn check_moment(&mut self, node: usize, moment: [f64; 3], what: &str, span: Span) {
+        let moment = Vector3::from(moment);
+        let nothing = match self.actors.rotations[node] {
+            JointRotation::Full => false,
+            JointRotation::None => moment != Vector3::zeros(),
+            JointRotation::NoSpin(axis) => moment.dot(&Vector3::from(axis)).abs() > 1e-9 * moment.norm(),
+        };
+        if nothing {
+            self.cx.error(
+                InputError::new(format!("{what} has nothing to turn: all ends there are released"))
+                    .at(span)
+                    .label("no rotation here")
+                    .help("weld one of the members to the node, or apply a pair of forces"),
+            );
+        }
+    }
+
+    fn gravity(&mut self, gravity: Option<&Spanned<Vec<Number>>>) {
+        let Some(list) = gravity else { return };
+        let Some(vector) = self.cx.vector(list, Kind::Acceleration, "gravity") else { return };
+        if !self.actors.has_mass && vector != [0.0; 3] && self.actors.members.iter().all(Option::is_some) {
+            self.cx.error(
+                InputError::new("gravity acts on nothing: no material, section, muscle or body has a mass")
+                    .at(list.span)
+                    .label("no mass anywhere")
+                    .help("add density = … to a material or muscle, or mass_per_length to a stiffness"),
+            );
+        }
+        self.targets.extend((0..3).map(|component| (Target::Gravity(component), vector[component])));
+    }
+
+    fn distributed(&mut self, entries: Option<&Map<Spanned<Vec<Number>>>>) {
+        let mut found = Vec::new();
+        for named in entries.into_iter().flatten() {
+            let (closeness, members) = self.address(&named.name, named.span, "distributed", |_| true);
+            let what = format!("the distributed force on '{}'", named.name);
+            let Some(vector) = self.cx.vector(&named.value, Kind::ForcePerLength, &what) else { continue };
+            for index in members {
+                found.extend((0..3).map(|c| (closeness, Target::Distributed(index, c), vector[c])));
+            }
+        }
+        self.set_targets(found);
+    }
+
+    fn motions(&mut self, entries: Option<&Map<Spanned<Motion>>>, key: &'static str) {
+        for named in entries.into_iter().flatten() {
+            let node = self.node(named, key);
+            let values = self.motion(named, key);
+            let (Some(node), Some(values)) = (node, values) else { continue };
+            for (component, value) in values.into_iter().enumerate() {
+                let Some(value) = value else { continue };
+                let Some((node, component)) = self.claim(node, component, key, named.value.span) else { continue };
+                if component >= 3 && value != 0.0 && !matches!(self.actors.rotations[node], JointRotation::Full) {
+                    self.check_turn(node, component, &named.name, named.value.span);
+                }
+                self.held[node][component] = true;
+                self.changes.push(match key {
+                    "displace_by" => Change::MoveBy { node, component, by: value },
+                    _ => Change::Prescribe { node, component, to: value },
+                });
+            }
+        }
+    }
+
+    fn check_turn(&mut self, node: usize, component: usize, name: &str, span: Span) {
+        let mut axis = Vector3::zeros();
+        axis[component - 3] = 1.0;
+        let missing = match self.actors.rotations[node] {
+            JointRotation::Full => false,
+            JointRotation::None => true,
+            JointRotation::NoSpin(spin) => axis.dot(&Vector3::from(spin)).abs() > 1e-9,
+        };
+        if missing {
+            self.cx.error(
+                InputError::new(format!("node '{name}' has no rotation to prescribe: all ends there are released"))
+                    .at(span)
+                    .label("no rotation here")
+                    .help("weld one of the members to the node"),
+            );
+        }
+    }
+
+    /// Values of the six components, as far as given.
+    fn motion(&mut self, named: &Named<Spanned<Motion>>, key: &str) -> Option<[Option<f64>; 6]> {
+        let what = format!("{key} of node '{}'", named.name);
+        let span = named.value.span;
+        let mut values = [None; 6];
+        match &named.value.value {
+            Motion::Vector(list) if key == "rotation" => {
+                let list = Spanned { span, value: list.clone() };
+                let vector = self.cx.triple(&list, Kind::Angle, &what)?;
+                (0..3).for_each(|component| values[3 + component] = Some(vector[component]));
+            }
+            Motion::Vector(list) => {
+                let count = list.len();
+                let list = Spanned { span, value: list.clone() };
+                let vector = self.cx.vector(&list, Kind::Length, &what)?;
+                (0..count).for_each(|component| values[component] = Some(vector[component]));
+            }
+            Motion::Components(components) => {
+                for (component, number) in components.in_order().into_iter().enumerate() {
+                    let Some(number) = number else { continue };
+                    let turns = component >= 3;
+                    if (key == "rotation" && !turns) || (key == "displacement" && turns) {
+                        let other = if turns { "rotation" } else { "displacement" };
+                        self.cx.error(
+                            InputError::new(format!("{what} has the component '{}'", COMPONENTS[component]))
+                                .at(number.span)
+                                .help(format!("write it under {other} = {{ … }}")),
+                        );
+                        return None;
+                    }
+                    values[component] = Some(self.cx.number(number, if turns { Kind::Angle } else { Kind::Length })?);
+                }
+            }
+        }
+        Some(values)
+    }
+
+    fn hold_or_free(&mut self, entries: Option<&Map<Spanned<input::Fix>>>, key: &'static str) {
+        for named in entries.into_iter().flatten() {
+            let Some(node) = self.node(named, key) else { continue };
+            let components = fixed(&named.value.value);
+            for component in (0..6).filter(|&component| components[component]) {
+                let Some((node, component)) = self.claim(node, component, key, named.value.span) else { continue };
+                if key == "hold" {
+                    self.held[node][component] = true;
+                    self.changes.push(Change::Hold { node, component });
+                    continue;
+                }
+                if !self.held[node][component] {
+                    self.cx.error(
+                        InputError::new(format!(
+                            "step '{}' frees {} of node '{}', which nothing holds",
+                            self.name, COMPONENTS[component], named.name
+                        ))
+                        .at(named.value.span)
+                        .label("already free")
+                        .help("free what a support, a hold or a prescribed motion holds"),
+                    );
+                }
+                self.held[node][component] = false;
+                self.changes.push(Change::Free { node, component });
+            }
+        }
+    }
+
+    /// Notes that a component is changed in this step; rotations of a body are those of its reference.
+    fn claim(&mut self, node: usize, component: usize, key: &'static str, span: Span) -> Option<(usize, usize)> {
+        let node = if component >= 3 { self.actors.bodies.turns_with(node) } else { node };
+        let Some(other) = self.changed.insert((node, component), key) else { return Some((node, component)) };
+        self.cx.error(
+            InputError::new(format!(
+                "step '{}' changes {} of node '{}' twice, by {other} and by {key}",
+                self.name,
+                COMPONENTS[component],
+                self.actors.nodes.of(node)
+            ))
+            .at(span)
+            .label("contradicts what stands before")
+            .help("keep one of them, or use two steps"),
+        );
+        None
+    }
+}
+
+fn nothing_to_act_on(what: &str) -> &'static str {
+    match what {
+        "pressure" => "pressure acts on members with muscle = \"…\"",
+        "actuation" => "actuation acts on members whose segments have strain or curvature (strain = 0 counts)",
+        _ => "name a member, a group or \"all\"",
+    }
+}

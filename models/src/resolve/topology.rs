@@ -1,0 +1,274 @@
+//! How the parts of a network hang together, and what is wrong with that.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::Vector3;
+use pennate_solver::structure::{Change, Release, Spring as SpringLaw, Support};
+
+use super::context::Context;
+use super::joints::Bodies;
+use crate::error::{InputError, Span};
+use crate::model::{Member, Node, Spring, Step, Target};
+
+/// What a node has of a rotation of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JointRotation {
+    Full,
+    /// Every end there is released.
+    None,
+    /// Every end there is hinged about this axis.
+    NoSpin([f64; 3]),
+}
+
+/// The parts of a network that topology is about.
+pub struct Parts<'a> {
+    pub nodes: &'a [Option<Node>],
+    pub members: &'a [Option<Member>],
+    pub springs: &'a [Spring],
+    pub bodies: &'a Bodies,
+    pub supports: &'a [(Support, Span)],
+}
+
+impl Parts<'_> {
+    /// The rotation that each node has.
+    pub fn rotations(&self) -> Vec<JointRotation> {
+        let mut rotations = vec![JointRotation::None; self.nodes.len()];
+        let mut join = |node: usize, end: JointRotation| {
+            rotations[node] = match (rotations[node], end) {
+                (JointRotation::None, other) | (other, JointRotation::None) => other,
+                (JointRotation::NoSpin(a), JointRotation::NoSpin(b))
+                    if Vector3::from(a).cross(&Vector3::from(b)).norm() < 1e-6 =>
+                {
+                    JointRotation::NoSpin(a)
+                }
+                _ => JointRotation::Full,
+            };
+        };
+        for member in self.members.iter().flatten() {
+            for (node, release) in member.nodes.into_iter().zip(&member.releases) {
+                join(
+                    node,
+                    match release {
+                        Release::Welded => JointRotation::Full,
+                        Release::Pin => JointRotation::None,
+                        Release::Axes(axes) if axes.len() == 1 => JointRotation::NoSpin(axes[0]),
+                        Release::Axes(_) => JointRotation::Full,
+                    },
+                );
+            }
+        }
+        for spring in self.springs {
+            match &spring.spring {
+                SpringLaw::Ground { node, stiffness } if stiffness[3..] != [0.0; 3] => join(*node, JointRotation::Full),
+                SpringLaw::Coupling { nodes, stiffness } => {
+                    join(nodes[0], JointRotation::Full);
+                    if stiffness[3..] != [0.0; 3] {
+                        join(nodes[1], JointRotation::Full);
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (node, body) in self.bodies.of_node.iter().enumerate() {
+            if body.is_some() {
+                join(node, JointRotation::Full);
+            }
+        }
+        rotations
+    }
+
+    /// Components that supports hold.
+    pub fn held(&self) -> Vec<[bool; 6]> {
+        let mut held = vec![[false; 6]; self.nodes.len()];
+        for (support, _) in self.supports {
+            held[support.node] = support.fixed;
+        }
+        held
+    }
+
+    pub fn check(&self, steps: &[Step], cx: &mut Context) {
+        // A part that could not be read would make other parts look loose.
+        if self.members.iter().any(Option::is_none) || self.nodes.iter().any(Option::is_none) {
+            return;
+        }
+        self.check_places(cx);
+        self.check_lonely_nodes(steps, cx);
+        self.check_supported(steps, cx);
+    }
+
+    fn size(&self) -> f64 {
+        let position = |node: &Node| Vector3::from(node.position);
+        let mut points = self.nodes.iter().flatten().map(position);
+        let Some(first) = points.next() else { return 0.0 };
+        let (low, high) = points.fold((first, first), |(low, high), point| (low.inf(&point), high.sup(&point)));
+        (high - low).norm()
+    }
+
+    /// Two nodes at one place are most often one node written twice.
+    fn check_places(&self, cx: &mut Context) {
+        let tolerance = 1e-9 * self.size();
+        let mut joined: HashSet<(usize, usize)> = HashSet::new();
+        for spring in self.springs {
+            if let SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } = &spring.spring {
+                joined.insert((nodes[0].min(nodes[1]), nodes[0].max(nodes[1])));
+            }
+        }
+        // Nodes by cells of a grid; what is near lies in a neighbouring cell.
+        let cell = if tolerance > 0.0 { 2.0 * tolerance } else { 1.0 };
+        let key = |position: [f64; 3]| -> [i64; 3] {
+            #[expect(clippy::cast_possible_truncation, reason = "saturates, and then only costs time")]
+            position.map(|x| (x / cell).floor() as i64)
+        };
+        let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+        let mut found = 0;
+        for (index, node) in self.nodes.iter().enumerate() {
+            let Some(node) = node else { continue };
+            let [x, y, z] = key(node.position);
+            let around = |offset: i64| {
+                [
+                    x.saturating_add(offset % 3 - 1),
+                    y.saturating_add(offset / 3 % 3 - 1),
+                    z.saturating_add(offset / 9 - 1),
+                ]
+            };
+            let near = (0..27).filter_map(|offset| cells.get(&around(offset))).flatten().copied();
+            let same = near.filter(|&other| {
+                let place = |index: usize| self.nodes[index].as_ref().map_or([f64::NAN; 3], |node| node.position);
+                let one_body =
+                    self.bodies.of_node[other].is_some() && self.bodies.of_node[other] == self.bodies.of_node[index];
+                (Vector3::from(place(other)) - Vector3::from(node.position)).norm() <= tolerance
+                    && !one_body
+                    && !joined.contains(&(other, index))
+            });
+            if let Some(Some(other)) = same.min().map(|other| &self.nodes[other])
+                && found < 20
+            {
+                found += 1;
+                cx.error(
+                    InputError::new(format!("nodes '{}' and '{}' are at one place", other.name, node.name))
+                        .at(node.span)
+                        .label(format!("same place as '{}'", other.name))
+                        .help("use one node for both, or join them by a spring or a rigid body"),
+                );
+            }
+            cells.entry([x, y, z]).or_default().push(index);
+        }
+    }
+
+    /// A node in no member, spring or body moves with nothing.
+    fn check_lonely_nodes(&self, steps: &[Step], cx: &mut Context) {
+        let mut used = vec![false; self.nodes.len()];
+        for member in self.members.iter().flatten() {
+            member.nodes.into_iter().for_each(|node| used[node] = true);
+        }
+        for spring in self.springs {
+            match &spring.spring {
+                SpringLaw::Ground { node, .. } => used[*node] = true,
+                SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } => {
+                    nodes.iter().for_each(|&node| used[node] = true);
+                }
+            }
+        }
+        for (node, body) in self.bodies.of_node.iter().enumerate() {
+            used[node] |= body.is_some();
+        }
+        let loaded: HashSet<usize> = steps.iter().flat_map(loaded_nodes).collect();
+        let held = self.held();
+        for (index, node) in self.nodes.iter().enumerate() {
+            let Some(node) = node else { continue };
+            if used[index] {
+                continue;
+            }
+            let free = held[index][..3].contains(&false);
+            let finding = |what: &str| {
+                InputError::new(format!("node '{}' is in no member, spring or body{what}", node.name)).at(node.span)
+            };
+            if loaded.contains(&index) {
+                cx.error(finding(", but a step loads or moves it").label("loaded").help("connect it, or leave it out"));
+            } else if free {
+                cx.error(
+                    finding(" and nothing holds it").label("free").help("connect it, support it, or leave it out"),
+                );
+            } else {
+                cx.warn(finding("").label("has no effect").help("leave it out"));
+            }
+        }
+    }
+
+    /// A part of the network that nothing holds flies away.
+    fn check_supported(&self, steps: &[Step], cx: &mut Context) {
+        let mut sets = Sets::new(self.nodes.len());
+        for member in self.members.iter().flatten() {
+            sets.join(member.nodes[0], member.nodes[1]);
+        }
+        let mut holders: Vec<usize> = self.supports.iter().map(|(support, _)| support.node).collect();
+        for spring in self.springs {
+            match &spring.spring {
+                SpringLaw::Ground { node, .. } => holders.push(*node),
+                SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } => sets.join(nodes[0], nodes[1]),
+            }
+        }
+        for body in &self.bodies.bodies {
+            body.nodes.iter().for_each(|&node| sets.join(body.reference, node));
+        }
+        holders.extend(steps.first().into_iter().flat_map(|step| &step.changes).filter_map(|change| match change {
+            Change::Prescribe { node, .. } | Change::Hold { node, .. } | Change::MoveBy { node, .. } => Some(*node),
+            Change::Free { .. } => None,
+        }));
+        let held: HashSet<usize> = holders.into_iter().map(|node| sets.root(node)).collect();
+        let mut reported = HashSet::new();
+        for member in self.members.iter().flatten() {
+            let root = sets.root(member.nodes[0]);
+            if !held.contains(&root) && reported.insert(root) {
+                cx.error(
+                    InputError::new(format!(
+                        "member '{}' hangs on no support, nor does anything it is joined to",
+                        member.name
+                    ))
+                    .at(member.span)
+                    .label("held by nothing")
+                    .help("support one of its nodes under [supports], or join it to what is supported"),
+                );
+            }
+        }
+    }
+}
+
+fn loaded_nodes(step: &Step) -> impl Iterator<Item = usize> + '_ {
+    let targets = step.targets.iter().filter_map(|(target, _)| match target {
+        Target::Force(node, _)
+        | Target::Moment(node, _)
+        | Target::FollowerForce(node, _)
+        | Target::FollowerMoment(node, _) => Some(*node),
+        _ => None,
+    });
+    let changes = step.changes.iter().map(|change| match change {
+        Change::Prescribe { node, .. }
+        | Change::Hold { node, .. }
+        | Change::MoveBy { node, .. }
+        | Change::Free { node, .. } => *node,
+    });
+    targets.chain(changes)
+}
+
+/// Disjoint sets of nodes.
+struct Sets(Vec<usize>);
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn root(&mut self, mut node: usize) -> usize {
+        while self.0[node] != node {
+            self.0[node] = self.0[self.0[node]];
+            node = self.0[node];
+        }
+        node
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a] = b;
+    }
+}
