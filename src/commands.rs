@@ -154,6 +154,10 @@ fn show_mechanism(model: &Model, motions: &[pennate_solver::error::FreeMotion]) 
     for motion in motions.iter().take(MECHANISMS) {
         show(Severity::Error, &explain::mechanism(model, motion), &model.sources);
     }
+    if motions.is_empty() {
+        let title = "the network is a mechanism: it can move without force".to_owned();
+        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+    }
     if motions.len() > MECHANISMS {
         let title = format!("the network has {} more free motions", motions.len() - MECHANISMS);
         show(Severity::Error, &Message { title, ..Message::default() }, &[]);

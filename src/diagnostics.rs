@@ -71,12 +71,20 @@ fn render(severity: Severity, message: &Message, sources: &[Source], renderer: &
         Severity::Warning => Level::WARNING,
     };
     let place = message.span.and_then(|span| Some((sources.get(span.file)?, span)));
+    let Some((source, span)) = place else {
+        return renderer.render(&[Group::with_title(level.primary_title(&message.title))]) + &remarks(message);
+    };
+    let place = marked(source, span, message.label.as_deref());
     let notes = message.notes.iter().map(|note| Level::NOTE.message(note).into());
     let help = message.help.iter().map(|help| Level::HELP.message(help).into());
-    let place = place.map(|(source, span)| marked(source, span, message.label.as_deref()));
-    let elements: Vec<Element<'_>> = place.into_iter().chain(notes).chain(help).collect();
-    let report = [Group::with_title(level.primary_title(&message.title)).elements(elements)];
-    renderer.render(&report)
+    let elements: Vec<Element<'_>> = [place].into_iter().chain(notes).chain(help).collect();
+    renderer.render(&[Group::with_title(level.primary_title(&message.title)).elements(elements)])
+}
+
+/// Notes and help of a message without a place, one a line.
+fn remarks(message: &Message) -> String {
+    let notes = message.notes.iter().map(|note| format!("\nnote: {note}"));
+    notes.chain(message.help.iter().map(|help| format!("\nhelp: {help}"))).collect()
 }
 
 fn marked<'a>(source: &'a Source, span: Span, label: Option<&'a str>) -> Element<'a> {
