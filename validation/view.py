@@ -90,6 +90,8 @@ def open_both(path):
         compare(path, name, mesh.cell_data, cells, (mesh.n_cells,))
     if {block.type for block in other.cells} != {"line"}:
         sys.exit(f"{path}: cells other than lines")
+    if not all(np.issubdtype(block.data.dtype, np.integer) for block in other.cells):
+        sys.exit(f"{path}: meshio reads indices that are not integers")
     check_frames(path, mesh)
     return mesh
 

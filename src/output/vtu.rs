@@ -85,7 +85,9 @@ fn write_vtu(model: &Model, increment: &Increment, writer: &mut dyn Write) -> io
     let file = vtk.try_into_xml_format(Compressor::ZLib, COMPRESSION_LEVEL).map_err(io::Error::other)?;
     let mut text = Vec::new();
     file.write(&mut text).map_err(io::Error::other)?;
-    writer.write_all(&text)
+    let text = String::from_utf8(text).map_err(io::Error::other)?;
+    // meshio makes floating-point numbers of unsigned indices; signed ones have the same bytes.
+    writer.write_all(text.replace(r#"type="UInt64""#, r#"type="Int64""#).as_bytes())
 }
 
 #[derive(Clone, Copy, Default)]
