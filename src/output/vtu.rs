@@ -87,7 +87,7 @@ fn write_vtu(model: &Model, increment: &Increment, writer: &mut dyn Write) -> io
     file.write(&mut text).map_err(io::Error::other)?;
     let text = String::from_utf8(text).map_err(io::Error::other)?;
     // meshio makes floating-point numbers of unsigned indices; signed ones have the same bytes.
-    writer.write_all(text.replace(r#"type="UInt64""#, r#"type="Int64""#).as_bytes())
+    writer.write_all(text.replace(r#"<DataArray type="UInt64""#, r#"<DataArray type="Int64""#).as_bytes())
 }
 
 #[derive(Clone, Copy, Default)]
