@@ -80,7 +80,7 @@ pub fn rectangle(width: f64, height: f64) -> Shape {
 ///
 /// Σ 1/n⁵ = 31/32 ζ(5) is taken out of the sum; what stays falls exponentially.
 fn rectangle_torsion(width: f64, height: f64) -> f64 {
-    const ODD_FIFTH_POWERS: f64 = 31.0 / 32.0 * 1.036_927_755_143_369_9;
+    const ODD_FIFTH_POWERS: f64 = 31.0 / 32.0 * 1.036_927_755_143_37;
     let (a, b) = if width >= height { (width, height) } else { (height, width) };
     let tail: f64 = (0..12)
         .map(|k| {

@@ -350,13 +350,13 @@ record! {
 #[schemars(untagged)]
 pub enum SpringStiffness {
     Axial(Number),
-    Components(Components),
+    Components(Box<Components>),
 }
 
 impl Input for SpringStiffness {
     fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
         match value.kind {
-            Kind::Table(_) => Components::read(value, errors).map(Self::Components),
+            Kind::Table(_) => Components::read(value, errors).map(|all| Self::Components(Box::new(all))),
             _ => Number::read(value, errors).map(Self::Axial),
         }
     }
@@ -386,13 +386,13 @@ impl Components {
 #[schemars(untagged)]
 pub enum Motion {
     Vector(Vec<Number>),
-    Components(Components),
+    Components(Box<Components>),
 }
 
 impl Input for Motion {
     fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
         match value.kind {
-            Kind::Table(_) => Components::read(value, errors).map(Self::Components),
+            Kind::Table(_) => Components::read(value, errors).map(|all| Self::Components(Box::new(all))),
             Kind::Array(_) => Vec::read(value, errors).map(Self::Vector),
             _ => wrong_type(value, "a list [x, y, z] or a table { uy = … }", errors),
         }

@@ -225,7 +225,7 @@ pub fn suggest<'a>(name: &str, known: impl Iterator<Item = &'a str>, plural: &st
         format!("{}{more}", quoted.join(", "))
     };
     match nearest {
-        None => format!("there are no {plural} here"),
+        None => format!("no {plural} are defined"),
         Some((likeness, candidate)) if likeness > 0.75 => match known.len() {
             2..=SHOWN => format!("did you mean '{candidate}'? known {plural}: {}", list()),
             _ => format!("did you mean '{candidate}'?"),

@@ -100,14 +100,14 @@ impl Value {
 ///
 /// # Errors
 /// What the language forbids, at its place.
-pub fn parse(text: &str, language: Language, file: usize) -> Result<Value, InputError> {
+pub fn parse(text: &str, language: Language, file: usize) -> Result<Value, Box<InputError>> {
     match language {
         Language::Toml => parse_toml(text, file),
         Language::Json => parse_json(text, file),
     }
 }
 
-fn parse_toml(text: &str, file: usize) -> Result<Value, InputError> {
+fn parse_toml(text: &str, file: usize) -> Result<Value, Box<InputError>> {
     match DeTable::parse(text) {
         Ok(table) => {
             let span = Span { file, start: table.span().start, end: table.span().end };
@@ -116,18 +116,20 @@ fn parse_toml(text: &str, file: usize) -> Result<Value, InputError> {
         Err(error) => {
             let at = error.span().unwrap_or(0..0);
             let message = error.message().lines().next().unwrap_or("not TOML").to_owned();
-            Err(InputError::new(format!("this is not TOML: {message}"))
+            let error = InputError::new(format!("this is not TOML: {message}"))
                 .at(Span { file, start: at.start, end: at.end })
-                .help("texts stand in quotes, lists in [ ], tables in { } on one line or under a [header]"))
+                .help("texts stand in quotes, lists in [ ], tables in { } on one line or under a [header]");
+            Err(Box::new(error))
         }
     }
 }
 
-fn too_deep(span: Span) -> InputError {
-    InputError::new(format!("nested more than {DEPTH_LIMIT} levels deep")).at(span).help("no network needs ten levels")
+fn too_deep(span: Span) -> Box<InputError> {
+    let error = InputError::new(format!("nested more than {DEPTH_LIMIT} levels deep"));
+    Box::new(error.at(span).help("no network needs ten levels"))
 }
 
-fn from_toml_table(table: DeTable<'_>, span: Span, file: usize, depth: usize) -> Result<Value, InputError> {
+fn from_toml_table(table: DeTable<'_>, span: Span, file: usize, depth: usize) -> Result<Value, Box<InputError>> {
     if depth > DEPTH_LIMIT {
         return Err(too_deep(span));
     }
@@ -141,7 +143,7 @@ fn from_toml_table(table: DeTable<'_>, span: Span, file: usize, depth: usize) ->
     Ok(Value { span, kind: Kind::Table(entries) })
 }
 
-fn from_toml(value: DeValue<'_>, span: Span, file: usize, depth: usize) -> Result<Value, InputError> {
+fn from_toml(value: DeValue<'_>, span: Span, file: usize, depth: usize) -> Result<Value, Box<InputError>> {
     if depth > DEPTH_LIMIT {
         return Err(too_deep(span));
     }
@@ -168,7 +170,7 @@ fn from_toml(value: DeValue<'_>, span: Span, file: usize, depth: usize) -> Resul
     Ok(Value { span, kind })
 }
 
-fn parse_json(text: &str, file: usize) -> Result<Value, InputError> {
+fn parse_json(text: &str, file: usize) -> Result<Value, Box<InputError>> {
     let strict = jsonc_parser::ParseOptions {
         allow_comments: false,
         allow_loose_object_property_names: false,
@@ -182,7 +184,8 @@ fn parse_json(text: &str, file: usize) -> Result<Value, InputError> {
         allow_extended_string_escapes: false,
     };
     let not_json = |message: &str, start: usize, end: usize| {
-        InputError::new(format!("this is not JSON: {message}")).at(Span { file, start, end })
+        let error = InputError::new(format!("this is not JSON: {message}")).at(Span { file, start, end });
+        Box::new(error.help("keys and texts stand in double quotes, no comma follows the last entry"))
     };
     let parsed = jsonc_parser::parse_to_ast(text, &jsonc_parser::CollectOptions::default(), &strict)
         .map_err(|error| not_json(&error.kind().to_string(), error.range().start, error.range().end))?;
@@ -190,7 +193,7 @@ fn parse_json(text: &str, file: usize) -> Result<Value, InputError> {
     from_json(&value, file, 0)
 }
 
-fn from_json(value: &ast::Value<'_>, file: usize, depth: usize) -> Result<Value, InputError> {
+fn from_json(value: &ast::Value<'_>, file: usize, depth: usize) -> Result<Value, Box<InputError>> {
     let place = |range: &jsonc_parser::common::Range| Span { file, start: range.start, end: range.end };
     let (range, kind) = match value {
         ast::Value::StringLit(text) => (&text.range, Kind::String(text.value.to_string())),
@@ -217,9 +220,8 @@ fn from_json(value: &ast::Value<'_>, file: usize, depth: usize) -> Result<Value,
                     ast::ObjectPropName::Word(name) => place(&name.range),
                 };
                 if !known.insert(key.clone()) {
-                    return Err(InputError::new(format!("the key '{key}' stands here twice"))
-                        .at(key_span)
-                        .help("keep one of them"));
+                    let error = InputError::new(format!("the key '{key}' stands here twice"));
+                    return Err(Box::new(error.at(key_span).help("keep one of them")));
                 }
                 entries.push(Entry { key, key_span, value: from_json(&property.value, file, depth + 1)? });
             }

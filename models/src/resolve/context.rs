@@ -58,7 +58,8 @@ impl Names {
     /// Index of a name, or an error that says who refers to what is not there.
     pub fn find(&self, name: &str, span: Span, owner: &str, cx: &mut Context) -> Option<usize> {
         let found = self.get(name);
-        if found.is_none() {
+        // Who has read a hundred messages needs no more, and looking for likely names takes time.
+        if found.is_none() && cx.errors.len() < 100 {
             cx.error(
                 InputError::new(format!("{owner} refers to {} '{name}', which is not defined", self.what))
                     .at(span)
@@ -205,7 +206,14 @@ impl Context {
             Written::Text(text) => text,
         };
         if text.trim().starts_with('=') {
-            return self.expression(text, number.span);
+            let before = self.errors.len();
+            let value = self.expression(text, number.span);
+            if number.span == SETTING {
+                for error in &mut self.errors[before..] {
+                    error.message = format!("parameter '{name}' set to '{text}': {}", error.message);
+                }
+            }
+            return value;
         }
         let failed = |error: String| {
             let error =
@@ -287,12 +295,13 @@ impl Context {
         match expression.evaluate(&values) {
             Ok(value) => Some(value),
             Err(error) => {
-                let names: Vec<String> = expression
+                let mut names: Vec<String> = expression
                     .references()
                     .iter()
                     .zip(&values)
                     .map(|(reference, value)| format!("{} = {}", reference.name, value.value))
                     .collect();
+                names.dedup();
                 let help = if names.is_empty() {
                     "change the numbers".to_owned()
                 } else {

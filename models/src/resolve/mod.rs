@@ -48,7 +48,7 @@ pub fn read(
     let value = match tree::parse(&cx.sources[0].text, language, 0) {
         Ok(value) => value,
         Err(error) => {
-            cx.error(error);
+            cx.error(*error);
             return Err(cx.into_errors());
         }
     };

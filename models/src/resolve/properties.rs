@@ -353,7 +353,7 @@ fn read_muscle_file(name: &str, file: &Spanned<String>, cx: &mut Context) -> Opt
     let value = match parsed {
         Ok(value) => value,
         Err(error) => {
-            cx.error(error);
+            cx.error(*error);
             return None;
         }
     };
