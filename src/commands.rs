@@ -76,18 +76,18 @@ pub fn check(input: &Input) -> Exit {
         Ok(model) => model,
         Err(errors) => return refuse(&Refusal::Input(errors)),
     };
-    let (structure, _) = discretize(&model, &Mesh::initial(&model, 1e-3));
-    let motions = pennate_solver::free_motions(&structure);
+    let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-3));
+    let motions = pennate_solver::free_motions(&structure, &steps);
     if !motions.is_empty() {
         return refuse(&Refusal::Mechanism(Box::new(model), motions));
     }
     show_warnings(&model.warnings, &model.sources);
-    let steps = match model.steps.len() {
+    let count = match model.steps.len() {
         0 => "no steps: prestress alone".to_owned(),
         1 => "1 step".to_owned(),
         many => format!("{many} steps"),
     };
-    print(|out| writeln!(out, "{}; {steps}; ready to be solved", table::summary(&model)))
+    print(|out| writeln!(out, "{}; {count}; ready to be solved", table::summary(&model)))
 }
 
 /// `pennate schema`: the JSON Schema of the network file.
