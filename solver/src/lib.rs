@@ -1,14 +1,40 @@
 //! Equilibrium of a structure of beam elements.
+//!
+//! A [`structure::Structure`] and its steps go in, a [`history::History`] comes out. Each member is a chain of elements
+//! that is condensed onto its two ends ([`chain`]); ends meet in joints ([`joints`]), whose equations are factorized
+//! ([`linear`]) by a system ([`system`]) that Newton's iteration ([`newton`]) brings to equilibrium, increment by
+//! increment ([`path`]).
 
+pub mod chain;
 pub mod error;
 pub mod history;
+pub mod joints;
+pub mod lateral;
+pub mod linear;
+pub mod mechanism;
+pub mod newton;
 pub mod options;
+pub mod packs;
+pub mod path;
+pub mod reduce;
+pub mod results;
 pub mod structure;
+pub mod system;
 
-use error::SolveError;
-use history::History;
+use std::sync::Arc;
+
+use chain::Pack;
+use error::{FreeMotion, SolveError};
+use history::{History, Note};
+use joints::{Active, Topology};
+use lateral::Lateral;
 use options::{Options, Progress};
-use structure::{Step, Structure};
+use path::Path;
+use structure::{Dimension, Stability, Step, Structure};
+use system::System;
+
+const PLANE: Active<3> = [0, 1, 5];
+const SPACE: Active<6> = [0, 1, 2, 3, 4, 5];
 
 /// Solves the steps one after the other.
 ///
@@ -24,12 +50,74 @@ pub fn solve(
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<History, SolveError> {
-    let _ = (structure, steps, options, observe);
-    Err(SolveError::Mechanism(Vec::new()))
+    let structure = Arc::new(structure.clone());
+    let topology = path::topology(&structure, steps);
+    match structure.dimension {
+        Dimension::Space => {
+            let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space)?;
+            Ok(path.run(steps, observe))
+        }
+        Dimension::Plane => {
+            let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane)?;
+            add_lateral(&mut path, &structure);
+            Ok(path.run(steps, observe))
+        }
+    }
+}
+
+fn prepare<'a, const D: usize>(
+    structure: &Arc<Structure>,
+    topology: &Arc<Topology>,
+    steps: &[Step],
+    options: &Options,
+    active: Active<D>,
+    packs: fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>,
+) -> Result<Path<'a, D>, SolveError> {
+    let parallel = options.threads > 1;
+    let build =
+        |enrich| System::new(Arc::clone(structure), Arc::clone(topology), packs(structure, enrich), active, parallel);
+    let mut path = Path::new(build(0), options.clone());
+    let motions = path.free_motions(steps);
+    if !motions.is_empty() {
+        return Err(SolveError::Mechanism(motions));
+    }
+    if options.estimate {
+        path.refined = Some(build(1));
+    }
+    Ok(path)
+}
+
+/// Adds the lateral tangent, where the supports hold the unloaded network out of its plane.
+fn add_lateral(path: &mut Path<'_, 3>, structure: &Structure) {
+    path.stability = Dimension::Plane;
+    if structure.stability == Stability::Plane {
+        return;
+    }
+    let mut lateral = Lateral::new(&path.system, lateral::rows(structure));
+    let (inertia, _) = lateral.inertia(&mut path.system);
+    if inertia.neutral > 0 || inertia.negative > 0 {
+        path.notes.push(Note::StabilityInPlane);
+        return;
+    }
+    path.stability = Dimension::Space;
+    path.lateral = Some(Box::new(move |system: &mut System<3>| lateral.inertia(system)));
 }
 
 /// Finds the motions that the unloaded structure can make without force; empty for a proper structure.
-pub fn free_motions(structure: &Structure) -> Vec<error::FreeMotion> {
-    let _ = structure;
-    Vec::new()
+///
+/// What the first step holds counts as held.
+pub fn free_motions(structure: &Structure, steps: &[Step]) -> Vec<FreeMotion> {
+    let structure = Arc::new(structure.clone());
+    let topology = path::topology(&structure, steps);
+    let options = Options::default();
+    match structure.dimension {
+        Dimension::Space => {
+            let packs = packs::space(&structure, 0);
+            Path::new(System::new(structure, topology, packs, SPACE, false), options).free_motions(steps)
+        }
+        Dimension::Plane => {
+            let packs = packs::plane(&structure, 0);
+            Path::new(System::new(structure, topology, packs, PLANE, false), options).free_motions(steps)
+        }
+    }
 }

@@ -1,0 +1,258 @@
+//! Sparse symmetric factorization L D Lᵀ of the joint equations: analysed once, factorized often.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+
+/// Pivots smaller than this part of the diagonal entry they came from are rounding: neither sign counts.
+pub const PIVOT_NOISE: f64 = 1e-12;
+
+/// What the pivots of a factorization say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pivots {
+    pub negative: usize,
+    /// Pivots at noise level.
+    pub neutral: usize,
+    /// Smallest pivot over the diagonal entry it came from, in magnitude.
+    pub smallest: f64,
+}
+
+/// The symmetric matrix of the joints, its pattern and its factors.
+pub struct Symmetric {
+    size: usize,
+    column_starts: Vec<usize>,
+    rows: Vec<usize>,
+    /// Lower triangle by columns.
+    pub values: Vec<f64>,
+    /// Positions of the diagonal in `values`.
+    diagonal: Vec<usize>,
+    symbolic: Option<SymbolicCholesky<usize>>,
+    factor: Vec<f64>,
+    memory: MemBuffer,
+    factorized: bool,
+}
+
+impl std::fmt::Debug for Symmetric {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Symmetric").field("size", &self.size).field("entries", &self.rows.len()).finish()
+    }
+}
+
+impl Symmetric {
+    /// The pattern of the lower triangle: pairs (row, column) with row ≥ column, in any order, repeats allowed. The
+    /// diagonal is always there.
+    pub fn new(size: usize, pairs: &mut Vec<(usize, usize)>) -> Self {
+        pairs.extend((0..size).map(|i| (i, i)));
+        pairs.sort_unstable_by_key(|&(row, column)| (column, row));
+        pairs.dedup();
+        let mut column_starts = vec![0; size + 1];
+        let mut diagonal = vec![0; size];
+        for (position, &(row, column)) in pairs.iter().enumerate() {
+            column_starts[column + 1] += 1;
+            if row == column {
+                diagonal[column] = position;
+            }
+        }
+        for i in 0..size {
+            column_starts[i + 1] += column_starts[i];
+        }
+        let rows: Vec<usize> = pairs.iter().map(|p| p.0).collect();
+        let pattern = SymbolicSparseColMat::new_checked(size, size, column_starts.clone(), None, rows.clone());
+        let symbolic = (size > 0)
+            .then(|| {
+                factorize_symbolic_cholesky(
+                    pattern.as_ref(),
+                    Side::Lower,
+                    SymmetricOrdering::Amd,
+                    CholeskySymbolicParams::default(),
+                )
+            })
+            .and_then(Result::ok);
+        let (length, memory) = match &symbolic {
+            None => (0, MemBuffer::new(faer::dyn_stack::StackReq::empty())),
+            Some(symbolic) => {
+                let factorize = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+                let solve = symbolic.solve_in_place_scratch::<f64>(6, Par::Seq);
+                (symbolic.len_val(), MemBuffer::new(factorize.or(solve)))
+            }
+        };
+        Self {
+            size,
+            column_starts,
+            values: vec![0.0; rows.len()],
+            rows,
+            diagonal,
+            symbolic,
+            factor: vec![0.0; length],
+            memory,
+            factorized: false,
+        }
+    }
+
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Where the entry lies in `values`; `None` above the diagonal or outside the pattern.
+    pub fn position(&self, row: usize, column: usize) -> Option<usize> {
+        let range = self.column_starts[column]..self.column_starts[column + 1];
+        self.rows[range.clone()].binary_search(&row).ok().map(|i| range.start + i)
+    }
+
+    pub fn clear(&mut self) {
+        self.values.fill(0.0);
+    }
+
+    pub fn diagonal(&self, index: usize) -> f64 {
+        self.values[self.diagonal[index]]
+    }
+
+    /// Adds `factor` times the weights to the diagonal.
+    pub fn shift(&mut self, factor: f64, weights: &[f64]) {
+        for (&position, weight) in self.diagonal.iter().zip(weights) {
+            self.values[position] += factor * weight;
+        }
+    }
+
+    /// y = K x
+    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for column in 0..self.size {
+            for k in self.column_starts[column]..self.column_starts[column + 1] {
+                let row = self.rows[k];
+                y[row] += self.values[k] * x[column];
+                if row != column {
+                    y[column] += self.values[k] * x[row];
+                }
+            }
+        }
+    }
+
+    /// Factorizes; the pivots tell whether the result is of use.
+    pub fn factorize(&mut self) -> Pivots {
+        let Some(symbolic) = &self.symbolic else {
+            self.factorized = true;
+            return Pivots { smallest: 1.0, ..Pivots::default() };
+        };
+        let pattern = SymbolicSparseColMatRef::new_checked(self.size, self.size, &self.column_starts, None, &self.rows);
+        let matrix = SparseColMatRef::new(pattern, &self.values);
+        let outcome = symbolic.factorize_numeric_ldlt(
+            &mut self.factor,
+            matrix,
+            Side::Lower,
+            LdltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        );
+        self.factorized = outcome.is_ok();
+        if !self.factorized {
+            return Pivots { negative: 0, neutral: 1, smallest: 0.0 };
+        }
+        self.read_pivots(symbolic)
+    }
+
+    fn read_pivots(&self, symbolic: &SymbolicCholesky<usize>) -> Pivots {
+        let permutation = symbolic.perm().map(|p| p.arrays().0);
+        let mut pivots = Pivots { smallest: f64::MAX, ..Pivots::default() };
+        let mut count = |permuted: usize, pivot: f64| {
+            let original = permutation.map_or(permuted, |p| p[permuted]);
+            let entry = self.diagonal(original).abs().max(f64::MIN_POSITIVE);
+            let ratio = pivot.abs() / entry;
+            if ratio.is_nan() || ratio < pivots.smallest {
+                pivots.smallest = if ratio.is_nan() { 0.0 } else { ratio };
+            }
+            if ratio <= PIVOT_NOISE || ratio.is_nan() {
+                pivots.neutral += 1;
+            } else if pivot < 0.0 {
+                pivots.negative += 1;
+            }
+        };
+        match symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(simplicial) => {
+                for (column, &start) in simplicial.col_ptr()[..self.size].iter().enumerate() {
+                    count(column, self.factor[start]);
+                }
+            }
+            SymbolicCholeskyRaw::Supernodal(supernodal) => {
+                for s in 0..supernodal.n_supernodes() {
+                    let start = supernodal.supernode_begin()[s];
+                    let columns = supernodal.supernode_end()[s] - start;
+                    let first = supernodal.col_ptr_for_val()[s];
+                    let height = (supernodal.col_ptr_for_val()[s + 1] - first) / columns.max(1);
+                    for column in 0..columns {
+                        count(start + column, self.factor[first + column * height + column]);
+                    }
+                }
+            }
+        }
+        pivots
+    }
+
+    /// Solves in place for `columns` right-hand sides, one after the other in `rhs`; false where there is no factor.
+    pub fn solve(&mut self, rhs: &mut [f64], columns: usize) -> bool {
+        let Some(symbolic) = &self.symbolic else { return true };
+        if !self.factorized {
+            return false;
+        }
+        let factor = LdltRef::new(symbolic, &self.factor);
+        for first in (0..columns).step_by(6) {
+            let count = (columns - first).min(6);
+            let part = &mut rhs[first * self.size..(first + count) * self.size];
+            let part = MatMut::from_column_major_slice_mut(part, self.size, count);
+            factor.solve_in_place_with_conj(Conj::No, part, Par::Seq, MemStack::new(&mut self.memory));
+        }
+        rhs.iter().all(|x| x.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain of springs with one negative one, small (simplicial) and large and dense (supernodal).
+    fn check(size: usize, band: usize, negative: &[usize]) {
+        let mut pairs = Vec::new();
+        for i in 0..size {
+            for j in i.saturating_sub(band)..i {
+                pairs.push((i, j));
+            }
+        }
+        let mut k = Symmetric::new(size, &mut pairs);
+        for i in 0..size {
+            for j in i.saturating_sub(band)..=i {
+                let position = k.position(i, j).unwrap();
+                let sign = if negative.contains(&i) { -1.0 } else { 1.0 };
+                k.values[position] = if i == j { sign * 2.0 * (band as f64 + 1.0) } else { -0.5 / (i - j) as f64 };
+            }
+        }
+        let pivots = k.factorize();
+        assert_eq!((pivots.negative, pivots.neutral), (negative.len(), 0));
+        let x: Vec<f64> = (0..size).map(|i| (i as f64).sin()).collect();
+        let mut b = vec![0.0; size];
+        k.apply(&x, &mut b);
+        assert!(k.solve(&mut b, 1));
+        let error = x.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-12, "{error}");
+    }
+
+    #[test]
+    fn solves_and_counts_negative_pivots_on_both_paths() {
+        check(5, 1, &[2]);
+        check(40, 2, &[]);
+        check(300, 120, &[7, 150, 299]);
+    }
+
+    #[test]
+    fn a_singular_matrix_shows_a_neutral_pivot() {
+        let mut k = Symmetric::new(2, &mut vec![(1, 0)]);
+        k.values = vec![1.0, -1.0, 1.0];
+        let pivots = k.factorize();
+        assert_eq!(pivots.neutral, 1);
+    }
+}

@@ -1,0 +1,133 @@
+//! Members to packs of chains.
+
+use pennate_elements::beam::{Beam, Moduli};
+use pennate_elements::plane::Plane;
+use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
+use pennate_elements::space::Space;
+
+use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
+use crate::structure::{Dimension, Member, SectionState, Structure};
+
+/// Auxiliary stiffness of a held strain over the largest bending stiffness per squared element length. Results do not
+/// depend on it; much less costs iterations, much more costs digits.
+const AUXILIARY: f64 = 1e4;
+
+/// Builds the chains of one kind of beam; `enrich` is added to the order.
+pub fn packs<B: Beam<f64, D>, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>> {
+    structure
+        .members
+        .iter()
+        .enumerate()
+        .map(|(index, member)| {
+            let mesh = mesh(structure.dimension, index, member);
+            pack::<B, D>(mesh, member.order + enrich)
+        })
+        .collect()
+}
+
+pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
+    packs::<Space, 6>(structure, enrich)
+}
+
+pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
+    packs::<Plane, 3>(structure, enrich)
+}
+
+fn pack<B: Beam<f64, D>, const D: usize>(mesh: ChainMesh, order: usize) -> Box<dyn Pack<D>> {
+    let meshes = [mesh];
+    match order {
+        0 | 1 => Box::new(Chain::<f64, B, D, 1>::new(&meshes)),
+        2 => Box::new(Chain::<f64, B, D, 2>::new(&meshes)),
+        3 => Box::new(Chain::<f64, B, D, 3>::new(&meshes)),
+        4 => Box::new(Chain::<f64, B, D, 4>::new(&meshes)),
+        _ => Box::new(Chain::<f64, B, D, 5>::new(&meshes)),
+    }
+}
+
+fn mesh(dimension: Dimension, index: usize, member: &Member) -> ChainMesh {
+    let turn = Turn::of(dimension, member);
+    let segments = member
+        .segments
+        .iter()
+        .map(|segment| SegmentMesh {
+            length: segment.length,
+            elements: segment.elements.max(1),
+            curvature: turn.vector(segment.initial_curvature),
+        })
+        .collect();
+    ChainMesh { member: index, axes: turn.axes, segments }
+}
+
+/// From the member's own axes to those of its chain: the same in space; in the plane axis 3 is z.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// Axes of the chain by rows.
+    pub axes: M3<f64>,
+    /// Cosine and sine of the turn about axis 1 that leads from the member's axes to those of the chain.
+    cos: f64,
+    sin: f64,
+}
+
+impl Turn {
+    pub fn of(dimension: Dimension, member: &Member) -> Self {
+        match dimension {
+            Dimension::Space => Self { axes: member.axes, cos: 1.0, sin: 0.0 },
+            Dimension::Plane => {
+                let [x, y, _] = member.axes[0];
+                let first = scale(1.0 / norm([x, y, 0.0]), [x, y, 0.0]);
+                let third = [0.0, 0.0, 1.0];
+                let second = cross(third, first);
+                let (cos, sin) = (dot(second, member.axes[1]), dot(second, member.axes[2]));
+                // Axes along the plane's own are met exactly, not by rounded sines.
+                let snap = |x: f64| if (x - x.round()).abs() < 1e-12 { x.round() } else { x };
+                Self { axes: [first, second, third], cos: snap(cos), sin: snap(sin) }
+            }
+        }
+    }
+
+    /// Components of a vector given in the member's axes, in those of the chain.
+    pub fn vector(&self, a: V3<f64>) -> V3<f64> {
+        [a[0], self.cos * a[1] + self.sin * a[2], self.cos * a[2] - self.sin * a[1]]
+    }
+
+    /// Rows of axes of the chain turned back to the member's.
+    pub fn back(&self, axes: &M3<f64>) -> M3<f64> {
+        let [a, b, c] = *axes;
+        [
+            a,
+            std::array::from_fn(|i| self.cos * b[i] - self.sin * c[i]),
+            std::array::from_fn(|i| self.sin * b[i] + self.cos * c[i]),
+        ]
+    }
+
+    pub fn back_vector(&self, a: V3<f64>) -> V3<f64> {
+        [a[0], self.cos * a[1] - self.sin * a[2], self.sin * a[1] + self.cos * a[2]]
+    }
+
+    /// Stiffness along axes 2 and 3 of the chain.
+    fn pair(&self, two: f64, three: f64) -> (f64, f64) {
+        if self.sin == 0.0 || two == three {
+            (two, three)
+        } else if self.cos == 0.0 {
+            (three, two)
+        } else {
+            let (c, s) = (self.cos * self.cos, self.sin * self.sin);
+            (c * two + s * three, s * two + c * three)
+        }
+    }
+}
+
+/// Stiffness, rest strains and multipliers of a section for elements of one length.
+pub fn moduli(state: &SectionState, element_length: f64, turn: &Turn) -> Moduli<f64, 6> {
+    let section = &state.section;
+    let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
+    let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
+    let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
+    let auxiliary = AUXILIARY * ei2.max(ei3) / (element_length * element_length);
+    let curvature = turn.vector(state.curvature);
+    Moduli {
+        stiffness: raw.map(|k| if k.is_finite() { k } else { auxiliary }),
+        rest: [state.strain, 0.0, 0.0, curvature[0], curvature[1], curvature[2]],
+        held: raw.map(|k| if k.is_finite() { 0.0 } else { 1.0 }),
+    }
+}

@@ -1,0 +1,415 @@
+//! From the ends of a member to its joints: released rotations eliminated, levers of rigid bodies applied.
+
+use pennate_elements::beam::Ends;
+use pennate_elements::rotation::{self, Quaternion, second_variation, tangent_map, turn};
+use pennate_elements::small::{V3, add, apply, cross, dot, norm, scale, skew, sub};
+
+use crate::joints::{Active, EndKind};
+use crate::linear::PIVOT_NOISE;
+
+/// Rotation of a released end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReleaseState {
+    /// Rotation of the member's end, and its angle about z with whole turns.
+    pub rotation: Quaternion<f64>,
+    pub angle: f64,
+    /// Turns about the free axes.
+    pub turns: [f64; 2],
+}
+
+impl Default for ReleaseState {
+    fn default() -> Self {
+        Self { rotation: rotation::IDENTITY, angle: 0.0, turns: [0.0; 2] }
+    }
+}
+
+/// One end of a member as the reduction sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct End<'a> {
+    pub kind: &'a EndKind,
+    pub release: &'a ReleaseState,
+    /// Rotation of the joint, and the lever from its reference to the node, turned.
+    pub joint_rotation: Quaternion<f64>,
+    pub lever: V3<f64>,
+    /// Unloaded tangent of the member at this end.
+    pub tangent: V3<f64>,
+    /// Force and moment on the end, all components.
+    pub force: V3<f64>,
+    pub moment: V3<f64>,
+}
+
+const MAX_FREE: usize = 6;
+
+/// Factors of the released rotations of a member.
+#[derive(Clone, Copy, Debug)]
+pub struct ReleaseFactor {
+    /// Number of free rotations of the start and of both ends.
+    counts: [usize; 2],
+    /// Spins of the end, or added to the joint's, that belong to the free rotations.
+    spins: [V3<f64>; MAX_FREE],
+    solved: [[f64; 12]; MAX_FREE],
+    rest: [f64; MAX_FREE],
+}
+
+impl Default for ReleaseFactor {
+    fn default() -> Self {
+        Self { counts: [0; 2], spins: [[0.0; 3]; MAX_FREE], solved: [[0.0; 12]; MAX_FREE], rest: [0.0; MAX_FREE] }
+    }
+}
+
+/// Stiffness and force of a member in the components of its joints: those of the start, then those of the end.
+#[derive(Clone, Copy, Debug)]
+pub struct Reduced {
+    pub stiffness: [[f64; 12]; 12],
+    pub force: [f64; 12],
+    pub negative: usize,
+    pub neutral: usize,
+}
+
+/// Reduces the ends of a member to its joints in D active components an end.
+pub fn reduce<const D: usize>(
+    ends: &Ends<f64, D>,
+    active: &Active<D>,
+    info: &[End<'_>; 2],
+    factor: &mut ReleaseFactor,
+) -> Reduced {
+    let mut k = [[0.0; 12]; 12];
+    let mut force = [0.0; 12];
+    for i in 0..D {
+        for j in 0..D {
+            k[i][j] = ends.k00[i][j];
+            k[i][D + j] = ends.k01[i][j];
+            k[D + j][i] = ends.k01[i][j];
+            k[D + i][D + j] = ends.k11[i][j];
+        }
+        force[i] = ends.r0[i];
+        force[D + i] = ends.r1[i];
+    }
+    let mut reduced = Reduced { stiffness: k, force, negative: 0, neutral: 0 };
+    if info.iter().any(|end| *end.kind != EndKind::Welded) {
+        eliminate_releases(&mut reduced, active, info, factor);
+    }
+    for (end, info) in info.iter().enumerate() {
+        if info.lever != [0.0; 3] {
+            apply_lever(&mut reduced, active, end, info);
+        }
+    }
+    reduced
+}
+
+/// Component of a vector of spins in the active components, or nothing where the component is no rotation.
+fn spin_component(component: usize, spin: V3<f64>) -> Option<f64> {
+    (component >= 3).then(|| spin[component - 3])
+}
+
+fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spins: &mut [V3<f64>]) -> usize {
+    let mut count = 0;
+    match end.kind {
+        EndKind::Welded => {}
+        EndKind::Free { spin_removed } => {
+            let tangent = turn(end.release.rotation, end.tangent);
+            let mut found: [V3<f64>; 3] = [[0.0; 3]; 3];
+            for &component in active.iter().filter(|&&c| c >= 3) {
+                let mut spin = [0.0; 3];
+                spin[component - 3] = 1.0;
+                if *spin_removed {
+                    spin = sub(spin, scale(dot(spin, tangent), tangent));
+                }
+                for other in &found[..count] {
+                    spin = sub(spin, scale(dot(spin, *other), *other));
+                }
+                // What the removal of the spin leaves of the third axis is rounding.
+                if norm(spin) > 1e-2 {
+                    found[count] = scale(1.0 / norm(spin), spin);
+                    count += 1;
+                }
+            }
+            if *spin_removed && active.contains(&5) && active.len() == 6 {
+                count = count.min(2);
+            }
+            spins[..count].copy_from_slice(&found[..count]);
+        }
+        EndKind::Axes(axes) => {
+            let turned = axes_rotation_vector(axes, end.release);
+            let map = tangent_map(turned);
+            for axis in axes {
+                let spin = turn(end.joint_rotation, apply(&map, axis));
+                let seen: f64 = active.iter().filter_map(|&c| spin_component(c, spin)).map(|x| x * x).sum();
+                if seen > 1e-18 {
+                    spins[count] = spin;
+                    count += 1;
+                }
+            }
+        }
+    }
+    count
+}
+
+fn axes_rotation_vector(axes: &[V3<f64>], release: &ReleaseState) -> V3<f64> {
+    axes.iter().zip(release.turns).fold([0.0; 3], |sum, (axis, by)| add(sum, scale(by, *axis)))
+}
+
+fn eliminate_releases<const D: usize>(
+    reduced: &mut Reduced,
+    active: &Active<D>,
+    info: &[End<'_>; 2],
+    factor: &mut ReleaseFactor,
+) {
+    let n = 2 * D;
+    let first = free_spins(active, &info[0], &mut factor.spins[..3]);
+    let (left, right) = factor.spins.split_at_mut(first);
+    let _ = left;
+    let second = free_spins(active, &info[1], right);
+    factor.counts = [first, second];
+    let count = first + second;
+    let end_of = |a: usize| usize::from(a >= first);
+
+    let k = &mut reduced.stiffness;
+    let force = &mut reduced.force;
+    let mut coupling = [[0.0; 12]; MAX_FREE];
+    let mut own = [[0.0; MAX_FREE]; MAX_FREE];
+    for a in 0..count {
+        let offset = end_of(a) * D;
+        factor.rest[a] = 0.0;
+        for (i, &component) in active.iter().enumerate() {
+            if let Some(s) = spin_component(component, factor.spins[a]) {
+                factor.rest[a] += s * force[offset + i];
+                for j in 0..n {
+                    coupling[a][j] += s * k[offset + i][j];
+                }
+            }
+        }
+    }
+    for a in 0..count {
+        for b in 0..count {
+            let offset = end_of(b) * D;
+            for (i, &component) in active.iter().enumerate() {
+                if let Some(s) = spin_component(component, factor.spins[b]) {
+                    own[a][b] += s * coupling[a][offset + i];
+                }
+            }
+        }
+    }
+    // Second variation of exp(φ) R exp(α): ½ α a × m against the joint's spin, and of two axes against each other.
+    for a in 0..count {
+        let end = &info[end_of(a)];
+        let EndKind::Axes(axes) = end.kind else { continue };
+        let offset = end_of(a) * D;
+        let twist = scale(0.5, cross(factor.spins[a], end.moment));
+        for (i, &component) in active.iter().enumerate() {
+            if let Some(t) = spin_component(component, twist) {
+                coupling[a][offset + i] += t;
+            }
+        }
+        if axes.len() == 2 {
+            let base = if end_of(a) == 0 { 0 } else { first };
+            for b in base..base + factor.counts[end_of(a)] {
+                own[a][b] += axes_curvature(axes, end, a - base, b - base);
+            }
+        }
+    }
+    for (end, info) in info.iter().enumerate() {
+        if let EndKind::Free { .. } = info.kind {
+            for (i, &component) in active.iter().enumerate() {
+                if component >= 3 {
+                    let row = end * D + i;
+                    force[row] = 0.0;
+                    for j in 0..n {
+                        k[row][j] = 0.0;
+                        k[j][row] = 0.0;
+                    }
+                    coupling.iter_mut().for_each(|c| c[row] = 0.0);
+                }
+            }
+        }
+    }
+    factor.solved = coupling;
+    let (negative, neutral) = solve_small(&mut own, count, n, &mut factor.solved, &mut factor.rest);
+    reduced.negative += negative;
+    reduced.neutral += neutral;
+    for a in 0..count {
+        for i in 0..n {
+            force[i] -= coupling[a][i] * factor.rest[a];
+            for j in 0..n {
+                k[i][j] -= coupling[a][i] * factor.solved[a][j];
+            }
+        }
+    }
+}
+
+/// Second variation of the end's rotation in two turns about axes of one rotation vector, against the moment.
+fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize) -> f64 {
+    let at = axes_rotation_vector(axes, end.release);
+    let step = 1e-5;
+    let slope = |along: V3<f64>, of: V3<f64>| {
+        let ahead = apply(&tangent_map(add(at, scale(step, along))), &of);
+        let behind = apply(&tangent_map(sub(at, scale(step, along))), &of);
+        scale(0.5 / step, sub(ahead, behind))
+    };
+    let sum = add(slope(axes[a], axes[b]), slope(axes[b], axes[a]));
+    0.5 * dot(end.moment, turn(end.joint_rotation, sum))
+}
+
+/// L D Lᵀ without pivoting of the leading `count` rows; a pivot at noise level leaves its unknown at zero.
+fn solve_small(
+    own: &mut [[f64; MAX_FREE]; MAX_FREE],
+    count: usize,
+    columns: usize,
+    rhs: &mut [[f64; 12]; MAX_FREE],
+    rest: &mut [f64; MAX_FREE],
+) -> (usize, usize) {
+    let original: [f64; MAX_FREE] = std::array::from_fn(|i| own[i][i]);
+    let (mut negative, mut neutral) = (0, 0);
+    let mut inverse = [0.0; MAX_FREE];
+    for j in 0..count {
+        let pivot = own[j][j];
+        if pivot.abs() <= PIVOT_NOISE * original[j].abs() || !pivot.is_finite() {
+            neutral += 1;
+        } else {
+            negative += usize::from(pivot < 0.0);
+            inverse[j] = 1.0 / pivot;
+        }
+        for i in j + 1..count {
+            let f = own[i][j] * inverse[j];
+            for l in j + 1..count {
+                own[i][l] -= f * own[j][l];
+            }
+            for c in 0..columns {
+                rhs[i][c] -= f * rhs[j][c];
+            }
+            rest[i] -= f * rest[j];
+            own[i][j] = f;
+        }
+    }
+    for j in (0..count).rev() {
+        for c in 0..columns {
+            rhs[j][c] *= inverse[j];
+        }
+        rest[j] *= inverse[j];
+        for i in j + 1..count {
+            let f = own[i][j];
+            for c in 0..columns {
+                rhs[j][c] -= f * rhs[i][c];
+            }
+            rest[j] -= f * rest[i];
+        }
+    }
+    (negative, neutral)
+}
+
+pub fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, end: usize, info: &End<'_>) {
+    let n = 2 * D;
+    let offset = end * D;
+    // u = u_joint + φ × lever
+    let s = skew(info.lever);
+    let mut map = [[0.0; D]; D];
+    for (i, &t) in active.iter().enumerate() {
+        for (j, &r) in active.iter().enumerate() {
+            if t < 3 && r >= 3 {
+                map[i][j] = -s[t][r - 3];
+            }
+        }
+    }
+    let k = &mut reduced.stiffness;
+    for row in 0..n {
+        for j in 0..D {
+            if active[j] >= 3 {
+                let add: f64 = (0..D).map(|i| k[row][offset + i] * map[i][j]).sum();
+                k[row][offset + j] += add;
+            }
+        }
+    }
+    for column in 0..n {
+        for j in 0..D {
+            if active[j] >= 3 {
+                let add: f64 = (0..D).map(|i| map[i][j] * k[offset + i][column]).sum();
+                k[offset + j][column] += add;
+            }
+        }
+    }
+    for j in 0..D {
+        if active[j] >= 3 {
+            let add: f64 = (0..D).map(|i| map[i][j] * reduced.force[offset + i]).sum();
+            reduced.force[offset + j] += add;
+        }
+    }
+    let geometric = second_variation(info.force, info.lever);
+    for (i, &r) in active.iter().enumerate() {
+        for (j, &c) in active.iter().enumerate() {
+            if r >= 3 && c >= 3 {
+                k[offset + i][offset + j] += geometric[r - 3][c - 3];
+            }
+        }
+    }
+}
+
+/// Moves of the free rotations of a member, and of its ends, for moves of its nodes (all six components).
+pub fn recover<const D: usize>(
+    active: &Active<D>,
+    info: [&EndKind; 2],
+    factor: &ReleaseFactor,
+    nodes: &[[f64; 6]; 2],
+) -> ([[f64; D]; 2], [f64; MAX_FREE]) {
+    let mut ends: [[f64; D]; 2] = std::array::from_fn(|e| std::array::from_fn(|i| nodes[e][active[i]]));
+    let mut moves = [0.0; MAX_FREE];
+    let count = factor.counts[0] + factor.counts[1];
+    for a in 0..count {
+        let mut x = -factor.rest[a];
+        for (e, node) in nodes.iter().enumerate() {
+            for (i, &component) in active.iter().enumerate() {
+                x -= factor.solved[a][e * D + i] * node[component];
+            }
+        }
+        moves[a] = x;
+    }
+    for (e, kind) in info.into_iter().enumerate() {
+        if *kind == EndKind::Welded {
+            continue;
+        }
+        let base = if e == 0 { 0 } else { factor.counts[0] };
+        for (i, &component) in active.iter().enumerate() {
+            if component < 3 {
+                continue;
+            }
+            if let EndKind::Free { .. } = kind {
+                ends[e][i] = 0.0;
+            }
+            for a in base..base + factor.counts[e] {
+                ends[e][i] += factor.spins[a][component - 3] * moves[a];
+            }
+        }
+    }
+    (ends, moves)
+}
+
+/// Moves the rotation of a released end: `joint` is the joint's rotation after its own move.
+pub fn move_release(
+    kind: &EndKind,
+    end: usize,
+    factor: &ReleaseFactor,
+    moves: &[f64; MAX_FREE],
+    joint: (Quaternion<f64>, f64),
+    state: &mut ReleaseState,
+) {
+    let base = if end == 0 { 0 } else { factor.counts[0] };
+    let range = base..base + factor.counts[end];
+    match kind {
+        EndKind::Welded => (state.rotation, state.angle) = joint,
+        EndKind::Free { .. } => {
+            let spin = range.fold([0.0; 3], |sum, a| add(sum, scale(moves[a], factor.spins[a])));
+            state.rotation = rotation::normalize(rotation::compose(rotation::exp(spin), state.rotation));
+            state.angle += spin[2];
+        }
+        EndKind::Axes(axes) => {
+            // In the plane axes in it have no move of their own: those kept come in the order of the axes.
+            let kept = range.len();
+            let skip = axes.len() - kept;
+            for (slot, a) in range.enumerate() {
+                state.turns[skip + slot] += moves[a];
+            }
+            let turned = axes_rotation_vector(axes, state);
+            state.rotation = rotation::compose(joint.0, rotation::exp(turned));
+            state.angle = joint.1 + turned[2];
+        }
+    }
+}
