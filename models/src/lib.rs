@@ -50,8 +50,9 @@ pub fn read(path: &Path, settings: &[(String, String)]) -> Result<Model, InputEr
     match std::fs::read_to_string(path) {
         Ok(text) => {
             let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+            let language = resolve::language(path, &text);
             let source = Source { name, path: path.to_owned(), text };
-            resolve::read(source, resolve::language(path), &directory, settings)
+            resolve::read(source, language, &directory, settings)
         }
         Err(error) => {
             let error = InputError::new(format!("{name} cannot be read: {error}"))
@@ -61,11 +62,11 @@ pub fn read(path: &Path, settings: &[(String, String)]) -> Result<Model, InputEr
     }
 }
 
-/// Reads and checks a network from a text; `name` tells the language by its extension and stands in messages.
+/// Reads and checks a network from a text; `name` stands in messages and tells the language by its extension.
 ///
 /// # Errors
 /// Everything found wrong, with its place.
 pub fn read_text(name: &str, text: &str, settings: &[(String, String)]) -> Result<Model, InputErrors> {
     let source = Source { name: name.to_owned(), path: PathBuf::new(), text: text.to_owned() };
-    resolve::read(source, resolve::language(Path::new(name)), Path::new(""), settings)
+    resolve::read(source, resolve::language(Path::new(name), text), Path::new(""), settings)
 }

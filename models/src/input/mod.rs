@@ -3,12 +3,17 @@
 //! One set of types says what a file may hold, how it is read and what its JSON Schema is; nothing is
 //! evaluated or looked up here.
 
+pub mod probe;
 pub mod read;
+pub mod step;
 pub mod tree;
 
 use schemars::JsonSchema;
 
-use self::read::{Count, Input, Map, Number, Spanned, record, words, wrong_type};
+pub use self::probe::{AxialPlace, Direction, PositionWord, Probe, ProbeTable, RotationProbe};
+pub use self::step::{Branch, Method, Motion, Step, Stop};
+
+use self::read::{Count, Input, Map, Number, Spanned, record, words};
 use self::tree::{Kind, Value};
 use crate::error::InputError;
 
@@ -378,166 +383,6 @@ impl Components {
     /// The values in the order ux uy uz rx ry rz.
     pub fn in_order(&self) -> [&Option<Number>; 6] {
         [&self.ux, &self.uy, &self.uz, &self.rx, &self.ry, &self.rz]
-    }
-}
-
-/// A vector, or some of its components.
-#[derive(Clone, Debug, JsonSchema)]
-#[schemars(untagged)]
-pub enum Motion {
-    Vector(Vec<Number>),
-    Components(Box<Components>),
-}
-
-impl Input for Motion {
-    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
-        match value.kind {
-            Kind::Table(_) => Components::read(value, errors).map(|all| Self::Components(Box::new(all))),
-            Kind::Array(_) => Vec::read(value, errors).map(Self::Vector),
-            _ => wrong_type(value, "a list [x, y, z] or a table { uy = … }", errors),
-        }
-    }
-}
-
-record! {
-    /// One step: absolute targets that are reached together; what is not named stays.
-    pub struct Step as "a step" {
-        name: Option<Spanned<String>>,
-        /// Of muscles, by member, group or "all".
-        pressure: Option<Map<Number>>,
-        /// Of members with strain or curvature, by member, group or "all".
-        actuation: Option<Map<Number>>,
-        /// Prescribed, from the unloaded position, by node.
-        displacement: Option<Map<Spanned<Motion>>>,
-        /// Prescribed rotation vector, by node.
-        rotation: Option<Map<Spanned<Motion>>>,
-        /// Dead forces by node.
-        force: Option<Map<Spanned<Vec<Number>>>>,
-        /// Dead moments by node.
-        moment: Option<Map<Spanned<Vec<Number>>>>,
-        /// Forces that turn with their node.
-        follower_force: Option<Map<Spanned<Vec<Number>>>>,
-        /// Moments that turn with their node.
-        follower_moment: Option<Map<Spanned<Vec<Number>>>>,
-        /// Acceleration of gravity.
-        gravity: Option<Spanned<Vec<Number>>>,
-        /// Force per unloaded length, by member, group or "all".
-        distributed: Option<Map<Spanned<Vec<Number>>>>,
-        /// Components kept where they are, by node.
-        hold: Option<Map<Spanned<Fix>>>,
-        /// Prescribed, from the present position, by node.
-        displace_by: Option<Map<Spanned<Motion>>>,
-        /// Components whose reaction is ramped to zero, by node.
-        free: Option<Map<Spanned<Fix>>>,
-        method: Option<Spanned<Method>>,
-        stop: Option<Spanned<Stop>>,
-        branch: Option<Spanned<Branch>>,
-        /// At least so many increments.
-        increments: Option<Count>,
-    }
-}
-
-words! {
-    pub enum Method as "a method" {
-        Newton = "newton",
-        ArcLength = "arc_length",
-        Jump = "jump",
-    }
-}
-
-words! {
-    pub enum Branch as "a branch" {
-        Stable = "stable",
-        Primary = "primary",
-    }
-}
-
-record! {
-    /// Where an arc-length step ends.
-    pub struct Stop as "a stop" {
-        node: Spanned<String>,
-        displacement: Component,
-        at: Number,
-    }
-}
-
-/// A number wanted by name.
-#[derive(Clone, Debug, JsonSchema)]
-#[schemars(untagged)]
-pub enum Probe {
-    /// An expression over other probes, "= -stroke / 17.9"; `stroke@inflate` is the value after a step.
-    Expression(String),
-    Quantity(Box<ProbeTable>),
-}
-
-impl Input for Probe {
-    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
-        match &value.kind {
-            Kind::String(text) => Some(Self::Expression(text.clone())),
-            Kind::Table(_) => ProbeTable::read(value, errors).map(|probe| Self::Quantity(Box::new(probe))),
-            _ => wrong_type(value, "a table { node = … } or an expression \"= …\"", errors),
-        }
-    }
-}
-
-record! {
-    /// A quantity of a node, a body, two nodes or a member.
-    pub struct ProbeTable as "a probe" {
-        node: Option<Spanned<String>>,
-        nodes: Option<Spanned<Vec<Spanned<String>>>>,
-        body: Option<Spanned<String>>,
-        member: Option<Spanned<String>>,
-        displacement: Option<Spanned<Direction<Component>>>,
-        position: Option<Spanned<Direction<PositionWord>>>,
-        rotation: Option<Spanned<RotationProbe>>,
-        reaction: Option<Spanned<Direction<Component>>>,
-        stiffness: Option<Spanned<Direction<Component>>>,
-        /// A direction of the body; the probe is the angle by which it has turned.
-        normal: Option<Spanned<Vec<Number>>>,
-        distance: Option<Spanned<bool>>,
-        axial_force: Option<Spanned<AxialPlace>>,
-    }
-}
-
-/// A component by name, or a direction.
-#[derive(Clone, Debug, JsonSchema)]
-#[schemars(untagged, rename = "Direction_{T}")]
-pub enum Direction<T> {
-    Word(T),
-    Vector(Vec<Number>),
-}
-
-impl<T: Input> Input for Direction<T> {
-    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
-        match value.kind {
-            Kind::Array(_) => Vec::read(value, errors).map(Self::Vector),
-            _ => T::read(value, errors).map(Self::Word),
-        }
-    }
-}
-
-words! {
-    pub enum PositionWord as "one of x, y, z" {
-        X = "x",
-        Y = "y",
-        Z = "z",
-    }
-}
-
-words! {
-    pub enum RotationProbe as "one of rx, ry, rz, angle" {
-        Rx = "rx",
-        Ry = "ry",
-        Rz = "rz",
-        Angle = "angle",
-    }
-}
-
-words! {
-    pub enum AxialPlace as "one of start, middle, end" {
-        Start = "start",
-        Middle = "middle",
-        End = "end",
     }
 }
 

@@ -23,6 +23,11 @@ pub fn frame(tangent: Vector3<f64>, orientation: Option<Vector3<f64>>) -> Option
     Some(Matrix3::from_columns(&[tangent, second, tangent.cross(&second)]))
 }
 
+/// The columns of a frame as arrays.
+pub fn columns(frame: &Frame) -> [[f64; 3]; 3] {
+    std::array::from_fn(|axis| frame.column(axis).into_owned().into())
+}
+
 /// A circular arc by its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {

@@ -4,8 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use pennate_solver::structure::{self, Support};
 
 use super::context::{Context, Names};
-use super::curve;
-use super::members::columns;
+use super::curve::{self, columns};
 use crate::error::{InputError, Span};
 use crate::input::read::{Map, Named, Spanned};
 use crate::input::{self, Fix, SpringStiffness, SupportWord};

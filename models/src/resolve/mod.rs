@@ -1,9 +1,13 @@
 //! From the input as written to the checked model.
 
-pub mod context;
+mod context;
 mod curve;
 mod joints;
+mod line;
 mod members;
+mod motions;
+mod muscles;
+mod parameters;
 mod plane;
 mod probes;
 mod properties;
@@ -27,7 +31,7 @@ use crate::input::{DimensionWord, Network, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
 use crate::unit::Kind;
 
-pub use self::properties::language;
+pub use self::muscles::language;
 
 /// The format that this reader knows.
 const FORMAT: &str = "pennate/1";

@@ -1,19 +1,14 @@
 //! Materials, sections and muscles.
 
-use std::path::Path;
-use std::sync::Arc;
-
 use pennate_elements::section::Section;
 
 use super::context::{Context, Names};
-use crate::error::{InputError, Source, Span};
-use crate::hsim;
-use crate::input::read::{Input, Map, Named, Spanned};
-use crate::input::tree::{self, Language};
-use crate::input::{self, UnitsWord};
-use crate::model::Units;
+use super::muscles::{MuscleData, muscle};
+use crate::error::{InputError, Span};
+use crate::input;
+use crate::input::read::{Map, Named, Spanned};
 use crate::section::{Shape, Stiffening, annulus, circle, rectangle};
-use crate::unit::{self, Kind, Unit};
+use crate::unit::Kind;
 
 /// An elastic material. `None` in the list where its definition is wrong.
 #[derive(Clone, Copy, Debug)]
@@ -37,13 +32,6 @@ pub struct Law {
     pub section: Section,
     pub radius: f64,
     pub missing: Vec<&'static str>,
-}
-
-/// A muscle with the unit of its pressures.
-#[derive(Clone, Debug)]
-pub struct MuscleData {
-    pub muscle: Arc<hsim::Muscle>,
-    pub unit: Unit,
 }
 
 /// Materials, sections and muscles by index.
@@ -159,7 +147,7 @@ fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option
     Some(Material { youngs_modulus: youngs_modulus?, shear_modulus: shear_modulus?, density: density? })
 }
 
-fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut Context) -> Option<f64> {
+pub fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut Context) -> Option<f64> {
     let ratio = cx.number(number, Kind::Pure)?;
     if ratio > -1.0 && ratio <= 0.5 {
         return Some(ratio);
@@ -173,7 +161,7 @@ fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut Context) ->
 }
 
 /// An error where a wall leaves no bore.
-fn check_wall(outer: f64, wall: f64, what: &str, span: Span, cx: &mut Context) -> Option<()> {
+pub fn check_wall(outer: f64, wall: f64, what: &str, span: Span, cx: &mut Context) -> Option<()> {
     if wall < outer {
         return Some(());
     }
@@ -276,243 +264,4 @@ fn given(named: &Named<Spanned<input::Section>>, stiffening: Stiffening, cx: &mu
         mass_per_length: mass?,
     };
     Some(Profile::Given(section, missing))
-}
-
-fn muscle(named: &Named<Spanned<input::Muscle>>, cx: &mut Context) -> Option<MuscleData> {
-    let data = &named.value.value;
-    let Some(file) = &data.file else {
-        if let Some(units) = &data.units {
-            cx.error(
-                InputError::new(format!("muscle '{}' has units of its own", named.name))
-                    .at(units.span)
-                    .help("only a muscle file has; numbers here are in the units of the network"),
-            );
-        }
-        return muscle_data(&named.name, named.span, data, cx);
-    };
-    let has_more = data.diameter.is_some()
-        || data.wall.is_some()
-        || data.table.is_some()
-        || data.end_length.is_some()
-        || data.density.is_some()
-        || data.pressure_unit.is_some()
-        || data.poissons_ratio.is_some()
-        || data.shear.is_some()
-        || data.stretch.is_some()
-        || data.shear_factor.is_some()
-        || data.units.is_some();
-    if has_more {
-        cx.error(
-            InputError::new(format!("muscle '{}' has both a file and data of its own", named.name))
-                .at(file.span)
-                .help("write either { file = \"…\" } alone, or the data without file"),
-        );
-        return None;
-    }
-    let read = read_muscle_file(&named.name, file, cx)?;
-    let units = cx.units;
-    if let Some(word) = &read.units {
-        cx.units = match word.value {
-            UnitsWord::MmNMpa => Units::MmNMpa,
-            UnitsWord::MNPa => Units::MNPa,
-        };
-    }
-    let own_units = cx.units;
-    let muscle = muscle_data(&named.name, named.span, &read, cx);
-    cx.units = units;
-    muscle.map(|data| MuscleData { muscle: Arc::new(data.muscle.converted(scales(own_units, units))), ..data })
-}
-
-/// Factors of length, stress and density from one unit system to another.
-fn scales(from: Units, to: Units) -> [f64; 3] {
-    match (from, to) {
-        (Units::MmNMpa, Units::MNPa) => [1e-3, 1e6, 1e12],
-        (Units::MNPa, Units::MmNMpa) => [1e3, 1e-6, 1e-12],
-        _ => [1.0; 3],
-    }
-}
-
-fn read_muscle_file(name: &str, file: &Spanned<String>, cx: &mut Context) -> Option<input::Muscle> {
-    let path = cx.directory.join(&file.value);
-    let text = match std::fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) => {
-            cx.error(
-                InputError::new(format!("the file '{}' of muscle '{name}' cannot be read: {error}", file.value))
-                    .at(file.span)
-                    .help("the path is relative to the network file"),
-            );
-            return None;
-        }
-    };
-    let language = language(&path);
-    let index = cx.sources.len();
-    cx.sources.push(Source { name: path.display().to_string(), path, text });
-    cx.trees.push(None);
-    let parsed = tree::parse(&cx.sources[index].text, language, index);
-    let value = match parsed {
-        Ok(value) => value,
-        Err(error) => {
-            cx.error(*error);
-            return None;
-        }
-    };
-    let muscle = input::Muscle::read(&value, &mut cx.errors);
-    cx.trees[index] = Some(value);
-    let muscle = muscle?;
-    if let Some(inner) = &muscle.file {
-        cx.error(
-            InputError::new("a muscle file refers to another file")
-                .at(inner.span)
-                .help("write the data of the muscle into this file"),
-        );
-        return None;
-    }
-    Some(muscle)
-}
-
-/// The language of a file, by its extension.
-pub fn language(path: &Path) -> Language {
-    match path.extension() {
-        Some(extension) if extension.eq_ignore_ascii_case("json") => Language::Json,
-        _ => Language::Toml,
-    }
-}
-
-fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -> Option<MuscleData> {
-    let mut missing = |key: &str| -> Option<f64> {
-        cx.error(
-            InputError::new(format!("muscle '{name}' needs the key '{key}'"))
-                .at(span)
-                .help("a muscle has diameter, wall, pressure_unit and table, or a file"),
-        );
-        None
-    };
-    let absent = [data.diameter.is_none(), data.wall.is_none(), data.table.is_none()];
-    for (absent, key) in absent.into_iter().zip(["diameter", "wall", "table"]) {
-        if absent {
-            missing(key);
-        }
-    }
-    let unit = pressure_unit(name, data.pressure_unit.as_ref(), cx);
-    let diameter = cx.positive(data.diameter.as_ref()?, Kind::Length, &format!("the diameter of muscle '{name}'"));
-    let wall = cx.positive(data.wall.as_ref()?, Kind::Length, &format!("the wall of muscle '{name}'"));
-    let end_length = match &data.end_length {
-        Some(length) => cx.positive(length, Kind::Length, &format!("the end length of muscle '{name}'")),
-        None => diameter,
-    };
-    let density = match &data.density {
-        Some(density) => cx.not_negative(density, Kind::Density, &format!("the density of muscle '{name}'")),
-        None => Some(0.0),
-    };
-    let ratio = match &data.poissons_ratio {
-        Some(ratio) => poissons_ratio(ratio, name, cx),
-        None => Some(0.5),
-    };
-    let shear_factor = match &data.shear_factor {
-        Some(factor) => Some(cx.positive(factor, Kind::Pure, &format!("the shear factor of muscle '{name}'"))?),
-        None => None,
-    };
-    let (diameter, wall, unit) = (diameter?, wall?, unit?);
-    check_wall(diameter / 2.0, wall, &format!("muscle '{name}'"), data.wall.as_ref()?.span, cx)?;
-    let rows = rows(name, data.table.as_ref()?, wall, &unit, cx)?;
-    let muscle = hsim::Muscle {
-        name: name.to_owned(),
-        span,
-        diameter,
-        wall,
-        end_length: end_length?,
-        pressure_unit: data.pressure_unit.as_ref().map_or(cx.units.symbols()[2], |unit| unit.value.trim()).to_owned(),
-        density: density?,
-        poissons_ratio: ratio?,
-        stiffening: Stiffening {
-            shear: data.shear.unwrap_or(false),
-            stretch: data.stretch.unwrap_or(true),
-            shear_factor,
-        },
-        rows,
-    };
-    Some(MuscleData { muscle: Arc::new(muscle), unit })
-}
-
-fn pressure_unit(name: &str, text: Option<&Spanned<String>>, cx: &mut Context) -> Option<Unit> {
-    let Some(text) = text else { return unit::parse(cx.units.symbols()[2]).ok() };
-    let message = match unit::parse(&text.value) {
-        Ok(unit) if unit.is_pressure() => return Some(unit),
-        Ok(unit) => format!("the pressure unit '{}' of muscle '{name}' is {}", text.value, unit.description()),
-        Err(message) => format!("the pressure unit of muscle '{name}': {message}"),
-    };
-    cx.error(InputError::new(message).at(text.span).help("write for example \"psi\", \"kPa\" or \"bar\""));
-    None
-}
-
-fn rows(
-    name: &str,
-    table: &Spanned<Vec<Spanned<input::MuscleRow>>>,
-    wall: f64,
-    unit: &Unit,
-    cx: &mut Context,
-) -> Option<Vec<hsim::Row>> {
-    if table.value.is_empty() {
-        cx.error(
-            InputError::new(format!("the table of muscle '{name}' has no rows"))
-                .at(table.span)
-                .help("add { pressure = …, E = …, alpha = …, R1 = …, R2 = … }"),
-        );
-        return None;
-    }
-    let mut rows: Vec<hsim::Row> = Vec::with_capacity(table.value.len());
-    let mut complete = true;
-    for row in &table.value {
-        let Some(values) = one_row(name, &row.value, wall, unit, cx) else {
-            complete = false;
-            continue;
-        };
-        let last = rows.last().map_or(f64::NEG_INFINITY, |last| last.pressure);
-        if values.pressure < 0.0 || values.pressure <= last {
-            let message = if values.pressure < 0.0 {
-                format!("the pressure {} in the table of muscle '{name}' is negative", values.pressure)
-            } else {
-                format!("the pressures of muscle '{name}' do not increase: {} follows {last}", values.pressure)
-            };
-            cx.error(
-                InputError::new(message).at(row.value.pressure.span).help("order the rows by increasing pressure"),
-            );
-            complete = false;
-        }
-        rows.push(values);
-    }
-    complete.then_some(rows)
-}
-
-fn one_row(name: &str, row: &input::MuscleRow, wall: f64, unit: &Unit, cx: &mut Context) -> Option<hsim::Row> {
-    let pressure = cx.pressure(&row.pressure, unit);
-    let youngs_modulus = cx.positive(&row.E, Kind::Stress, &format!("E of muscle '{name}'"));
-    let alpha = cx.inverse_pressure(&row.alpha, unit);
-    let mut radius = |number, key: &str| {
-        let radius = cx.positive(number, Kind::Length, &format!("{key} of muscle '{name}'"))?;
-        check_wall(radius, wall, &format!("muscle '{name}' ({key})"), number.span, cx)?;
-        Some(radius)
-    };
-    let end_radius = radius(&row.R1, "R1");
-    let middle_radius = radius(&row.R2, "R2");
-    let (pressure, alpha) = (pressure?, alpha?);
-    if alpha * pressure <= -1.0 {
-        cx.error(
-            InputError::new(format!(
-                "muscle '{name}' would contract by {:.3} at pressure {pressure}",
-                -alpha * pressure
-            ))
-            .at(row.alpha.span)
-            .help("the contraction alpha times pressure stays below 1"),
-        );
-        return None;
-    }
-    Some(hsim::Row {
-        pressure,
-        youngs_modulus: youngs_modulus?,
-        alpha,
-        end_radius: end_radius?,
-        middle_radius: middle_radius?,
-    })
 }

@@ -1,0 +1,209 @@
+//! Parameters: set, evaluated in the order of their needs, and used in expressions.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::context::{Context, SETTING, place};
+use crate::error::{InputError, Span};
+use crate::expression::{Expression, Quantity};
+use crate::input::read::{Map, Number, Written, suggest};
+use crate::unit;
+
+impl Context {
+    /// Values of the parameters that could be evaluated, in the order of the file.
+    pub fn parameter_values(&self) -> Vec<(String, f64)> {
+        let value = |name: &String| Some((name.clone(), self.parameters.get(name)?.as_ref()?.value));
+        self.parameter_names.iter().filter_map(value).collect()
+    }
+
+    /// Takes in the parameters of the file, replaced by those set from outside.
+    pub fn set_parameters(&mut self, parameters: &Map<Number>, settings: &[(String, String)]) {
+        let mut numbers: Vec<(String, Number)> =
+            parameters.iter().map(|named| (named.name.clone(), named.value.clone())).collect();
+        for (name, text) in settings {
+            let text = text.trim();
+            let written = match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => Written::Bare(number),
+                _ => Written::Text(text.to_owned()),
+            };
+            match numbers.iter_mut().find(|(known, _)| known == name) {
+                // A setting has no place in the file: its messages say where it came from.
+                Some((_, number)) => *number = Number { span: SETTING, value: written },
+                None => {
+                    let known = parameters.iter().map(|named| named.name.as_str());
+                    self.error(InputError::new(format!("there is no parameter '{name}' to set")).help(suggest(
+                        name,
+                        known,
+                        "parameters",
+                    )));
+                }
+            }
+        }
+        self.parameter_names = numbers.iter().map(|(name, _)| name.clone()).collect();
+        self.evaluate_parameters(&numbers);
+    }
+
+    fn evaluate_parameters(&mut self, numbers: &[(String, Number)]) {
+        let index: HashMap<&str, usize> =
+            numbers.iter().enumerate().map(|(index, (name, _))| (name.as_str(), index)).collect();
+        let needs = |number: &Number| -> Vec<usize> {
+            let Written::Text(text) = &number.value else { return Vec::new() };
+            let Some(formula) = text.trim().strip_prefix('=') else { return Vec::new() };
+            let Ok(expression) = Expression::parse(formula) else { return Vec::new() };
+            expression.references().iter().filter_map(|name| index.get(name.name.as_str()).copied()).collect()
+        };
+        let needs: Vec<Vec<usize>> = numbers.iter().map(|(_, number)| needs(number)).collect();
+        let mut users = vec![Vec::new(); numbers.len()];
+        let mut open: Vec<usize> = needs.iter().map(Vec::len).collect();
+        for (user, needed) in needs.iter().enumerate() {
+            needed.iter().for_each(|&needed| users[needed].push(user));
+        }
+        let mut ready: Vec<usize> = (0..numbers.len()).filter(|&at| open[at] == 0).collect();
+        while let Some(at) = ready.pop() {
+            let (name, number) = &numbers[at];
+            let value = self.parameter(name, number);
+            self.parameters.insert(name.clone(), value);
+            for &user in &users[at] {
+                open[user] -= 1;
+                if open[user] == 0 {
+                    ready.push(user);
+                }
+            }
+        }
+        if let Some(first) = (0..numbers.len()).find(|&at| open[at] > 0) {
+            self.refuse_cycle(numbers, &needs, &open, first);
+        }
+    }
+
+    fn refuse_cycle(&mut self, numbers: &[(String, Number)], needs: &[Vec<usize>], open: &[usize], first: usize) {
+        // Every open parameter needs an open one, so going on long enough ends up in a cycle.
+        let next = |at: usize| needs[at].iter().copied().find(|&needed| open[needed] > 0).unwrap_or(at);
+        let start = (0..numbers.len()).fold(first, |at, _| next(at));
+        let mut round = vec![start];
+        while next(round[round.len() - 1]) != start && round.len() < numbers.len() {
+            round.push(next(round[round.len() - 1]));
+        }
+        let names: Vec<&str> = round.iter().chain([&start]).take(8).map(|&at| numbers[at].0.as_str()).collect();
+        let error = InputError::new(format!("parameter '{}' depends on itself: {}", names[0], names.join(" → ")))
+            .help("give one of them a number");
+        self.error(place(error, numbers[start].1.span));
+        for (_, (name, _)) in numbers.iter().enumerate().filter(|(at, _)| open[*at] > 0) {
+            self.parameters.insert(name.clone(), None);
+        }
+    }
+
+    /// A parameter: a bare number, an expression, or a text whose unit is converted to the file's (angles to degrees).
+    fn parameter(&mut self, name: &str, number: &Number) -> Option<Quantity> {
+        let text = match &number.value {
+            Written::Bare(value) => return Some((*value).into()),
+            Written::Text(text) => text,
+        };
+        if text.trim().starts_with('=') {
+            let before = self.errors.len();
+            let value = self.expression(text, number.span);
+            if number.span == SETTING {
+                for error in &mut self.errors[before..] {
+                    error.message = format!("parameter '{name}' set to '{text}': {}", error.message);
+                }
+            }
+            return value;
+        }
+        let failed = |error: String| {
+            let error =
+                if number.span == SETTING { format!("parameter '{name}' set to '{text}': {error}") } else { error };
+            place(InputError::new(error), number.span)
+        };
+        match unit::split_quantity(text) {
+            Some((value, "")) if number.span == SETTING => {
+                if value.is_finite() {
+                    return Some(value.into());
+                }
+                self.error(failed("the number is not finite".to_owned()).help("give a finite number"));
+                None
+            }
+            Some((value, unit)) => match unit::parse(unit) {
+                Ok(unit) => {
+                    let factor = unit.to_file(self.units);
+                    let factor = if unit.is_angle() { factor.to_degrees() } else { factor };
+                    Some(Quantity { value: value * factor, is_pressure: unit.is_pressure() })
+                }
+                Err(error) => {
+                    self.error(failed(error).help("write for example \"172 kPa\", or a number without quotes"));
+                    None
+                }
+            },
+            None => {
+                self.error(
+                    failed(format!("'{text}' is neither a number nor a quantity"))
+                        .help("write for example 30, \"172 kPa\" or \"= 2 * L\""),
+                );
+                None
+            }
+        }
+    }
+
+    /// Value of an expression "= …" of the parameters.
+    pub fn expression(&mut self, text: &str, span: Span) -> Option<Quantity> {
+        let start = text.find('=').map_or(0, |at| at + 1);
+        let inner = |cx: &Self, place: Range<usize>| cx.inside(span, text, start + place.start..start + place.end);
+        let expression = match Expression::parse(&text[start..]) {
+            Ok(expression) => expression,
+            Err(error) => {
+                let at = inner(self, error.place);
+                self.error(
+                    place(InputError::new(error.message), at)
+                        .help("write for example \"= L * cos(beta)\"; ^ is the power"),
+                );
+                return None;
+            }
+        };
+        let mut values = Vec::with_capacity(expression.references().len());
+        for reference in expression.references() {
+            let at = inner(self, reference.place.clone());
+            if reference.step.is_some() {
+                self.error(
+                    place(InputError::new(format!("'{}@…' has a meaning in probes only", reference.name)), at)
+                        .help("use parameters and numbers here"),
+                );
+                return None;
+            }
+            match self.parameters.get(&reference.name) {
+                Some(value) => values.push((*value)?),
+                None => {
+                    let known = self.parameter_names.iter().map(String::as_str);
+                    let help = if self.parameter_names.is_empty() {
+                        "define it under [parameters]".to_owned()
+                    } else {
+                        suggest(&reference.name, known, "parameters")
+                    };
+                    self.error(
+                        place(InputError::new(format!("unknown parameter '{}' in an expression", reference.name)), at)
+                            .label("not a parameter")
+                            .help(help),
+                    );
+                    return None;
+                }
+            }
+        }
+        match expression.evaluate(&values) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let mut names: Vec<String> = expression
+                    .references()
+                    .iter()
+                    .zip(&values)
+                    .map(|(reference, value)| format!("{} = {}", reference.name, value.value))
+                    .collect();
+                names.dedup();
+                let help = if names.is_empty() {
+                    "change the numbers".to_owned()
+                } else {
+                    format!("with {}", names.join(", "))
+                };
+                let at = inner(self, error.place);
+                self.error(place(InputError::new(format!("an expression fails: {}", error.message)), at).help(help));
+                None
+            }
+        }
+    }
+}
