@@ -161,6 +161,7 @@ fn expressions_show_what_fails() {
     case("[\"= L\", 0]", "[\"= sinh(L)\", 0]", "unknown function 'sinh'", 6, 9, "for example");
     case("L = 130", "L = \"= M\"\nM = \"= L + 1\"", "depends on itself", 3, 5, "number");
     case("L = 130", "L = \"= 1 / 0\"", "division by zero", 3, 8, "");
+    case("L = 130", "L = 130\npi = 3", "a parameter cannot be called 'pi'", 4, 1, "another name");
     case("L = 130", "L = \"= x@y\"", "a meaning in probes only", 3, 8, "parameters");
 }
 

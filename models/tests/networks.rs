@@ -336,3 +336,43 @@ fn forced_elements_are_never_refined() {
     assert_eq!(of(&finer, "second"), [2, 4, 2]);
     assert_eq!((of(&mesh, "trunk"), of(&finer, "trunk")), (vec![3, 2], vec![3, 4]));
 }
+
+/// One turn of a helix, radius 20 and pitch 10π: its end is that of the closed form.
+#[test]
+fn a_helix_meets_its_end_node() {
+    let text = r#"
+format = "pennate/1"
+[parameters]
+turn = "= 2 * pi * sqrt(425)"
+[nodes]
+A = [0, 0, 0]
+T = [7.61948137848, 0, 30.4779255139]
+[sections]
+tube = { annulus = { outer_radius = 4, wall = 1.5 } }
+[materials]
+m = { youngs_modulus = 3.6, shear_modulus = 1.2 }
+[members.helix]
+nodes = ["A", "T"]
+material = "m"
+tangent = [1, 0, 0]
+initial_curvature = ["= 5 / 425", 0, "= 20 / 425"]
+segments = [{ length = "= turn", section = "tube", strain = 0.03, curvature = [0.01, 0.006, -0.02] }]
+[supports]
+A = "clamped"
+[[steps]]
+actuation = { helix = 1 }
+"#;
+    let model = from_text(text);
+    let (structure, _) = structure(&model);
+    let helix = &structure.members[0];
+    assert!((helix.segments[0].length - 129.531183434).abs() < 1e-8);
+    assert_eq!(helix.segments[0].elements, 12);
+    for (axis, expected) in helix.axes.into_iter().zip([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) {
+        axis.into_iter().zip(expected).for_each(|(value, expected)| assert!((value - expected).abs() < 1e-10));
+    }
+    let state = structure.laws[0].at(0.5);
+    near_all(state.curvature, [0.005, 0.003, -0.01]);
+    near(state.strain, 0.015);
+    let moved = text.replace("30.4779255139", "30.479");
+    assert!(read_text("net.toml", &moved, &[]).unwrap_err().errors[0].message.contains("does not meet its end node"));
+}

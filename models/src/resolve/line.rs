@@ -247,12 +247,19 @@ impl Line<'_> {
             segment.length *= scale;
             segment.initial_curvature = segment.initial_curvature.map(|curvature| curvature / scale);
         }
-        let turn = match Rotation3::rotation_between(&way, &chord) {
-            Some(turn) if miss > 1e-15 * length => turn,
-            _ => Rotation3::identity(),
-        };
+        let turn = turn_between(&way, &chord);
         Some(Shape { frame: turn * frame, end_frame: turn * end_frame, segments })
     }
+}
+
+/// The smallest turn from one direction to another; exact for small angles, where an arc cosine is not.
+fn turn_between(from: &Vector3<f64>, to: &Vector3<f64>) -> Rotation3<f64> {
+    let across = from.cross(to);
+    let sine = across.norm();
+    if sine == 0.0 {
+        return Rotation3::identity();
+    }
+    Rotation3::from_scaled_axis(across / sine * sine.atan2(from.dot(to)))
 }
 
 /// The way from the start of a member to its end, and the frame there.

@@ -39,6 +39,13 @@ impl Context {
                 }
             }
         }
+        for named in parameters.iter().filter(|named| named.name == "pi") {
+            self.error(
+                InputError::new("a parameter cannot be called 'pi'")
+                    .at(named.span)
+                    .help("in expressions pi is 3.14159…; choose another name"),
+            );
+        }
         self.parameter_names = numbers.iter().map(|(name, _)| name.clone()).collect();
         self.evaluate_parameters(&numbers);
     }
