@@ -13,10 +13,14 @@ use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::{Dimension, Structure};
 
-use crate::solution::{NodeError, ProbeTable, Solution, Timing, last_state, norm};
+use crate::solution::{NodeError, ProbeTable, Solution, Timing, diagonal, largest_force, last_state, norm};
 
 /// Meshes that are tried at most.
 const MAX_ROUNDS: usize = 6;
+/// Relative error below which every refinement pays, as long as rounding is not in the way.
+const ASYMPTOTIC: f64 = 1e-4;
+/// A mesh is refined by no more at once: an error far above what was asked for is a poor guide.
+const MAX_FACTOR: usize = 8;
 /// Elements of a member at most.
 const MAX_ELEMENTS: usize = 100_000;
 /// Part of what the network's size or forces suggest below which values are rounding alone.
@@ -130,7 +134,7 @@ fn judge(
     if error <= asked {
         return Judgement::End(Verdict::Met);
     }
-    if best.is_some_and(|(.., before)| error > 0.5 * before) {
+    if error < ASYMPTOTIC && best.is_some_and(|(.., before)| error > 0.5 * before) {
         return Judgement::End(Verdict::Stalled);
     }
     let factor = refinement_factor(error / asked, mesh.order);
@@ -152,7 +156,7 @@ fn progress_of(history: &History) -> f64 {
 /// By how much shorter elements of one order must be for an error that is too large by `excess`.
 fn refinement_factor(excess: f64, order: usize) -> usize {
     let factor = (2.0 * excess).powf(0.5 / order as f64).ceil();
-    (factor as usize).clamp(2, MAX_ELEMENTS)
+    (factor as usize).clamp(2, MAX_FACTOR)
 }
 
 /// The factor, made smaller where a member would get too many elements.
@@ -275,29 +279,12 @@ struct Noise {
 
 impl Noise {
     fn of(structure: &Structure, history: &History) -> Self {
-        let size = diagonal(&structure.nodes);
+        let size = diagonal(structure.nodes.iter().copied());
         let largest_force = history.steps.iter().filter_map(last_state).map(largest_force).fold(0.0, f64::max);
         let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
         let force = (ROUNDING * largest_force).max(FLOOR * axial.fold(0.0, f64::max));
         Self { size, largest_force, force }
     }
-}
-
-fn largest_force(state: &Equilibrium) -> f64 {
-    let reactions = state.nodes.iter().map(|node| norm(node.reaction_force));
-    let members = state.members.iter().flat_map(|member| member.end_forces).map(norm);
-    reactions.chain(members).chain(state.springs.iter().map(|force| force.abs())).fold(0.0, f64::max)
-}
-
-fn diagonal(points: &[[f64; 3]]) -> f64 {
-    let extent = |axis: usize| {
-        let (low, high) = points
-            .iter()
-            .map(|point| point[axis])
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        if high > low { high - low } else { 0.0 }
-    };
-    norm([extent(0), extent(1), extent(2)])
 }
 
 #[cfg(test)]
@@ -313,7 +300,7 @@ mod tests {
     fn elements_shrink_as_the_order_demands() {
         assert_eq!(refinement_factor(32.0, 3), 2); // 64^(1/6)
         assert_eq!(refinement_factor(33.0, 3), 3);
-        assert_eq!(refinement_factor(5000.0, 1), 100);
+        assert_eq!(refinement_factor(5000.0, 1), MAX_FACTOR);
         assert_eq!(refinement_factor(1.001, 4), 2);
     }
 

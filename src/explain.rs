@@ -13,6 +13,8 @@ use crate::solution::last_state;
 
 /// Names listed before the rest is counted.
 const NAMES: usize = 6;
+/// Residual, over the largest force, of a try that converged.
+const CONVERGED: f64 = 1e-9;
 const AXES: [&str; 3] = ["x", "y", "z"];
 const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
 
@@ -162,7 +164,8 @@ fn advice(failure: &Failure, place: &str) -> Option<String> {
 }
 
 fn worst_residual(model: &Model, failure: &Failure) -> Option<String> {
-    let node = failure.worst_node.filter(|_| failure.cause != Cause::Interrupted)?;
+    // A try that converged, and was taken back for its loss of stability, has none to speak of.
+    let node = failure.worst_node.filter(|_| failure.worst_residual > CONVERGED)?;
     let (kind, word) = if failure.worst_component < 3 { ("force", "along") } else { ("moment", "about") };
     Some(format!(
         "the last try, at {}, left its largest residual at {} {word} {}: {:.1e} of the largest {kind}",
@@ -195,6 +198,9 @@ fn reached_values(model: &Model, index: usize, step: &StepHistory) -> Option<Str
     let mut groups: Vec<(String, f64, &str, Vec<String>)> = Vec::new();
     for (target, to) in &now.targets {
         let from = before(target);
+        if from == *to {
+            continue;
+        }
         let value = from + step.fraction * (to - from);
         let (what, unit, name) = target_in_words(model, target);
         match groups.iter_mut().find(|group| group.0 == what && group.1 == value && group.2 == unit) {

@@ -72,6 +72,10 @@ pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solu
     let model = read(&job.input).map_err(Refusal::Input)?;
     let read = start.elapsed();
     let threads = job.threads.unwrap_or(1);
+    if threads > 1 {
+        // A pool that another run in this process has made serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    }
     let options = Options { shapes: job.shapes, estimate: true, threads, ..Options::default() };
     let solved = accuracy::solve_to_accuracy(model, job.accuracy, &options, observe);
     let mut solution = solved

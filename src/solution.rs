@@ -141,6 +141,25 @@ pub fn norm(a: [f64; 3]) -> f64 {
     Vector3::from(a).norm()
 }
 
+/// The largest force anywhere in a state: of supports, members and springs.
+pub fn largest_force(state: &Equilibrium) -> f64 {
+    let reactions = state.nodes.iter().map(|node| norm(node.reaction_force));
+    let members = state.members.iter().flat_map(|member| member.end_forces).map(norm);
+    reactions.chain(members).chain(state.springs.iter().map(|force| force.abs())).fold(0.0, f64::max)
+}
+
+/// Diagonal of the box around some points.
+pub fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in points {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+    if low[0] <= high[0] { distance(low, high) } else { 0.0 }
+}
+
 /// The angle by which two rotations, given as rotation vectors, differ.
 fn angle_between(a: [f64; 3], b: [f64; 3]) -> f64 {
     let rotation = |vector: [f64; 3]| UnitQuaternion::from_scaled_axis(Vector3::from(vector));

@@ -10,13 +10,13 @@ use pennate_solver::structure::Dimension;
 use super::text::{Align, columns, estimate, number, percent, shown};
 use crate::accuracy::Verdict;
 use crate::explain::{force_unit, moment_unit};
-use crate::solution::{NodeError, Solution, last_state, status_name};
+use crate::solution::{NodeError, Solution, diagonal, largest_force, last_state, norm, status_name};
 
 /// Steps that get a column of their own; of more the last ones.
 const STEP_COLUMNS: usize = 5;
 /// Rows of nodes at most, where there are no probes.
 const NODE_ROWS: usize = 20;
-/// Part of the largest value of a column below which a number is rounding.
+/// Part of what the network's size or forces suggest below which a number is rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// The whole report of a run.
@@ -105,12 +105,13 @@ fn probes(solution: &Solution) -> String {
     let shown_steps = &done[done.len().saturating_sub(STEP_COLUMNS)..];
     let head = ["probe".to_owned()].into_iter().chain(shown_steps.iter().map(|(name, _)| shown(name)));
     let mut rows = vec![head.chain(["unit".to_owned(), "error".to_owned()]).collect::<Vec<_>>()];
+    let scales = Scales::of_run(solution);
     for (index, name) in model.probes.names.iter().enumerate() {
         let mut row = vec![shown(name)];
         let values: Vec<f64> =
             shown_steps.iter().filter_map(|&(_, step)| Some(solution.probes.steps[step].last()?[index])).collect();
-        let largest = values.iter().fold(0.0, |largest, value| value.abs().max(largest));
-        row.extend(values.iter().map(|&value| rounded(value, largest)));
+        let scale = scales.of(model.probes.kind(index));
+        row.extend(values.iter().map(|&value| rounded(value, scale)));
         let errors = shown_steps.iter().filter_map(|&(_, step)| Some(solution.probes.steps[step].errors()?[index]));
         row.push(unit(model, model.probes.kind(index)).to_owned());
         row.push(errors.reduce(f64::max).map_or_else(|| "-".to_owned(), estimate));
@@ -122,8 +123,34 @@ fn probes(solution: &Solution) -> String {
     columns(&align, &rows)
 }
 
-fn rounded(value: f64, largest: f64) -> String {
-    number(if value.abs() <= ROUNDING * largest { 0.0 } else { value })
+fn rounded(value: f64, scale: f64) -> String {
+    number(if value.abs() <= ROUNDING * scale { 0.0 } else { value })
+}
+
+/// What the network's size and forces suggest about its numbers.
+struct Scales {
+    size: f64,
+    force: f64,
+}
+
+impl Scales {
+    fn of_run(solution: &Solution) -> Self {
+        let states = solution.history.steps.iter().filter_map(last_state);
+        Self {
+            size: diagonal(solution.model.nodes.iter().map(|node| node.position)),
+            force: states.map(largest_force).fold(0.0, f64::max),
+        }
+    }
+
+    fn of(&self, kind: ProbeKind) -> f64 {
+        match kind {
+            ProbeKind::Displacement => self.size,
+            ProbeKind::Rotation => 90.0,
+            ProbeKind::Force => self.force,
+            ProbeKind::Moment => self.force * self.size,
+            ProbeKind::Other => 0.0,
+        }
+    }
 }
 
 fn unit(model: &Model, kind: ProbeKind) -> &'static str {
@@ -146,17 +173,17 @@ fn nodes(solution: &Solution) -> String {
     };
     let [length, force, _] = model.units.symbols();
     let mut rows = vec![node_head(model.dimension, length, force)];
-    let largest = |of: fn(&pennate_solver::history::NodeState) -> [f64; 3]| {
-        state.nodes.iter().flat_map(of).fold(0.0, |largest: f64, value| largest.max(value.abs()))
-    };
-    let scales =
-        [largest(|node| node.displacement), largest(|node| node.rotation), largest(|node| node.reaction_force)];
+    let scales = Scales::of_run(solution);
     for index in 0..model.nodes.len().min(NODE_ROWS) {
-        rows.push(node_row(model, step, state, index, scales));
+        rows.push(node_row(model, step, state, index, &scales));
     }
     let mut align = vec![Align::Right; rows[0].len()];
     align[0] = Align::Left;
-    let mut out = format!("after '{}':\n{}", shown(name), columns(&align, &rows));
+    let place = match step.fraction {
+        1.0 => format!("after '{}'", shown(name)),
+        part => format!("at {} of '{}'", percent(part), shown(name)),
+    };
+    let mut out = format!("{place}:\n{}", columns(&align, &rows));
     if model.nodes.len() > NODE_ROWS {
         let _ = writeln!(out, "… and {} more (-o DIR writes all)", counted(model.nodes.len() - NODE_ROWS, "node"));
     }
@@ -173,16 +200,16 @@ fn node_head(dimension: Dimension, length: &str, force: &str) -> Vec<String> {
     head
 }
 
-fn node_row(model: &Model, step: &StepHistory, state: &Equilibrium, index: usize, scales: [f64; 3]) -> Vec<String> {
+fn node_row(model: &Model, step: &StepHistory, state: &Equilibrium, index: usize, scales: &Scales) -> Vec<String> {
     let node = &state.nodes[index];
     let plane = model.dimension == Dimension::Plane;
     let axes = if plane { 2 } else { 3 };
-    let turn = if plane { node.rotation_total } else { crate::solution::norm(node.rotation) };
+    let turn = if plane { node.rotation_total } else { norm(node.rotation) };
     let error = step.refined.as_ref().map(|refined| NodeError::between(node, &refined.nodes[index], model.dimension));
     let mut row = vec![shown(&model.nodes[index].name)];
-    row.extend(node.displacement[..axes].iter().map(|&value| rounded(value, scales[0])));
-    row.push(rounded(turn.to_degrees(), scales[1].to_degrees()));
-    row.extend(node.reaction_force[..axes].iter().map(|&value| rounded(value, scales[2])));
+    row.extend(node.displacement[..axes].iter().map(|&value| rounded(value, scales.of(ProbeKind::Displacement))));
+    row.push(rounded(turn.to_degrees(), scales.of(ProbeKind::Rotation)));
+    row.extend(node.reaction_force[..axes].iter().map(|&value| rounded(value, scales.of(ProbeKind::Force))));
     row.push(error.map_or_else(|| "-".to_owned(), |error| estimate(error.displacement)));
     row
 }
@@ -228,11 +255,11 @@ fn accuracy(solution: &Solution) -> String {
     let accuracy = solution.accuracy;
     let time = solution.timing.solve.as_secs_f64() + solution.timing.estimate.as_secs_f64();
     let time = if time < 1.0 { format!("{:.2} ms", 1e3 * time) } else { format!("{time:.2} s") };
-    let solved = format!("Solved in {time}");
+    let took = format!("Took {time}");
     let Some(error) = accuracy.estimated else {
-        return format!("{solved}; no error estimate, because no step reached its end.");
+        return format!("{took}; no error estimate, because no step reached its end.");
     };
-    let found = format!("{solved}; estimated error {} of the largest values", estimate(error));
+    let found = format!("{took}; estimated error {} of the largest values", estimate(error));
     let asked = format!("more than the {} asked for", estimate(accuracy.asked));
     match accuracy.verdict {
         Verdict::Met | Verdict::NotEstimated => format!("{found}."),
