@@ -92,10 +92,12 @@ fn network(text: &str) -> Json {
 fn the_schema_accepts_every_network_of_this_crate() {
     for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/networks")).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_dir() {
+            continue;
+        }
         let text = std::fs::read_to_string(&path).unwrap();
         let value = match path.extension().unwrap().to_str().unwrap() {
             "json" => serde_json::from_str(&text).unwrap(),
-            _ if path.ends_with("silicone.toml") => continue,
             _ => network(&text),
         };
         check(&value).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
