@@ -15,6 +15,7 @@ use std::fmt::Debug;
 
 use crate::interpolation::Table;
 use crate::real::Real;
+use crate::rotation::Quaternion;
 use crate::small::{M3, V3};
 
 /// Geometry of one element, unloaded.
@@ -144,11 +145,34 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// Moves a node: displacement added, rotation by the exponential.
     fn advance(pose: &mut Self::Pose, change: &[T; D]);
 
-    /// Adds the weight of a load along the element to the local problem: position of node times `weight`.
-    ///
-    /// Gives the derivative of (U · load) for one node, and the moment of its position about the frame's origin.
-    fn lever(position: V3<T>, load: V3<T>) -> V3<T>;
-
     /// Columns by which a force on a node couples to the turn of the frame: `[d][k]` for component d and spin k.
     fn load_coupling(load: V3<T>) -> [[T; 3]; D];
+
+    /// Gradient and tangent with respect to the turn of the frame of the potential of a force at a local position.
+    fn load_turn(load: V3<T>, position: V3<T>) -> (V3<T>, M3<T>);
+
+    /// Linear extrapolation: `last` and `ratio` times the motion that led to it from `before`.
+    fn predict(before: &Self::Pose, last: &Self::Pose, ratio: f64) -> Self::Pose;
+
+    fn pose(pose: &Self::Pose, lane: usize) -> Placement;
+
+    fn set_pose(pose: &mut Self::Pose, lane: usize, placement: &Placement);
+
+    /// Where an interior node is: its local unknowns and unloaded local position seen from the first node.
+    fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; D], lane: usize) -> Placement;
+}
+
+/// Displacement and rotation of one node of one member, in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    pub displacement: V3<f64>,
+    pub rotation: Quaternion<f64>,
+    /// Angle about z with whole turns, kept in the plane alone.
+    pub angle: f64,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Self { displacement: [0.0; 3], rotation: crate::rotation::IDENTITY, angle: 0.0 }
+    }
 }

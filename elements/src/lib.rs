@@ -11,9 +11,11 @@
 pub mod beam;
 pub mod check;
 pub mod interpolation;
+pub mod jet;
 pub mod plane;
 pub mod real;
 pub mod rotation;
 pub mod section;
 pub mod small;
 pub mod space;
+pub mod spring;

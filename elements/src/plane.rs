@@ -4,8 +4,9 @@
 //! initial curvature, are Γ − Γ₀ = U′ + (Rᵀ − I) v and κ − κ₀ = ϑ′. E. Reissner, J. Appl. Math. Phys. 23 (1972).
 //! Material axis 2 is normal to the rod in the plane, axis 3 is z.
 
-use crate::beam::{At, Beam, Condensed, Ends, Local, Moduli, Piece};
+use crate::beam::{At, Beam, Condensed, Ends, Local, Moduli, Piece, Placement};
 use crate::real::Real;
+use crate::rotation;
 use crate::small::{M3, V3, add, axpy, scale, sub};
 use crate::space;
 
@@ -295,15 +296,48 @@ impl<T: Real> Beam<T, 3> for Plane {
     }
 
     #[inline(always)]
-    fn lever(position: V3<T>, load: V3<T>) -> V3<T> {
-        [position[0] * load[1] - position[1] * load[0], T::zero(), T::zero()]
-    }
-
-    #[inline(always)]
     fn load_coupling(load: V3<T>) -> [[T; 3]; 3] {
         // The potential −load · R(φ) U has the mixed part −φ (U₁ load₂ − U₂ load₁).
         let o = T::zero();
         [[-load[1], o, o], [load[0], o, o], [o, o, o]]
+    }
+
+    #[inline(always)]
+    fn load_turn(load: V3<T>, position: V3<T>) -> (V3<T>, M3<T>) {
+        let o = T::zero();
+        let moment = position[0] * load[1] - position[1] * load[0];
+        let along = position[0] * load[0] + position[1] * load[1];
+        ([-moment, o, o], [[along, o, o], [o; 3], [o; 3]])
+    }
+
+    fn predict(before: &Pose<T>, last: &Pose<T>, ratio: f64) -> Pose<T> {
+        add(*last, scale(T::splat(ratio), sub(*last, *before)))
+    }
+
+    fn pose(pose: &Pose<T>, lane: usize) -> Placement {
+        let [x, y, angle] = pose.map(|x| x.lane(lane));
+        Placement { displacement: [x, y, 0.0], rotation: rotation::exp([0.0, 0.0, angle]), angle }
+    }
+
+    fn set_pose(pose: &mut Pose<T>, lane: usize, placement: &Placement) {
+        pose[0].set_lane(lane, placement.displacement[0]);
+        pose[1].set_lane(lane, placement.displacement[1]);
+        pose[2].set_lane(lane, placement.angle);
+    }
+
+    fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 3], lane: usize) -> Placement {
+        let start = [piece.axes[0][0].lane(lane), piece.axes[0][1].lane(lane)];
+        let (sin, versine) = sine_and_versine(first.angle);
+        let global = turned(start, [reference[0], reference[1]]);
+        let carried = [versine * global[0] - sin * global[1], sin * global[0] + versine * global[1]];
+        let shifted = turned([1.0 + versine, sin], turned(start, [local[0], local[1]]));
+        let [x, y, _] = first.displacement;
+        let angle = first.angle + local[2];
+        Placement {
+            displacement: [x + carried[0] + shifted[0], y + carried[1] + shifted[1], 0.0],
+            rotation: rotation::exp([0.0, 0.0, angle]),
+            angle,
+        }
     }
 }
 

@@ -10,7 +10,7 @@
 //! the Hessian in the chart exp(φ) R and symmetric. J. C. Simo, Comput. Methods Appl. Mech. Engrg. 49 (1985); the
 //! objectivity of relative rotations: M. A. Crisfield, G. Jelenić, Proc. R. Soc. A 455 (1999).
 
-use crate::beam::{At, Beam, Condensed, Ends, Local, Piece};
+use crate::beam::{At, Beam, Condensed, Ends, Local, Piece, Placement};
 use crate::real::Real;
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
@@ -393,16 +393,62 @@ impl<T: Real> Beam<T, 6> for Space {
     }
 
     #[inline(always)]
-    fn lever(position: V3<T>, load: V3<T>) -> V3<T> {
-        cross(position, load)
-    }
-
-    #[inline(always)]
     fn load_coupling(load: V3<T>) -> [[T; 3]; 6] {
         // The potential −load · exp(φ) U has the mixed part φ · (load × δU).
         let s = skew(load);
         let o = [T::zero(); 3];
         let t: [V3<T>; 3] = transpose(&s);
         [t[0], t[1], t[2], o, o, o]
+    }
+
+    #[inline(always)]
+    fn load_turn(load: V3<T>, position: V3<T>) -> (V3<T>, M3<T>) {
+        (cross(load, position), mscale(-T::one(), second_variation(load, position)))
+    }
+
+    fn predict(before: &Pose<T>, last: &Pose<T>, ratio: f64) -> Pose<T> {
+        let step = sub(last.displacement, before.displacement);
+        let mut pose = *last;
+        pose.displacement = add(last.displacement, scale(T::splat(ratio), step));
+        for lane in 0..T::LANES {
+            let (a, b) = (Self::pose(before, lane), Self::pose(last, lane));
+            let spin = rotation::log(compose(b.rotation, rotation::inverse(a.rotation)));
+            let ahead = compose(rotation::exp(scale(ratio, spin)), b.rotation);
+            for (component, value) in pose.rotation.iter_mut().zip(ahead) {
+                component.set_lane(lane, value);
+            }
+        }
+        pose
+    }
+
+    fn pose(pose: &Pose<T>, lane: usize) -> Placement {
+        Placement {
+            displacement: pose.displacement.map(|x| x.lane(lane)),
+            rotation: pose.rotation.map(|x| x.lane(lane)),
+            angle: 0.0,
+        }
+    }
+
+    fn set_pose(pose: &mut Pose<T>, lane: usize, placement: &Placement) {
+        for (component, value) in pose.displacement.iter_mut().zip(placement.displacement) {
+            component.set_lane(lane, value);
+        }
+        for (component, value) in pose.rotation.iter_mut().zip(placement.rotation) {
+            component.set_lane(lane, value);
+        }
+    }
+
+    fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 6], lane: usize) -> Placement {
+        let axes = piece.axes.map(|row| row.map(|x| x.lane(lane)));
+        let (u, c) = split(&local);
+        let carried = turn_less_identity(first.rotation, tapply(&axes, &reference));
+        let shifted = rotation::turn(first.rotation, tapply(&axes, &u));
+        let gibbs = tapply(&axes, &c);
+        let relative = rotation::normalize([1.0, gibbs[0], gibbs[1], gibbs[2]]);
+        Placement {
+            displacement: add(first.displacement, add(carried, shifted)),
+            rotation: compose(first.rotation, relative),
+            angle: 0.0,
+        }
     }
 }
