@@ -25,8 +25,10 @@ const MAX_FACTOR: usize = 8;
 const MAX_ELEMENTS: usize = 100_000;
 /// Part of what the network's size or forces suggest below which values are rounding alone.
 const ROUNDING: f64 = 1e-9;
-/// The same for forces against the axial stiffness of the members, and for errors against the largest values.
-const FLOOR: f64 = 1e-13;
+/// The same for forces against the axial stiffness of the members.
+const FORCE_ROUNDING: f64 = 1e-13;
+/// Part of the network's size or forces below which an error is nothing.
+const FLOOR: f64 = 1e-15;
 /// By how much a limit point may move along a step's ramp from one mesh to the next.
 const MESH_SCATTER: f64 = 0.05;
 /// Moments count as no smaller than this part of force times network size.
@@ -282,7 +284,7 @@ impl Noise {
         let size = diagonal(structure.nodes.iter().copied());
         let largest_force = history.steps.iter().filter_map(last_state).map(largest_force).fold(0.0, f64::max);
         let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
-        let force = (ROUNDING * largest_force).max(FLOOR * axial.fold(0.0, f64::max));
+        let force = (ROUNDING * largest_force).max(FORCE_ROUNDING * axial.fold(0.0, f64::max));
         Self { size, largest_force, force }
     }
 }

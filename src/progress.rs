@@ -31,6 +31,7 @@ impl Bar {
         let bar = self.bar.get_or_insert_with(|| {
             let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {elapsed}");
             let bar = ProgressBar::with_draw_target(Some(PARTS), ProgressDrawTarget::stderr());
+            let bar = bar.with_elapsed(self.start.elapsed());
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
             bar
         });
