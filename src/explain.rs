@@ -25,9 +25,9 @@ pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
         Place::Member(member) => (format!("member {}", shown(&model.members[member].name)), model.members[member].span),
     };
     let how = match (motion.turns, about(model, motion)) {
-        (false, _) => format!("moves freely along {}", direction(motion.direction)),
+        (false, _) => format!("moves freely along {}", direction(upward(motion.direction))),
         (true, Some(axis)) => format!("turns freely about {axis}"),
-        (true, None) => format!("turns freely about {}", direction(motion.direction)),
+        (true, None) => format!("turns freely about {}", direction(upward(motion.direction))),
     };
     let others: Vec<String> = motion.nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
     let notes = (others.len() > 1).then(|| format!("nodes that move with it: {}", list(&others, NAMES)));
@@ -42,6 +42,13 @@ pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
         help: Some(help.to_owned()),
         ..Message::default()
     }
+}
+
+/// The same motion with its largest component positive: a free motion goes both ways.
+fn upward(vector: [f64; 3]) -> [f64; 3] {
+    let largest =
+        vector.into_iter().fold(0.0, |largest: f64, value| if value.abs() > largest.abs() { value } else { largest });
+    if largest < 0.0 { vector.map(|value| -value) } else { vector }
 }
 
 /// The member along which the axis of a turn lies.

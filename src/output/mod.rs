@@ -21,10 +21,10 @@ use files::{WriteError, make_directory, write_whole};
 pub fn write_files(solution: &mut Solution, directory: &Path, name: &str, pictures: bool) -> Result<(), WriteError> {
     let start = Instant::now();
     make_directory(directory)?;
-    write_whole(&directory.join("history.csv"), |writer| csv::write(solution, writer))?;
-    if pictures {
-        vtu::write(solution, directory, name)?;
-    }
+    let history = write_whole(&directory.join("history.csv"), |writer| csv::write(solution, writer));
+    let pictures = if pictures { vtu::write(solution, directory, name) } else { Ok(()) };
     solution.timing.write = start.elapsed();
-    write_whole(&directory.join("results.json"), |writer| json::write(solution, writer))
+    // The results come last for the sake of their timing, and come even where a picture did not find room.
+    let results = write_whole(&directory.join("results.json"), |writer| json::write(solution, writer));
+    results.and(history).and(pictures)
 }
