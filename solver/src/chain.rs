@@ -104,6 +104,8 @@ pub trait Pack<const D: usize>: Send {
     /// [`Pack::set_end`].
     fn advance(&mut self);
     fn size(&self, lane: usize) -> Size;
+    /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
+    fn set_plain(&mut self, plain: bool);
     fn save(&mut self, slot: usize);
     fn restore(&mut self, slot: usize);
     /// Exchanges two saved states.
@@ -114,6 +116,8 @@ pub trait Pack<const D: usize>: Send {
     fn lateral(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64);
     /// Copies the state of a chain with the same elements and another order.
     fn prolong(&mut self, coarse: &dyn Pack<D>);
+    /// Copies the state of a plane chain with the same elements and order into a spatial one.
+    fn lift(&mut self, plane: &dyn Pack<3>);
     /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
     /// Gauss points).
     fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
@@ -142,6 +146,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     moduli: Vec<Moduli<T, D>>,
     loads: Vec<V3<T>>,
     loaded: bool,
+    plain: bool,
     state: ChainState<B::Pose, T, D>,
     saved: [ChainState<B::Pose, T, D>; SLOTS],
     frames: Vec<B::Frame>,
@@ -225,6 +230,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             moduli: vec![Moduli::default(); segments],
             loads: vec![[o; 3]; segments],
             loaded: false,
+            plain: false,
             saved: std::array::from_fn(|_| state.clone()),
             state,
             frames: vec![frame; elements],
@@ -270,6 +276,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
+        if self.plain {
+            self.reset_stress(e);
+        }
         let stress = self.stress_of(e);
         let moduli = self.moduli[self.segment_of[e]];
         let mut k = Local::zero();
@@ -330,6 +339,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
         }
         ends
+    }
+
+    /// Stresses of the present strains in place of mixed ones; multipliers stay.
+    fn reset_stress(&mut self, e: usize) {
+        let strains = self.strains(e);
+        let moduli = self.moduli[self.segment_of[e]];
+        for (g, strain) in strains.iter().enumerate() {
+            let stress = &mut self.state.stress[e * P + g];
+            for i in 0..D {
+                let elastic = moduli.stiffness[i] * (strain[i] - moduli.rest[i]);
+                stress[i] = elastic + moduli.held[i] * stress[i];
+            }
+        }
     }
 
     /// Adds the load along an element to its interior nodes; gives what couples to the turn of the frame.
@@ -585,6 +607,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         size
     }
 
+    fn set_plain(&mut self, plain: bool) {
+        self.plain = plain;
+    }
+
     fn save(&mut self, slot: usize) {
         copy(&self.state, &mut self.saved[slot]);
     }
@@ -651,6 +677,26 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
                     for d in 0..D {
                         self.state.local[e * P + i][d].set_lane(lane, local[d]);
                         self.state.stress[e * P + i][d].set_lane(lane, stress[d]);
+                    }
+                }
+            }
+        }
+    }
+
+    fn lift(&mut self, plane: &dyn Pack<3>) {
+        for lane in 0..self.members.len() {
+            for index in 0..self.state.nodes.len() {
+                B::set_pose(&mut self.state.nodes[index], lane, &plane.element_end(lane, index));
+            }
+            for e in 0..self.frames.len() {
+                for i in 0..P {
+                    let (local, _) = plane.sample(lane, e, node(i + 1, P));
+                    let (_, stress) = plane.sample(lane, e, self.table.points[i]);
+                    let flat = [local[0], local[1], 0.0, 0.0, 0.0, (0.5 * local[2]).tan()];
+                    let forces = [stress[0], stress[1], 0.0, 0.0, 0.0, stress[2]];
+                    for d in 0..D {
+                        self.state.local[e * P + i][d].set_lane(lane, flat[d]);
+                        self.state.stress[e * P + i][d].set_lane(lane, forces[d]);
                     }
                 }
             }

@@ -677,6 +677,7 @@ impl<const D: usize> Equations<D> {
                         self.multipliers[index] = dot(vector, [force[offset], force[offset + 1], force[offset + 2]]);
                     }
                 }
+                Basis::Columns(_) if equations.rows.is_empty() => {}
                 Basis::Columns(_) => {
                     let count = equations.rows.len();
                     let gradients: Vec<[f64; 6]> = equations

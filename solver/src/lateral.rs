@@ -6,12 +6,17 @@
 use std::sync::Arc;
 
 use crate::joints::{Held, HeldKind};
+use crate::newton::{Newton, Start};
+use crate::packs;
 use crate::reduce;
 use crate::system::{Inertia, System, finite_stiffness};
 
 /// The lateral equations of a plane network.
 pub struct Lateral {
     system: System<3>,
+    held: Vec<Held>,
+    /// The network in space, built where a sideways loss of stability has to be confirmed.
+    space: Option<System<6>>,
 }
 
 impl Lateral {
@@ -21,8 +26,43 @@ impl Lateral {
         let topology = Arc::clone(&plane.topology);
         let mut system = System::new(structure, topology, Vec::new(), [2, 3, 4], false);
         system.members = plane.members.clone();
-        system.hold(held);
-        Self { system }
+        system.hold(held.clone());
+        Self { system, held, space: None }
+    }
+
+    /// Pivots out of the plane; a count above `known` is confirmed in space.
+    ///
+    /// The lateral tangent is that of a spatial element at a state of the plane one. Where a motion needs no force at
+    /// all (a buckled round strut turns about its axis), the difference of the two discretizations decides its sign.
+    /// The spatial elements keep that symmetry to rounding, so they are asked before the count is believed.
+    pub fn confirmed(&mut self, plane: &mut System<3>, known: usize) -> (Inertia, bool) {
+        let (mut inertia, potential) = self.inertia(plane);
+        if inertia.negative > known
+            && potential
+            && let Some(found) = self.in_space(plane)
+        {
+            inertia.negative = found.min(inertia.negative);
+        }
+        (inertia, potential)
+    }
+
+    /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
+    fn in_space(&mut self, plane: &mut System<3>) -> Option<usize> {
+        let space = self.space.get_or_insert_with(|| {
+            let structure = Arc::clone(&plane.structure);
+            // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
+            let packs = packs::space(&structure, 4);
+            System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false)
+        });
+        // The equilibrium is looked for in the plane, where it is; what is counted is free to leave it.
+        let rows: Vec<Held> = plane.equations.held.iter().chain(&self.held).copied().collect();
+        space.fading.clone_from(&plane.fading);
+        space.hold(flat_rows(plane));
+        space.lift(plane);
+        Newton::default().solve(space, Start::nearby()).ok()?;
+        space.hold(rows);
+        let own = plane.inertia().negative;
+        Some(space.assemble(false).negative.saturating_sub(own))
     }
 
     /// Pivots of the lateral tangent at the state of the plane system's last assembly, and whether all loads have a
@@ -57,6 +97,24 @@ impl Lateral {
         system.finish(&mut inertia);
         (inertia, system.has_potential())
     }
+}
+
+/// What the plane network holds, and everything out of the plane.
+fn flat_rows(plane: &System<3>) -> Vec<Held> {
+    let mut flat: Vec<Held> = plane.equations.held.clone();
+    flat.retain(|held| matches!(held.component, 0 | 1 | 5));
+    for &node in &plane.topology.references {
+        for component in [2, 3, 4] {
+            let mut axis = [0.0; 3];
+            axis[component % 3] = 1.0;
+            let kind = match component {
+                2 => HeldKind::Translation { direction: axis },
+                _ => HeldKind::Rotation { axis },
+            };
+            flat.push(Held { node, component, kind, from: 0.0, to: 0.0 });
+        }
+    }
+    flat
 }
 
 /// What supports hold out of the plane: what they name, uz with any translation, rx and ry with rz.

@@ -100,7 +100,7 @@ fn add_lateral(path: &mut Path<'_, 3>, structure: &Structure) {
         return;
     }
     path.stability = Dimension::Space;
-    path.lateral = Some(Box::new(move |system: &mut System<3>| lateral.inertia(system)));
+    path.lateral = Some(Box::new(move |system: &mut System<3>, known| lateral.confirmed(system, known)));
 }
 
 /// Finds the motions that the unloaded structure can make without force; empty for a proper structure.

@@ -16,7 +16,7 @@ use crate::history::{
 };
 use crate::joints::{Held, HeldKind, Topology};
 use crate::mechanism;
-use crate::newton::{Convergence, Lost, Newton};
+use crate::newton::{Convergence, Lost, Newton, Start, Why};
 use crate::options::{Options, Progress};
 use crate::results;
 use crate::structure::{Change, Dimension, NodeId, Spring, Step, Structure};
@@ -27,15 +27,16 @@ const LAST: usize = 0;
 const BEFORE: usize = 1;
 
 /// A rise of the count of negative pivots within less of the ramp than this is a critical point.
-const BRACKET: f64 = 0.02;
+const BRACKET: f64 = 2e-3;
 /// Increments are not shortened below this part of the ramp.
 const SHORTEST: f64 = 1e-4;
 
 /// Which rows are held, by node and component.
 pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
 
-/// Pivots out of the plane at the last assembly of a plane system, and whether its loads have a potential there.
-pub type LateralInertia<'a, const D: usize> = Box<dyn FnMut(&mut System<D>) -> (Inertia, bool) + 'a>;
+/// Pivots out of the plane at the last assembly of a plane system, and whether its loads have a potential there; takes
+/// the number of negative ones that is known already.
+pub type LateralInertia<'a, const D: usize> = Box<dyn FnMut(&mut System<D>, usize) -> (Inertia, bool) + 'a>;
 
 /// Follows the steps of a structure.
 pub struct Path<'a, const D: usize> {
@@ -291,6 +292,7 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Counts pivots at the present state, before a step moves it.
     fn start_count(&mut self, record: &mut StepHistory) {
+        self.system.fraction = 0.0;
         self.system.apply_drives();
         let inertia = self.system.assemble(false);
         record.factorizations += 1;
@@ -298,6 +300,7 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     fn count(&mut self, inertia: &Inertia) -> Count {
+        let known = self.base.lateral;
         let potential = self.system.has_potential();
         let mut count = Count {
             own: inertia.negative,
@@ -309,7 +312,7 @@ impl<'a, const D: usize> Path<'a, D> {
             neutral: inertia.neutral > 0,
         };
         if let Some(lateral) = &mut self.lateral {
-            let (inertia, potential) = lateral(&mut self.system);
+            let (inertia, potential) = lateral(&mut self.system, known);
             count.lateral = inertia.negative;
             count.lateral_potential = potential;
             count.neutral |= inertia.neutral > 0;
@@ -331,28 +334,48 @@ impl<'a, const D: usize> Path<'a, D> {
         let mut last_increment = 0.0;
         let start_smallest = self.base.smallest;
         self.system.save(LAST);
+        // Loads that lack a potential at the end of the ramp lack it on the way.
+        ramp.apply(&mut self.system, 1.0);
+        let conservative = self.system.loads_have_potential();
         let mut retries = 0;
         loop {
             let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
             let target = if fraction + step >= 1.0 - 1e-12 { 1.0 } else { fraction + step };
             ramp.apply(&mut self.system, target);
-            if tally.accepted > 0 {
+            let predicted = tally.accepted > 0;
+            if predicted {
                 self.system.predict(BEFORE, LAST, step / last_increment);
             }
-            match self.newton.solve(&mut self.system) {
+            let doubt = conservative && step > BRACKET;
+            let negative_limit = if doubt { self.base.own } else { usize::MAX };
+            let start = Start { predicted, negative_limit, passing: target < 1.0 };
+            let mut outcome = self.newton.solve(&mut self.system, start);
+            if let (Err(lost), true) = (&outcome, retries > 0)
+                && lost.why != Why::Unstable
+            {
+                // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
+                tally.iterations += lost.iterations;
+                tally.factorizations += lost.iterations;
+                self.system.restore(LAST);
+                self.system.set_plain(true);
+                outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
+                self.system.set_plain(false);
+            }
+            match outcome {
                 Ok(found) => {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.iterations;
                     let count = self.count(&found.inertia);
                     let rose = count.own > self.base.own || count.lateral > self.base.lateral;
                     let guarded = rose && self.guards(&count);
+                    let doubtful = conservative && found.foreseen_negative > self.base.own;
                     if guarded && step > BRACKET {
                         self.system.restore(LAST);
                         increment = (0.4 * step).max(0.9 * BRACKET);
                         continue;
                     }
-                    if guarded {
-                        let sideways = count.own <= self.base.own;
+                    if guarded || doubtful && self.system.jumped(LAST, BEFORE, tally.accepted > 0) {
+                        let sideways = guarded && count.own <= self.base.own;
                         self.stop_at_critical(record, target, sideways);
                         self.system.restore(LAST);
                         ramp.apply(&mut self.system, fraction);
@@ -392,8 +415,13 @@ impl<'a, const D: usize> Path<'a, D> {
                     tally.iterations += lost.iterations;
                     tally.factorizations += lost.iterations;
                     self.system.restore(LAST);
-                    retries += 1;
                     increment = 0.4 * step;
+                    if lost.why == Why::Unstable {
+                        // Past a limit point the extrapolation is unstable: go nearer before believing what comes.
+                        increment = increment.max(0.9 * BRACKET);
+                        continue;
+                    }
+                    retries += 1;
                     if increment < SHORTEST || retries > 14 {
                         self.give_up(record, target, &lost, start_smallest);
                         ramp.apply(&mut self.system, fraction);
@@ -461,7 +489,7 @@ impl<'a, const D: usize> Path<'a, D> {
         let node = self.system.topology.references.get(lost.residual.worst_joint).copied();
         let cause = if fold {
             Cause::LimitPoint
-        } else if lost.singular {
+        } else if lost.why == Why::Singular {
             Cause::IllConditioned
         } else {
             Cause::StepTooSmall
@@ -511,7 +539,7 @@ impl<'a, const D: usize> Path<'a, D> {
         refined.fading.clone_from(&self.system.fading);
         refined.hold(self.system.equations.held.clone());
         refined.prolong(&self.system);
-        self.newton.solve(refined).ok()?;
+        self.newton.solve(refined, Start::nearby()).ok()?;
         Some(results::equilibrium(refined))
     }
 }

@@ -128,6 +128,7 @@ pub struct System<const D: usize> {
     parallel: bool,
     released_neutral: usize,
     released_negative: usize,
+    last_inertia: Inertia,
     /// Members with a released rotation that nothing resists, at the last assembly.
     pub idle_members: Vec<MemberId>,
 }
@@ -211,6 +212,7 @@ impl<const D: usize> System<D> {
             parallel,
             released_neutral: 0,
             released_negative: 0,
+            last_inertia: Inertia::default(),
             idle_members: Vec::new(),
         };
         system.hold(Vec::new());
@@ -383,7 +385,13 @@ impl<const D: usize> System<D> {
         let pivots = self.linear.factorize();
         self.join(&mut inertia, &pivots);
         self.factorize_skew(&mut inertia);
+        self.last_inertia = inertia;
         inertia
+    }
+
+    /// Pivots of the last assembly.
+    pub fn inertia(&self) -> Inertia {
+        self.last_inertia
     }
 
     /// Empties matrix and forces before an assembly.
@@ -712,6 +720,13 @@ impl<const D: usize> System<D> {
         self.skew.joints.is_empty()
     }
 
+    /// Whether the loads at the present drives have a potential; leaves forces and matrix to the next assembly.
+    pub fn loads_have_potential(&mut self) -> bool {
+        self.equations.update(&self.topology, &self.state.joints, self.fraction);
+        self.assemble_loads();
+        self.has_potential()
+    }
+
     fn factorize_skew(&mut self, inertia: &mut Inertia) {
         if self.skew.joints.is_empty() {
             return;
@@ -904,6 +919,11 @@ impl<const D: usize> System<D> {
         }
     }
 
+    /// Geometric stiffness by the stresses of the present strains instead of mixed ones.
+    pub fn set_plain(&mut self, plain: bool) {
+        self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
+    }
+
     pub fn save(&mut self, slot: usize) {
         copy_state(&self.state, &mut self.saved[slot]);
         self.packs.iter_mut().for_each(|pack| pack.save(slot));
@@ -1010,6 +1030,24 @@ impl<const D: usize> System<D> {
         self.fraction = coarse.fraction;
         for (fine, coarse) in self.packs.iter_mut().zip(&coarse.packs) {
             fine.prolong(coarse.as_ref());
+        }
+        self.apply_drives();
+        self.place_ends();
+    }
+}
+
+impl System<6> {
+    /// Takes over the state of the same network solved in the plane.
+    pub fn lift(&mut self, plane: &System<3>) {
+        copy_state(&plane.state, &mut self.state);
+        for joint in &mut self.state.joints {
+            joint.theta = [0.0, 0.0, joint.place.angle];
+        }
+        self.drives.copy_from_slice(&plane.drives);
+        self.prestress = plane.prestress;
+        self.fraction = plane.fraction;
+        for (space, plane) in self.packs.iter_mut().zip(&plane.packs) {
+            space.lift(plane.as_ref());
         }
         self.apply_drives();
         self.place_ends();
