@@ -66,6 +66,7 @@ impl<const N: usize> Sub for Jet<N> {
 
 impl<const N: usize> Mul for Jet<N> {
     type Output = Self;
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "product rule")]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self, other);
         Self {

@@ -930,11 +930,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         negative: &mut usize,
         smallest: &mut f64,
     ) -> Ends<f64, 3> {
-        let mut piece = Piece::default();
-        piece.length = self.pieces[e].length.lane(lane);
-        piece.chord = lane_of(&self.pieces[e].chord, lane);
-        piece.bulge = lane_of(&self.pieces[e].bulge, lane);
-        piece.axes = lanes(&self.pieces[e].axes, lane);
+        let packed = &self.pieces[e];
+        let piece = Piece {
+            length: packed.length.lane(lane),
+            chord: lane_of(&packed.chord, lane),
+            bulge: lane_of(&packed.bulge, lane),
+            axes: lanes(&packed.axes, lane),
+        };
         let frame = <plane::Plane as Beam<f64, 3>>::frame(&piece, &nodes[e], &nodes[e + 1]);
         let mut local: [[f64; 3]; P] =
             std::array::from_fn(|i| std::array::from_fn(|d| self.state.local[e * P + i][d].lane(lane)));
