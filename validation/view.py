@@ -3,7 +3,7 @@
     validation/.venv/bin/python validation/view.py DIR_OR_PVD -o PICTURE.png
 
 Every file is read by pyvista and by meshio, with warnings as errors. The picture shows the network without
-load and, beside it, its last state as tubes of the true radius, coloured by the axial force.
+load and, beside it, some of its states up to the last one as tubes of the true radius, coloured by the axial force.
 """
 
 import argparse
@@ -42,7 +42,7 @@ def main():
     complaints = listen_to_vtk()
     meshes = [open_both(path) for path in files_of(find_pvd(arguments.source))]
     if arguments.output:
-        draw(meshes[-1], arguments.output)
+        draw(meshes, arguments.output)
     if complaints:
         sys.exit("VTK complains:\n" + "\n".join(complaints))
     print(f"opened {len(meshes)} files, {sum(mesh.n_points for mesh in meshes)} points")
@@ -113,20 +113,26 @@ def check_frames(path, mesh):
         sys.exit(f"{path}: frames are not orthonormal")
 
 
-def draw(mesh, output):
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(1600, 800), border=False)
-    deformed = mesh.warp_by_vector("displacement")
-    scene = mesh.merge(deformed, merge_points=False)
-    for column, (state, title) in enumerate([(mesh, "unloaded"), (deformed, "deformed, axial force")]):
+def draw(meshes, output):
+    """One view of the unloaded network and of up to three states, spread over the increments, the last one included."""
+    count = min(len(meshes), 3)
+    chosen = [len(meshes) * (place + 1) // count - 1 for place in range(count)]
+    states = [(meshes[0], "unloaded")]
+    states += [(meshes[i].warp_by_vector("displacement"), f"increment {i + 1} of {len(meshes)}") for i in chosen]
+    scene = pyvista.merge([state for state, _ in states], merge_points=False)
+    limits = symmetric([meshes[i] for i in chosen])
+    plotter = pyvista.Plotter(off_screen=True, shape=(1, len(states)), window_size=(640 * len(states), 480), border=False)
+    for column, (state, title) in enumerate(states):
         plotter.subplot(0, column)
-        plotter.add_text(title, font_size=12)
+        plotter.add_text(title, font_size=10)
         for part, rigid in split(state):
             tubes = tube_of(part, rigid)
             if rigid or column == 0:
                 plotter.add_mesh(tubes, color="dimgray" if rigid else "lightsteelblue", smooth_shading=True)
             else:
-                plotter.add_mesh(tubes, scalars="axial_force", cmap="coolwarm", smooth_shading=True,
-                                 clim=symmetric(mesh), scalar_bar_args={"title": "axial force"})
+                plotter.add_mesh(tubes, scalars="axial_force", cmap="coolwarm", smooth_shading=True, clim=limits,
+                                 show_scalar_bar=column == count,
+                                 scalar_bar_args={"title": "axial force", "n_labels": 3})
         look_at(plotter, scene)
     plotter.screenshot(str(output))
 
@@ -151,13 +157,13 @@ def tube_of(mesh, rigid):
     return lines.tube(scalars="radius", absolute=True, n_sides=24)
 
 
-def symmetric(mesh):
-    largest = max(float(np.abs(mesh.cell_data["axial_force"]).max()), 1e-12)
+def symmetric(meshes):
+    largest = max([1e-12, *(float(np.abs(mesh.cell_data["axial_force"]).max()) for mesh in meshes)])
     return [-largest, largest]
 
 
 def look_at(plotter, scene):
-    """Straight down on a plane network, at an angle on one in space; both halves in the same frame."""
+    """Straight down on a plane network, at an angle on one in space; all views in the same frame."""
     extent = np.ptp(scene.points, axis=0)
     if extent[2] < 1e-9 * max(extent.max(), 1e-300):
         plotter.view_xy(bounds=scene.bounds)
