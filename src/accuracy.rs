@@ -31,6 +31,8 @@ const FORCE_ROUNDING: f64 = 1e-13;
 const FLOOR: f64 = 1e-15;
 /// By how much a limit point may move along a step's ramp from one mesh to the next.
 const MESH_SCATTER: f64 = 0.05;
+/// A path that a finer mesh follows no farther than this ends where it says.
+const CONFIRMED: f64 = 0.01;
 /// Moments count as no smaller than this part of force times network size.
 const MOMENT_FLOOR: f64 = 1e-3;
 
@@ -130,6 +132,16 @@ fn judge(
         }
         if progress_of(history) < progress_of(before) - MESH_SCATTER {
             return Judgement::End(Verdict::PathLost);
+        }
+    }
+    // A path that ends early may do so for want of elements: a second mesh confirms it.
+    let complete = history.steps.iter().all(|step| step.status == Status::Converged);
+    let gained = best.is_none_or(|(_, before, ..)| progress_of(history) > progress_of(before) + CONFIRMED);
+    if !complete && gained && rounds < MAX_ROUNDS {
+        let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(2 * rounds, segments)).collect();
+        let finer = mesh.refined(model, &factors);
+        if finer != *mesh {
+            return Judgement::Refine(finer);
         }
     }
     let Some(error) = error else { return Judgement::End(Verdict::NotEstimated) };

@@ -171,6 +171,12 @@ impl<T: Real, const D: usize> Ldl<T, D> {
     /// Factorizes the lower triangle of `a`.
     #[inline(always)]
     pub fn new(a: &[[T; D]; D]) -> Self {
+        Self::with_noise(a, T::zero())
+    }
+
+    /// The same; a negative pivot counts as such only beyond `noise` times the diagonal entry it came from.
+    #[inline(always)]
+    pub fn with_noise(a: &[[T; D]; D], noise: T) -> Self {
         let mut l = *a;
         let mut inverse_pivots = [T::zero(); D];
         let mut pivots = [T::zero(); D];
@@ -181,7 +187,7 @@ impl<T: Real, const D: usize> Ldl<T, D> {
             for k in 0..j {
                 pivot -= l[j][k] * l[j][k] * pivots[k];
             }
-            negative += pivot.is_negative();
+            negative += (pivot + noise * a[j][j].abs()).is_negative();
             let ratio = (pivot / (a[j][j].abs() + T::splat(f64::MIN_POSITIVE))).abs();
             smallest = -((-smallest).max(-ratio));
             pivots[j] = pivot;

@@ -15,6 +15,7 @@ use pennate_elements::small::{
 };
 
 use crate::history::{MemberShape, ShapeCell, ShapePoint};
+use crate::linear::PIVOT_NOISE;
 
 /// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
 pub const SLOTS: usize = 3;
@@ -106,6 +107,12 @@ pub trait Pack<const D: usize>: Send {
     fn size(&self, lane: usize) -> Size;
     /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
     fn set_plain(&mut self, plain: bool);
+    /// Part of a diagonal entry below which its pivot has no sign.
+    fn set_pivot_noise(&mut self, noise: f64);
+    /// Takes positions and local unknowns of a saved state, and a part of the change of the mixed stresses since.
+    fn restore_shape(&mut self, slot: usize, part: f64);
+    /// How far the present element ends are from a saved state.
+    fn distance(&self, lane: usize, slot: usize) -> Size;
     fn save(&mut self, slot: usize);
     fn restore(&mut self, slot: usize);
     /// Exchanges two saved states.
@@ -147,6 +154,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     loads: Vec<V3<T>>,
     loaded: bool,
     plain: bool,
+    noise: f64,
     state: ChainState<B::Pose, T, D>,
     saved: [ChainState<B::Pose, T, D>; SLOTS],
     frames: Vec<B::Frame>,
@@ -231,6 +239,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             loads: vec![[o; 3]; segments],
             loaded: false,
             plain: false,
+            noise: PIVOT_NOISE,
             saved: std::array::from_fn(|_| state.clone()),
             state,
             frames: vec![frame; elements],
@@ -298,7 +307,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
         let mut block = blocks;
         for i in 0..P - 1 {
-            let ldl = Ldl::new(&k.tangent[i][i]);
+            let ldl = Ldl::with_noise(&k.tangent[i][i], T::splat(self.noise));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));
             let rest = ldl.solve_vector(&k.gradient[i]);
@@ -496,7 +505,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         for e in 1..self.frames.len() {
             let next = self.condense_element(e);
             let pivot = madd(here, next.k00);
-            let ldl = Ldl::new(&pivot);
+            let ldl = Ldl::with_noise(&pivot, T::splat(self.noise));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));
             let factor = NodeFactor {
@@ -609,6 +618,30 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn set_plain(&mut self, plain: bool) {
         self.plain = plain;
+    }
+
+    fn set_pivot_noise(&mut self, noise: f64) {
+        self.noise = noise;
+    }
+
+    fn restore_shape(&mut self, slot: usize, part: f64) {
+        for (stress, saved) in self.state.stress.iter_mut().zip(&self.saved[slot].stress) {
+            *stress = add(*saved, scale(T::splat(part), sub(*stress, *saved)));
+        }
+        self.state.nodes.copy_from_slice(&self.saved[slot].nodes);
+        self.state.local.copy_from_slice(&self.saved[slot].local);
+    }
+
+    fn distance(&self, lane: usize, slot: usize) -> Size {
+        let length = self.total_length.lane(lane);
+        self.state.nodes.iter().zip(&self.saved[slot].nodes).fold(Size::default(), |size, (a, b)| {
+            let (a, b) = (B::pose(a, lane), B::pose(b, lane));
+            let turned = rotation::compose(a.rotation, rotation::inverse(b.rotation));
+            size.join(Size {
+                rotation: norm(rotation::log(turned)),
+                displacement: norm(sub(a.displacement, b.displacement)) / length,
+            })
+        })
     }
 
     fn save(&mut self, slot: usize) {

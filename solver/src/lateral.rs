@@ -11,6 +11,10 @@ use crate::packs;
 use crate::reduce;
 use crate::system::{Inertia, System, finite_stiffness};
 
+/// Pivots of the spatial network smaller than this part of their diagonal entry are neutral: symmetry holds to rounding,
+/// which condensation and slenderness magnify.
+const SPATIAL_NOISE: f64 = 1e-8;
+
 /// The lateral equations of a plane network.
 pub struct Lateral {
     system: System<3>,
@@ -61,6 +65,7 @@ impl Lateral {
         space.lift(plane);
         Newton::default().solve(space, Start::nearby()).ok()?;
         space.hold(rows);
+        space.set_pivot_noise(SPATIAL_NOISE);
         let own = plane.inertia().negative;
         Some(space.assemble(false).negative.saturating_sub(own))
     }

@@ -35,6 +35,8 @@ pub struct Symmetric {
     factor: Vec<f64>,
     memory: MemBuffer,
     factorized: bool,
+    /// Part of a diagonal entry below which its pivot has no sign.
+    pub noise: f64,
 }
 
 impl std::fmt::Debug for Symmetric {
@@ -91,6 +93,7 @@ impl Symmetric {
             factor: vec![0.0; length],
             memory,
             factorized: false,
+            noise: PIVOT_NOISE,
         }
     }
 
@@ -167,7 +170,7 @@ impl Symmetric {
             if ratio.is_nan() || ratio < pivots.smallest {
                 pivots.smallest = if ratio.is_nan() { 0.0 } else { ratio };
             }
-            if ratio <= PIVOT_NOISE || ratio.is_nan() {
+            if ratio <= self.noise || ratio.is_nan() {
                 pivots.neutral += 1;
             } else if pivot < 0.0 {
                 pivots.negative += 1;

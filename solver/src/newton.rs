@@ -1,6 +1,12 @@
 //! Newton's iteration at fixed loads, with mixed integration points.
 
+use crate::chain::Size;
 use crate::system::{Inertia, Residual, System};
+
+/// Slot for a state that is put aside within an iteration.
+const DETOUR: usize = 2;
+/// Part of the loads at which linear buckling tells that they are too much for one increment.
+const FORESEEN: f64 = 0.3;
 
 /// When an iteration is converged and when it is given up.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +35,8 @@ pub struct Convergence {
     /// Pivots and residual at the equilibrium.
     pub inertia: Inertia,
     pub residual: Residual,
-    /// Negative pivots of the linear extrapolation of state and stresses to these loads.
-    pub foreseen_negative: usize,
+    /// Size of the first increment.
+    pub first: Size,
 }
 
 /// An iteration that was given up.
@@ -58,6 +64,8 @@ pub enum Why {
 pub struct Start {
     /// The state is an extrapolation already, not the last equilibrium.
     pub predicted: bool,
+    /// Slot of the last equilibrium.
+    pub rest: Option<usize>,
     /// Give up where the linear extrapolation to the loads has more negative pivots than this.
     pub negative_limit: usize,
     /// The equilibrium is one to go on from, not one to read off: a larger residual will do.
@@ -67,7 +75,7 @@ pub struct Start {
 impl Start {
     /// To full accuracy from a state nearby.
     pub fn nearby() -> Self {
-        Self { predicted: true, negative_limit: usize::MAX, passing: false }
+        Self { predicted: true, rest: None, negative_limit: usize::MAX, passing: false }
     }
 }
 
@@ -78,7 +86,7 @@ impl Newton {
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start) -> Result<Convergence, Lost> {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
-        let mut foreseen_negative = 0;
+        let mut first = Size::default();
         for iterations in 1..=self.max_iterations {
             let pending = iterations == 1 || system.equations.has_general();
             let inertia = system.assemble(pending);
@@ -90,19 +98,26 @@ impl Newton {
             let settled = residual.largest() <= self.settled;
             let passing = start.passing && last <= 1e3 * self.increment && residual.largest() <= 1e3 * self.settled;
             if last <= self.increment && (settled || rounding) || passing {
-                return Ok(Convergence { iterations, inertia, residual, foreseen_negative });
+                return Ok(Convergence { iterations, inertia, residual, first });
             }
-            if iterations == if start.predicted { 1 } else { 2 } {
-                foreseen_negative = inertia.negative;
-                if foreseen_negative > start.negative_limit {
-                    return Err(Lost { iterations, residual, why: Why::Unstable });
-                }
+            if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
+                return Err(Lost { iterations, residual, why: Why::Unstable });
             }
             let lost = |why| Err(Lost { iterations, residual, why });
             if iterations == self.max_iterations {
                 return lost(Why::Slow);
             }
             let Some(size) = system.advance(pending) else { return lost(Why::Singular) };
+            if iterations == 1 {
+                first = size;
+                if let Some(rest) = start.rest
+                    && start.negative_limit < usize::MAX
+                    && !start.predicted
+                    && self.buckles(system, rest, start.negative_limit)
+                {
+                    return Err(Lost { iterations: iterations + 1, residual, why: Why::Unstable });
+                }
+            }
             let size = size.largest();
             // The negation catches a NaN too.
             if !(size <= self.lost || size <= last) {
@@ -112,5 +127,16 @@ impl Newton {
             last = size;
         }
         unreachable!("the loop ends at its last iteration")
+    }
+
+    /// Linear buckling: the shape of the last equilibrium under a part of the stresses that the first increment foresees.
+    ///
+    /// Linear factors a little below one are common where nothing buckles (a curved beam bent out of its plane).
+    fn buckles<const D: usize>(&self, system: &mut System<D>, rest: usize, limit: usize) -> bool {
+        system.save(DETOUR);
+        system.restore_shape(rest, FORESEEN);
+        let inertia = system.assemble(false);
+        system.restore(DETOUR);
+        inertia.negative > limit
     }
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use pennate_elements::small::{dot, scale};
 
+use crate::chain::Size;
 use crate::error::FreeMotion;
 use crate::history::{
     Cause, CriticalKind, CriticalPoint, Equilibrium, Failure, History, Increment, MeshSize, Note, Status, StepHistory,
@@ -30,6 +31,9 @@ const BEFORE: usize = 1;
 const BRACKET: f64 = 2e-3;
 /// Increments are not shortened below this part of the ramp.
 const SHORTEST: f64 = 1e-4;
+
+/// Near a fold the state moves ever faster with the loads: by so much more than at first.
+const FOLD: f64 = 4.0;
 
 /// Which rows are held, by node and component.
 pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
@@ -332,7 +336,7 @@ impl<'a, const D: usize> Path<'a, D> {
         let mut fraction = 0.0;
         let mut increment = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
         let mut last_increment = 0.0;
-        let start_smallest = self.base.smallest;
+        let (mut first_rate, mut last_rate) = (0.0, 0.0);
         self.system.save(LAST);
         // Loads that lack a potential at the end of the ramp lack it on the way.
         ramp.apply(&mut self.system, 1.0);
@@ -346,9 +350,10 @@ impl<'a, const D: usize> Path<'a, D> {
             if predicted {
                 self.system.predict(BEFORE, LAST, step / last_increment);
             }
+            let foreseen = if predicted { self.system.distance(LAST) } else { Size::default() };
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
-            let start = Start { predicted, negative_limit, passing: target < 1.0 };
+            let start = Start { predicted, rest: Some(LAST), negative_limit, passing: target < 1.0 };
             let mut outcome = self.newton.solve(&mut self.system, start);
             if let (Err(lost), true) = (&outcome, retries > 0)
                 && lost.why != Why::Unstable
@@ -368,8 +373,9 @@ impl<'a, const D: usize> Path<'a, D> {
                     let count = self.count(&found.inertia);
                     let rose = count.own > self.base.own || count.lateral > self.base.lateral;
                     let guarded = rose && self.guards(&count);
-                    let doubtful = conservative && found.foreseen_negative > self.base.own;
-                    if guarded && step > BRACKET {
+                    let foreseen = if predicted { foreseen } else { found.first };
+                    let doubtful = conservative && leapt(self.system.distance(LAST), foreseen);
+                    if (guarded || doubtful) && step > BRACKET {
                         self.system.restore(LAST);
                         increment = (0.4 * step).max(0.9 * BRACKET);
                         continue;
@@ -384,6 +390,10 @@ impl<'a, const D: usize> Path<'a, D> {
                     }
                     self.note_changes(record, &count, target);
                     self.base = count;
+                    last_rate = self.system.distance(LAST).largest() / step;
+                    if tally.accepted == 0 {
+                        first_rate = last_rate;
+                    }
                     self.system.save_as(LAST, BEFORE);
                     fraction = target;
                     last_increment = step;
@@ -423,7 +433,7 @@ impl<'a, const D: usize> Path<'a, D> {
                     }
                     retries += 1;
                     if increment < SHORTEST || retries > 14 {
-                        self.give_up(record, target, &lost, start_smallest);
+                        self.give_up(record, target, &lost, last_rate > FOLD * first_rate && tally.accepted > 1);
                         ramp.apply(&mut self.system, fraction);
                         self.settle(record, fraction, &tally);
                         return false;
@@ -483,9 +493,7 @@ impl<'a, const D: usize> Path<'a, D> {
         });
     }
 
-    fn give_up(&mut self, record: &mut StepHistory, target: f64, lost: &Lost, start_smallest: f64) {
-        // Near a fold the smallest pivot has fallen towards zero along the path.
-        let fold = self.base.smallest < 0.2 * start_smallest;
+    fn give_up(&mut self, record: &mut StepHistory, target: f64, lost: &Lost, fold: bool) {
         let node = self.system.topology.references.get(lost.residual.worst_joint).copied();
         let cause = if fold {
             Cause::LimitPoint
@@ -542,6 +550,15 @@ impl<'a, const D: usize> Path<'a, D> {
         self.newton.solve(refined, Start::nearby()).ok()?;
         Some(results::equilibrium(refined))
     }
+}
+
+/// Whether a state moved much farther than its linear extrapolation: over a limit point, perhaps.
+fn leapt(moved: Size, foreseen: Size) -> bool {
+    const FARTHER: f64 = 4.0;
+    const FAR: f64 = 0.01;
+    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
+    leap(moved.displacement, foreseen.displacement.max(foreseen.rotation))
+        || leap(moved.rotation, foreseen.rotation.max(foreseen.displacement))
 }
 
 fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory {

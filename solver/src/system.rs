@@ -924,6 +924,28 @@ impl<const D: usize> System<D> {
         self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
     }
 
+    /// Part of a diagonal entry below which its pivot has no sign; until the next [`System::hold`].
+    pub fn set_pivot_noise(&mut self, noise: f64) {
+        self.linear.noise = noise;
+        self.packs.iter_mut().for_each(|pack| pack.set_pivot_noise(noise));
+    }
+
+    /// Takes the shape of a saved state, and a part of the change of the mixed stresses since.
+    pub fn restore_shape(&mut self, slot: usize, part: f64) {
+        copy_state(&self.saved[slot], &mut self.state);
+        self.packs.iter_mut().for_each(|pack| pack.restore_shape(slot, part));
+    }
+
+    /// How far the present state is from a saved one.
+    pub fn distance(&self, slot: usize) -> Size {
+        let joints = self.state.joints.iter().zip(&self.saved[slot].joints).map(|(a, b)| Size {
+            rotation: norm(between(b.place.rotation, a.place.rotation)),
+            displacement: norm(sub(a.place.displacement, b.place.displacement)) / self.size,
+        });
+        let members = self.members.iter().map(|m| self.packs[m.pack].distance(m.lane, slot));
+        joints.chain(members).fold(Size::default(), Size::join)
+    }
+
     pub fn save(&mut self, slot: usize) {
         copy_state(&self.state, &mut self.saved[slot]);
         self.packs.iter_mut().for_each(|pack| pack.save(slot));
