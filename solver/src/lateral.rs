@@ -56,7 +56,10 @@ impl Lateral {
             let structure = Arc::clone(&plane.structure);
             // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
             let packs = packs::space(&structure, 4);
-            System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false)
+            let mut space = System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false);
+            space.assemble(false);
+            space.note_rest();
+            space
         });
         // The equilibrium is looked for in the plane, where it is; what is counted is free to leave it.
         let rows: Vec<Held> = plane.equations.held.iter().chain(&self.held).copied().collect();
@@ -67,7 +70,13 @@ impl Lateral {
         space.hold(rows);
         space.set_pivot_noise(SPATIAL_NOISE);
         let own = plane.inertia().negative;
-        Some(space.assemble(false).negative.saturating_sub(own))
+        let inertia = space.assemble(false);
+        #[cfg(feature = "trace")]
+        eprintln!(
+            "in space {own} {inertia:?} {:?}",
+            (0..2).map(|m| space.packs[m.min(space.packs.len() - 1)].pivots(0)).collect::<Vec<_>>()
+        );
+        Some(inertia.negative.saturating_sub(own))
     }
 
     /// Pivots of the lateral tangent at the state of the plane system's last assembly, and whether all loads have a

@@ -37,6 +37,8 @@ pub struct Symmetric {
     factorized: bool,
     /// Part of a diagonal entry below which its pivot has no sign.
     pub noise: f64,
+    /// Diagonal of the unloaded structure: where a softened one is smaller, pivots are measured by this.
+    pub rest: Vec<f64>,
 }
 
 impl std::fmt::Debug for Symmetric {
@@ -94,6 +96,7 @@ impl Symmetric {
             memory,
             factorized: false,
             noise: PIVOT_NOISE,
+            rest: vec![0.0; size],
         }
     }
 
@@ -165,7 +168,7 @@ impl Symmetric {
         let mut pivots = Pivots { smallest: f64::MAX, ..Pivots::default() };
         let mut count = |permuted: usize, pivot: f64| {
             let original = permutation.map_or(permuted, |p| p[permuted]);
-            let entry = self.diagonal(original).abs().max(f64::MIN_POSITIVE);
+            let entry = self.diagonal(original).abs().max(self.rest[original]).max(f64::MIN_POSITIVE);
             let ratio = pivot.abs() / entry;
             if ratio.is_nan() || ratio < pivots.smallest {
                 pivots.smallest = if ratio.is_nan() { 0.0 } else { ratio };

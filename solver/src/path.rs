@@ -255,6 +255,7 @@ impl<'a, const D: usize> Path<'a, D> {
         self.system.hold(self.held.values().copied().collect());
         std::mem::swap(&mut self.held, &mut held);
         let inertia = self.system.assemble(false);
+        self.system.note_rest();
         let motions = if inertia.neutral > 0 && !self.is_prestressed() {
             mechanism::free_motions(&mut self.system)
         } else {

@@ -129,6 +129,9 @@ pub struct System<const D: usize> {
     released_neutral: usize,
     released_negative: usize,
     last_inertia: Inertia,
+    /// Sum of the stiffness of members and springs on every component, and the same of the unloaded structure.
+    stiffness: Vec<[f64; 6]>,
+    rest_stiffness: Vec<[f64; 6]>,
     /// Members with a released rotation that nothing resists, at the last assembly.
     pub idle_members: Vec<MemberId>,
 }
@@ -213,6 +216,8 @@ impl<const D: usize> System<D> {
             released_neutral: 0,
             released_negative: 0,
             last_inertia: Inertia::default(),
+            stiffness: vec![[0.0; 6]; joints],
+            rest_stiffness: vec![[0.0; 6]; joints],
             idle_members: Vec::new(),
         };
         system.hold(Vec::new());
@@ -265,6 +270,7 @@ impl<const D: usize> System<D> {
         self.joint_scatter = scatters.collect();
         self.rhs = vec![0.0; equations.size];
         self.skew = Skew::default();
+        self.measure_by_rest();
         self.loaded_nodes = loaded_nodes(&self.structure);
         self.loaded_nodes.extend(self.fading.iter().map(|f| f.node));
         self.loaded_nodes.sort_unstable();
@@ -353,6 +359,7 @@ impl<const D: usize> System<D> {
         self.equations.update(&self.topology, &self.state.joints, self.fraction);
         self.linear.clear();
         self.forces.fill([0.0; 6]);
+        self.stiffness.fill([0.0; 6]);
         self.force_scale = 0.0;
         self.moment_scale = 0.0;
         self.released_neutral = 0;
@@ -504,12 +511,33 @@ impl<const D: usize> System<D> {
         self.moment_scale = self.moment_scale.max(norm([force[3], force[4], force[5]]));
     }
 
+    /// Takes the stiffness of the last assembly as that of the unloaded structure, which pivots are measured by.
+    pub fn note_rest(&mut self) {
+        self.rest_stiffness.copy_from_slice(&self.stiffness);
+        self.measure_by_rest();
+    }
+
+    fn measure_by_rest(&mut self) {
+        for joint in 0..self.rest_stiffness.len() {
+            let equations = &self.equations.joints[joint];
+            for e in 0..equations.count {
+                let mut local = [0.0; 6];
+                local[e] = 1.0;
+                let motion = unit_motion(&self.equations, joint, &local[..equations.count]);
+                let sum: f64 = (0..6).map(|c| motion[c] * motion[c] * self.rest_stiffness[joint][c].abs()).sum();
+                self.linear.rest[equations.first + e] = sum;
+            }
+        }
+    }
+
     /// Adds the force of a reduced member to its joints, and what pending motions make of its stiffness.
     fn add_reduced(&mut self, reduced: &Reduced, joints: [usize; 2], pending: bool, moved: &mut [[f64; 6]]) {
         let active = self.equations.active;
         for end in 0..2 {
             for (i, &component) in active.iter().enumerate() {
-                self.forces[joints[end]][component] += reduced.force[end * D + i];
+                let row = end * D + i;
+                self.forces[joints[end]][component] += reduced.force[row];
+                self.stiffness[joints[end]][component] += reduced.stiffness[row][row];
             }
         }
         if !pending {
