@@ -27,6 +27,8 @@ const MAX_ELEMENTS: usize = 100_000;
 const ROUNDING: f64 = 1e-9;
 /// The same for forces against the axial stiffness of the members.
 const FORCE_ROUNDING: f64 = 1e-13;
+/// Rotations below this part of displacement over size are what is left of a symmetry.
+const TURN_ROUNDING: f64 = 1e-6;
 /// Part of the network's size or forces below which an error is nothing.
 const FLOOR: f64 = 1e-15;
 /// By how much a limit point may move along a step's ramp from one mesh to the next.
@@ -228,7 +230,7 @@ impl Kinds {
         let floor = FLOOR * noise.largest_force;
         [
             self.displacement.ratio(ROUNDING * noise.size, FLOOR * noise.size),
-            self.rotation.ratio(ROUNDING, FLOOR),
+            self.rotation.ratio(ROUNDING.max(TURN_ROUNDING * self.displacement.value / noise.size), FLOOR),
             self.force.ratio(noise.force, floor),
             self.moment.ratio(moment_rounding, floor * noise.size),
         ]
