@@ -1,0 +1,198 @@
+//! Elimination of what lies between the ends of a member, and the way back.
+
+use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Turn};
+use pennate_elements::real::Real;
+use pennate_elements::small::{Ldl, add, apply, axpy, madd, mscale, scale, sub, tapply, tmul, transpose, zeros};
+
+use super::lanes::{mul_block, sub_matrix};
+use super::{Chain, NodeFactor};
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// Condenses one element to its last node, and stores the factors.
+    #[inline(always)]
+    fn condense_element(&mut self, e: usize) -> Ends<T, D> {
+        let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
+        self.frames[e] = frame;
+        let local = self.local_of(e, &frame);
+        if self.plain {
+            self.reset_stress(e);
+        }
+        let stress = self.stress_of(e);
+        let moduli = self.moduli[self.segment_of[e]];
+        let mut k = Local::zero();
+        let at = At {
+            table: &self.table,
+            piece: &self.pieces[e],
+            curved: self.curved(e),
+            moduli: &moduli,
+            local: &local,
+            stress: &stress,
+        };
+        B::local::<P, true>(&at, &mut k);
+        self.energy += k.energy;
+
+        let mut turn = self.loaded.then(|| self.load_element(e, &frame, &local, &mut k));
+        let mut coupling = turn.map(|t| t.1);
+        let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
+        let mut block = blocks;
+        for i in 0..P - 1 {
+            let ldl = Ldl::with_noise(&k.tangent[i][i], T::splat(self.noise));
+            self.negative += ldl.negative;
+            self.smallest = -((-self.smallest).max(-ldl.smallest));
+            let rest = ldl.solve_vector(&k.gradient[i]);
+            self.inner_rest[nodes + i] = rest;
+            if let (Some((t, _)), Some(coupling)) = (&mut turn, &mut coupling) {
+                let solved = ldl.solve(&coupling[i]);
+                self.inner_turn[nodes + i] = solved;
+                let own = coupling[i];
+                t.tangent = sub_matrix(t.tangent, tmul(&own, &solved));
+                t.gradient = sub(t.gradient, tapply(&own, &rest));
+                for (j, row) in k.tangent[i].iter().enumerate().skip(i + 1) {
+                    coupling[j] = sub_matrix(coupling[j], tmul(row, &solved));
+                }
+            }
+            for j in i + 1..P {
+                let kij = k.tangent[i][j];
+                let solved = ldl.solve(&kij);
+                self.inner[block] = solved;
+                block += 1;
+                k.gradient[j] = sub(k.gradient[j], tapply(&kij, &rest));
+                for l in i + 1..=j {
+                    let other = k.tangent[i][l];
+                    let update = tmul(&other, &solved);
+                    k.tangent[l][j] = sub_matrix(k.tangent[l][j], update);
+                }
+            }
+        }
+        let turn = turn.map(|(t, _)| Turn { coupling: coupling.unwrap_or([zeros(); P])[P - 1], ..t });
+        let condensed =
+            Condensed { tangent: k.tangent[P - 1][P - 1], gradient: k.gradient[P - 1], mixed_end: k.mixed_end, turn };
+        let mut ends = B::expand(&frame, &condensed);
+        if self.loaded {
+            let force = scale(self.pieces[e].length, self.loads[self.segment_of[e]]);
+            let last = T::splat(self.table.integrals[P - 1]);
+            for d in 0..Self::TRANSLATIONS {
+                ends.r0[d] -= (T::one() - last) * force[d];
+                ends.r1[d] -= last * force[d];
+            }
+        }
+        ends
+    }
+
+    /// Stresses of the present strains in place of mixed ones; multipliers stay.
+    fn reset_stress(&mut self, e: usize) {
+        let strains = self.strains(e);
+        let moduli = self.moduli[self.segment_of[e]];
+        for (g, strain) in strains.iter().enumerate() {
+            let stress = &mut self.state.stress[e * P + g];
+            for i in 0..D {
+                let elastic = moduli.stiffness[i] * (strain[i] - moduli.rest[i]);
+                stress[i] = elastic + moduli.held[i] * stress[i];
+            }
+        }
+    }
+
+    /// Adds the load along an element to its interior nodes; gives what couples to the turn of the frame.
+    fn load_element(
+        &self,
+        e: usize,
+        frame: &B::Frame,
+        local: &[[T; D]; P],
+        k: &mut Local<T, D, P>,
+    ) -> (Turn<T, D>, [[[T; 3]; D]; P]) {
+        let load = scale(self.pieces[e].length, B::pull_back(frame, self.loads[self.segment_of[e]]));
+        let inverse = T::one() / self.pieces[e].length;
+        let mut arm = scale(inverse, self.pieces[e].bulge);
+        let mut coupling = [zeros(); P];
+        for i in 0..P - 1 {
+            let weight = T::splat(self.table.integrals[i]);
+            let mut position = self.reference(e, i);
+            for d in 0..Self::TRANSLATIONS {
+                position[d] += local[i][d];
+                k.gradient[i][d] -= weight * load[d];
+            }
+            axpy(&mut arm, weight, position);
+            coupling[i] = B::load_coupling(scale(weight, load));
+        }
+        let (gradient, tangent) = B::load_turn(load, arm);
+        (Turn { coupling: zeros(), tangent, gradient }, coupling)
+    }
+    pub(super) fn condense_impl(&mut self) {
+        self.negative = T::zero();
+        self.smallest = T::one();
+        self.energy = T::zero();
+        let first = self.condense_element(0);
+        let (mut left, mut link, mut here) = (first.k00, first.k01, first.k11);
+        let (mut left_rest, mut rest) = (first.r0, first.r1);
+        for e in 1..self.frames.len() {
+            let next = self.condense_element(e);
+            let pivot = madd(here, next.k00);
+            let ldl = Ldl::with_noise(&pivot, T::splat(self.noise));
+            self.negative += ldl.negative;
+            self.smallest = -((-self.smallest).max(-ldl.smallest));
+            let factor = NodeFactor {
+                left: ldl.solve(&transpose(&link)),
+                next: ldl.solve(&next.k01),
+                rest: ldl.solve_vector(&add(rest, next.r0)),
+            };
+            left = sub_matrix(left, mul_block(&link, &factor.left));
+            left_rest = sub(left_rest, apply(&link, &factor.rest));
+            here = sub_matrix(next.k11, tmul(&next.k01, &factor.next));
+            rest = sub(next.r1, tapply(&next.k01, &factor.rest));
+            link = mscale(-T::one(), mul_block(&link, &factor.next));
+            self.factors[e - 1] = factor;
+        }
+        self.ends = Ends { k00: left, k01: link, k11: here, r0: left_rest, r1: rest };
+    }
+
+    pub(super) fn advance_impl(&mut self) {
+        let elements = self.frames.len();
+        let first = self.increments[0];
+        for k in (1..elements).rev() {
+            let factor = &self.factors[k - 1];
+            let ahead = self.increments[k + 1];
+            let sum = add(add(apply(&factor.left, &first), apply(&factor.next, &ahead)), factor.rest);
+            self.increments[k] = scale(-T::one(), sum);
+        }
+        for e in 0..elements {
+            let frame = self.frames[e];
+            let (last, turn) = B::restrict(&frame, &self.increments[e], &self.increments[e + 1]);
+            let mut change = [[T::zero(); D]; P];
+            change[P - 1] = last;
+            let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
+            for i in (0..P - 1).rev() {
+                let mut sum = self.inner_rest[nodes + i];
+                // Blocks of row i start after those of the rows before it.
+                let row = blocks + i * (2 * P - i - 1) / 2;
+                for j in i + 1..P {
+                    sum = add(sum, apply(&self.inner[row + j - i - 1], &change[j]));
+                }
+                if self.loaded {
+                    sum = add(sum, apply(&self.inner_turn[nodes + i], &turn));
+                }
+                change[i] = scale(-T::one(), sum);
+            }
+            let local = self.local_of(e, &frame);
+            let stress = self.stress_of(e);
+            let moduli = self.moduli[self.segment_of[e]];
+            let at = At {
+                table: &self.table,
+                piece: &self.pieces[e],
+                curved: self.curved(e),
+                moduli: &moduli,
+                local: &local,
+                stress: &stress,
+            };
+            let stress = B::extrapolate(&at, &change);
+            for i in 0..P {
+                self.state.stress[e * P + i] = stress[i];
+                if i < P - 1 {
+                    axpy(&mut self.state.local[e * P + i], T::one(), change[i]);
+                }
+            }
+        }
+        for k in 1..elements {
+            B::advance(&mut self.state.nodes[k], &self.increments[k]);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The lateral stiffness of a plane chain.
+
+use pennate_elements::beam::{At, Beam, Ends, Local, Moduli, Piece, Placement};
+use pennate_elements::plane;
+use pennate_elements::real::Real;
+use pennate_elements::rotation;
+use pennate_elements::small::{Ldl, M3, axpy, madd, mscale, scale, tmul, transpose, zeros};
+
+use super::Chain;
+use super::lanes::{lane_of, lanes, mul_block, sub_matrix};
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    pub(super) fn lateral_impl(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64) {
+        let plane: Vec<[f64; 3]> = self.state.nodes.iter().map(|n| B::pose(n, lane)).map(flat).collect();
+        let mut negative = 0;
+        let mut smallest = 1.0f64;
+        let mut chain: Option<Ends<f64, 3>> = None;
+        for e in 0..self.frames.len() {
+            let segment = self.segment_of[e];
+            let next = self.lateral_element(lane, e, &plane, &stiffness[segment], &mut negative, &mut smallest);
+            chain = Some(match chain {
+                None => next,
+                Some(so_far) => {
+                    let ldl = Ldl::new(&madd(so_far.k11, next.k00));
+                    negative += ldl.negative as usize;
+                    smallest = smallest.min(ldl.smallest);
+                    let (back, ahead) = (ldl.solve(&transpose(&so_far.k01)), ldl.solve(&next.k01));
+                    Ends {
+                        k00: sub_matrix(so_far.k00, mul_block(&so_far.k01, &back)),
+                        k01: mscale(-1.0, mul_block(&so_far.k01, &ahead)),
+                        k11: sub_matrix(next.k11, tmul(&next.k01, &ahead)),
+                        ..next
+                    }
+                }
+            });
+        }
+        let ends = chain.unwrap_or(Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [0.0; 3], r1: [0.0; 3] });
+        (ends, negative, smallest)
+    }
+
+    /// Lateral stiffness of one element of a plane chain.
+    fn lateral_element(
+        &self,
+        lane: usize,
+        e: usize,
+        nodes: &[[f64; 3]],
+        stiffness: &[f64; 6],
+        negative: &mut usize,
+        smallest: &mut f64,
+    ) -> Ends<f64, 3> {
+        let packed = &self.pieces[e];
+        let piece = Piece {
+            length: packed.length.lane(lane),
+            chord: lane_of(&packed.chord, lane),
+            bulge: lane_of(&packed.bulge, lane),
+            axes: lanes(&packed.axes, lane),
+        };
+        let frame = <plane::Plane as Beam<f64, 3>>::frame(&piece, &nodes[e], &nodes[e + 1]);
+        let mut local: [[f64; 3]; P] =
+            std::array::from_fn(|i| std::array::from_fn(|d| self.state.local[e * P + i][d].lane(lane)));
+        local[P - 1] = frame.local;
+        let stress: [[f64; 3]; P] =
+            std::array::from_fn(|g| std::array::from_fn(|d| self.state.stress[e * P + g][d].lane(lane)));
+        let curved: Option<[M3<f64>; P]> = self.curved(e).map(|c| c.map(|m| lanes(&m, lane)));
+        let moduli = Moduli { stiffness: [stiffness[0], stiffness[1], stiffness[5]], rest: [0.0; 3], held: [0.0; 3] };
+        let at = At {
+            table: &self.table,
+            piece: &piece,
+            curved: curved.as_ref(),
+            moduli: &moduli,
+            local: &local,
+            stress: &stress,
+        };
+        let mut k = Local::<f64, 3, P>::zero();
+        plane::lateral(&at, stiffness, &mut k);
+        let mut plane_part = Local::<f64, 3, P>::zero();
+        <plane::Plane as Beam<f64, 3>>::local::<P, true>(&at, &mut plane_part);
+
+        // Weight in the plane turns with the frame about axes 1 and 2.
+        let mut turn = None;
+        let mut coupling = [[[0.0; 3]; 3]; P];
+        if self.loaded {
+            let load = scale(piece.length, lane_of(&self.loads[self.segment_of[e]], lane));
+            let load = <plane::Plane as Beam<f64, 3>>::pull_back(&frame, load);
+            let mut arm = scale(1.0 / piece.length, piece.bulge);
+            for i in 0..P - 1 {
+                let weight = self.table.integrals[i];
+                let mut position = lane_of(&self.reference(e, i), lane);
+                position[0] += local[i][0];
+                position[1] += local[i][1];
+                axpy(&mut arm, weight, position);
+                // Row U₃ of the spatial coupling: columns of the spins about axes 1 and 2.
+                coupling[i][0] = [weight * load[1], -weight * load[0], 0.0];
+            }
+            turn = Some(mscale(-1.0, rotation::second_variation(load, arm)));
+        }
+        for i in 0..P - 1 {
+            let ldl = Ldl::new(&k.tangent[i][i]);
+            *negative += ldl.negative as usize;
+            *smallest = smallest.min(ldl.smallest);
+            if let Some(turn) = &mut turn {
+                let solved = ldl.solve(&coupling[i]);
+                *turn = sub_matrix(*turn, tmul(&coupling[i], &solved));
+                for j in i + 1..P {
+                    coupling[j] = sub_matrix(coupling[j], tmul(&k.tangent[i][j], &solved));
+                }
+            }
+            for j in i + 1..P {
+                let solved = ldl.solve(&k.tangent[i][j]);
+                for l in i + 1..=j {
+                    k.tangent[l][j] = sub_matrix(k.tangent[l][j], tmul(&k.tangent[i][l], &solved));
+                }
+            }
+        }
+        plane::expand_lateral(
+            &frame,
+            &k.tangent[P - 1][P - 1],
+            plane_part.mixed_end,
+            turn.as_ref(),
+            Some(&coupling[P - 1]),
+        )
+    }
+}
+
+fn flat(p: Placement) -> [f64; 3] {
+    [p.displacement[0], p.displacement[1], p.angle]
+}

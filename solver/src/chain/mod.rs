@@ -1,0 +1,480 @@
+//! The elements of one member in a row, and the elimination of its interior.
+//!
+//! A [`Chain`] owns what belongs to its members alone: geometry, section stiffness, the state of interior nodes and the
+//! factors of their elimination. Inside an element the nodes between its ends are eliminated first, block by block,
+//! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
+//! the member. Members of equal mesh may lie side by side in the lanes of `T`.
+
+use pennate_elements::beam::{Beam, Ends, Moduli, Piece, Placement};
+use pennate_elements::interpolation::{Table, node};
+use pennate_elements::real::Real;
+use pennate_elements::rotation;
+use pennate_elements::small::{M3, V3, add, axpy, norm, scale, sub, tmul, zeros};
+
+use crate::history::MemberShape;
+use crate::linear::PIVOT_NOISE;
+
+mod condense;
+mod geometry;
+mod lanes;
+mod lateral;
+mod shape;
+mod transfer;
+
+use geometry::{Bent, Curve, set_piece};
+
+/// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
+pub const SLOTS: usize = 3;
+
+/// Mesh and unloaded geometry of one member, as its chain is built from it.
+#[derive(Clone, Debug)]
+pub struct ChainMesh {
+    pub member: usize,
+    /// Material axes at the start by rows; in the plane axis 3 is z.
+    pub axes: M3<f64>,
+    pub segments: Vec<SegmentMesh>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct SegmentMesh {
+    pub length: f64,
+    pub elements: usize,
+    /// In the axes of [`ChainMesh::axes`].
+    pub curvature: V3<f64>,
+}
+
+/// What changes in a chain during a solve.
+#[derive(Clone, Debug)]
+struct ChainState<Pose, T, const D: usize> {
+    /// Element ends.
+    nodes: Vec<Pose>,
+    /// Interior local unknowns, P an element (the last is a copy of the element's end).
+    local: Vec<[T; D]>,
+    /// Mixed stresses at the Gauss points, P an element.
+    stress: Vec<[T; D]>,
+}
+
+/// Factors of an element end that was eliminated.
+#[derive(Clone, Copy, Debug)]
+struct NodeFactor<T, const D: usize> {
+    left: [[T; D]; D],
+    next: [[T; D]; D],
+    rest: [T; D],
+}
+
+/// The size of an increment: largest rotation (radians) and largest displacement over the member's length.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Size {
+    pub rotation: f64,
+    pub displacement: f64,
+}
+
+impl Size {
+    pub fn join(self, other: Self) -> Self {
+        Self {
+            rotation: larger(self.rotation, other.rotation),
+            displacement: larger(self.displacement, other.displacement),
+        }
+    }
+
+    pub fn largest(self) -> f64 {
+        larger(self.rotation, self.displacement)
+    }
+}
+
+/// The larger of two numbers; a NaN wins, so that it is never overlooked.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
+pub type MemberEnds<const D: usize> = Ends<f64, D>;
+
+/// The chains of the members that lie side by side in one `T`, whatever their order.
+pub trait Pack<const D: usize>: Send {
+    fn members(&self) -> &[usize];
+    fn segments(&self) -> usize;
+    fn element_length(&self, lane: usize, segment: usize) -> f64;
+    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
+    /// Dead force per unloaded length.
+    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>);
+    fn end(&self, lane: usize, end: usize) -> Placement;
+    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
+    /// Linearizes every element and eliminates everything between the ends.
+    fn condense(&mut self);
+    fn condensed(&self, lane: usize) -> MemberEnds<D>;
+    /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
+    fn pivots(&self, lane: usize) -> (usize, f64);
+    fn energy(&self, lane: usize) -> f64;
+    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
+    /// Back-substitution for the increments of the ends, and the move of the interior; the ends move with
+    /// [`Pack::set_end`].
+    fn advance(&mut self);
+    fn size(&self, lane: usize) -> Size;
+    /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
+    fn set_plain(&mut self, plain: bool);
+    /// Part of a diagonal entry below which its pivot has no sign.
+    fn set_pivot_noise(&mut self, noise: f64);
+    /// Takes positions and local unknowns of a saved state, and a part of the change of the mixed stresses since.
+    fn restore_shape(&mut self, slot: usize, part: f64);
+    /// How far the present element ends are from a saved state.
+    fn distance(&self, lane: usize, slot: usize) -> Size;
+    fn save(&mut self, slot: usize);
+    fn restore(&mut self, slot: usize);
+    /// Exchanges two saved states.
+    fn swap(&mut self, a: usize, b: usize);
+    /// Linear extrapolation from two saved states.
+    fn predict(&mut self, before: usize, last: usize, ratio: f64);
+    /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior.
+    fn lateral(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64);
+    /// Copies the state of a chain with the same elements and another order.
+    fn prolong(&mut self, coarse: &dyn Pack<D>);
+    /// Copies the state of a plane chain with the same elements and order into a spatial one.
+    fn lift(&mut self, plane: &dyn Pack<3>);
+    /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
+    /// Gauss points).
+    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
+    fn element_end(&self, lane: usize, index: usize) -> Placement;
+    fn elements(&self) -> usize;
+    fn order(&self) -> usize;
+    fn length(&self, lane: usize) -> f64;
+    /// Tangent at the middle of the unloaded length, and the load along the member up to there.
+    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
+    /// Sum of the load along the member.
+    fn total_load(&self, lane: usize) -> V3<f64>;
+    /// Shape and section forces; `force` and `moment` act on the start of the member, `origin` is its unloaded place.
+    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape;
+}
+
+/// Chains of equal mesh with elements of order P.
+#[derive(Debug)]
+pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    members: Vec<usize>,
+    table: Table<P>,
+    pieces: Vec<Piece<T>>,
+    /// Gauss frames and unloaded local positions of nodes 1…P; empty for straight members.
+    curves: Vec<Curve<T, P>>,
+    segment_of: Vec<usize>,
+    segments: usize,
+    moduli: Vec<Moduli<T, D>>,
+    loads: Vec<V3<T>>,
+    loaded: bool,
+    plain: bool,
+    noise: f64,
+    state: ChainState<B::Pose, T, D>,
+    saved: [ChainState<B::Pose, T, D>; SLOTS],
+    frames: Vec<B::Frame>,
+    /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns.
+    inner: Vec<[[T; D]; D]>,
+    inner_rest: Vec<[T; D]>,
+    inner_turn: Vec<[[T; 3]; D]>,
+    factors: Vec<NodeFactor<T, D>>,
+    ends: Ends<T, D>,
+    increments: Vec<[T; D]>,
+    negative: T,
+    smallest: T,
+    energy: T,
+    total_length: T,
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    const INNER_BLOCKS: usize = P * (P - 1) / 2;
+    const INNER_NODES: usize = P - 1;
+    /// Translations of a node.
+    const TRANSLATIONS: usize = if D == 6 { 3 } else { 2 };
+
+    /// Chains of as many members as `T` has lanes (the last is repeated where there are fewer), all of equal mesh.
+    pub fn new(meshes: &[ChainMesh]) -> Self {
+        let first = &meshes[0];
+        let segment_of: Vec<usize> =
+            first.segments.iter().enumerate().flat_map(|(i, s)| std::iter::repeat_n(i, s.elements)).collect();
+        let elements = segment_of.len();
+        let curved = meshes.iter().flat_map(|m| &m.segments).any(|s| s.curvature != [0.0; 3]);
+        let mut pieces = vec![Piece::default(); elements];
+        let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
+        let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
+        let mut total_length = T::zero();
+        for lane in 0..T::LANES {
+            let mesh = &meshes[lane.min(meshes.len() - 1)];
+            let mut axes = mesh.axes;
+            let mut total = 0.0;
+            for (e, &segment) in segment_of.iter().enumerate() {
+                let SegmentMesh { length, elements, curvature } = mesh.segments[segment];
+                let length = length / elements as f64;
+                total += length;
+                let bent = Bent { length, curvature };
+                set_piece(&mut pieces[e], lane, &bent.piece::<P>(&axes));
+                if curved {
+                    let curve = bent.curve::<P>();
+                    for g in 0..P {
+                        for i in 0..3 {
+                            curves[e].nodes[g][i].set_lane(lane, curve.nodes[g][i]);
+                            for j in 0..3 {
+                                curves[e].frames[g][i][j].set_lane(lane, curve.frames[g][i][j]);
+                            }
+                        }
+                    }
+                }
+                axes = tmul(&bent.frame(length), &axes);
+            }
+            total_length.set_lane(lane, total);
+        }
+        let segments = first.segments.len();
+        let state = ChainState {
+            nodes: vec![B::Pose::default(); elements + 1],
+            local: vec![[T::zero(); D]; elements * P],
+            stress: vec![[T::zero(); D]; elements * P],
+        };
+        let frame = B::frame(&pieces[0], &state.nodes[0], &state.nodes[1]);
+        let o = T::zero();
+        let factor = NodeFactor { left: zeros(), next: zeros(), rest: [o; D] };
+        Self {
+            members: meshes.iter().map(|m| m.member).collect(),
+            table: Table::new(),
+            pieces,
+            curves,
+            segment_of,
+            segments,
+            moduli: vec![Moduli::default(); segments],
+            loads: vec![[o; 3]; segments],
+            loaded: false,
+            plain: false,
+            noise: PIVOT_NOISE,
+            saved: std::array::from_fn(|_| state.clone()),
+            state,
+            frames: vec![frame; elements],
+            inner: vec![zeros(); elements * Self::INNER_BLOCKS],
+            inner_rest: vec![[o; D]; elements * Self::INNER_NODES],
+            inner_turn: vec![zeros(); elements * Self::INNER_NODES],
+            factors: vec![factor; elements - 1],
+            ends: Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; D], r1: [o; D] },
+            increments: vec![[o; D]; elements + 1],
+            negative: o,
+            smallest: T::one(),
+            energy: o,
+            total_length,
+        }
+    }
+
+    fn curved(&self, element: usize) -> Option<&[M3<T>; P]> {
+        self.curves.get(element).map(|curve| &curve.frames)
+    }
+
+    /// Unloaded local position of node i + 1 of an element.
+    fn reference(&self, element: usize, i: usize) -> V3<T> {
+        match self.curves.get(element) {
+            Some(curve) => curve.nodes[i],
+            None => scale(T::splat(node(i + 1, P)), self.pieces[element].chord),
+        }
+    }
+
+    /// Local unknowns of an element, the last node's from its frame.
+    fn local_of(&self, element: usize, frame: &B::Frame) -> [[T; D]; P] {
+        let mut local: [[T; D]; P] = std::array::from_fn(|i| self.state.local[element * P + i]);
+        local[P - 1] = B::last_local(frame);
+        local
+    }
+
+    fn stress_of(&self, element: usize) -> [[T; D]; P] {
+        std::array::from_fn(|g| self.state.stress[element * P + g])
+    }
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T, B, D, P> {
+    fn members(&self) -> &[usize] {
+        &self.members
+    }
+
+    fn segments(&self) -> usize {
+        self.segments
+    }
+
+    fn element_length(&self, lane: usize, segment: usize) -> f64 {
+        let element = self.segment_of.iter().position(|&s| s == segment).unwrap_or(0);
+        self.pieces[element].length.lane(lane)
+    }
+
+    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+        let target = &mut self.moduli[segment];
+        for d in 0..D {
+            let from = if D == 6 { d } else { [0, 1, 5][d] };
+            target.stiffness[d].set_lane(lane, moduli.stiffness[from]);
+            target.rest[d].set_lane(lane, moduli.rest[from]);
+            target.held[d].set_lane(lane, moduli.held[from]);
+        }
+    }
+
+    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>) {
+        for (target, value) in self.loads[segment].iter_mut().zip(load) {
+            target.set_lane(lane, value);
+        }
+        self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
+    }
+
+    fn end(&self, lane: usize, end: usize) -> Placement {
+        B::pose(&self.state.nodes[end * self.frames.len()], lane)
+    }
+
+    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement) {
+        let index = end * self.frames.len();
+        B::set_pose(&mut self.state.nodes[index], lane, placement);
+    }
+
+    fn condense(&mut self) {
+        self.condense_impl();
+    }
+
+    fn condensed(&self, lane: usize) -> MemberEnds<D> {
+        Ends {
+            k00: lanes::lanes(&self.ends.k00, lane),
+            k01: lanes::lanes(&self.ends.k01, lane),
+            k11: lanes::lanes(&self.ends.k11, lane),
+            r0: lanes::lane(&self.ends.r0, lane),
+            r1: lanes::lane(&self.ends.r1, lane),
+        }
+    }
+
+    fn pivots(&self, lane: usize) -> (usize, f64) {
+        (self.negative.lane(lane) as usize, self.smallest.lane(lane))
+    }
+
+    fn energy(&self, lane: usize) -> f64 {
+        self.energy.lane(lane)
+    }
+
+    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]) {
+        let last = self.increments.len() - 1;
+        for d in 0..D {
+            self.increments[0][d].set_lane(lane, ends[0][d]);
+            self.increments[last][d].set_lane(lane, ends[1][d]);
+        }
+    }
+
+    fn advance(&mut self) {
+        self.advance_impl();
+    }
+
+    fn size(&self, lane: usize) -> Size {
+        let mut size = Size::default();
+        let length = self.total_length.lane(lane);
+        for increment in &self.increments {
+            for (d, x) in increment.iter().enumerate() {
+                let x = x.lane(lane).abs();
+                if d < Self::TRANSLATIONS {
+                    size.displacement = larger(size.displacement, x / length);
+                } else {
+                    size.rotation = larger(size.rotation, x);
+                }
+            }
+        }
+        size
+    }
+
+    fn set_plain(&mut self, plain: bool) {
+        self.plain = plain;
+    }
+
+    fn set_pivot_noise(&mut self, noise: f64) {
+        self.noise = noise;
+    }
+
+    fn restore_shape(&mut self, slot: usize, part: f64) {
+        for (stress, saved) in self.state.stress.iter_mut().zip(&self.saved[slot].stress) {
+            *stress = add(*saved, scale(T::splat(part), sub(*stress, *saved)));
+        }
+        self.state.nodes.copy_from_slice(&self.saved[slot].nodes);
+        self.state.local.copy_from_slice(&self.saved[slot].local);
+    }
+
+    fn distance(&self, lane: usize, slot: usize) -> Size {
+        let length = self.total_length.lane(lane);
+        self.state.nodes.iter().zip(&self.saved[slot].nodes).fold(Size::default(), |size, (a, b)| {
+            let (a, b) = (B::pose(a, lane), B::pose(b, lane));
+            let turned = rotation::compose(a.rotation, rotation::inverse(b.rotation));
+            size.join(Size {
+                rotation: norm(rotation::log(turned)),
+                displacement: norm(sub(a.displacement, b.displacement)) / length,
+            })
+        })
+    }
+
+    fn save(&mut self, slot: usize) {
+        copy(&self.state, &mut self.saved[slot]);
+    }
+
+    fn restore(&mut self, slot: usize) {
+        copy(&self.saved[slot], &mut self.state);
+    }
+
+    fn swap(&mut self, a: usize, b: usize) {
+        self.saved.swap(a, b);
+    }
+
+    fn predict(&mut self, before: usize, last: usize, ratio: f64) {
+        let (a, b) = (&self.saved[before], &self.saved[last]);
+        for (target, (a, b)) in self.state.nodes.iter_mut().zip(a.nodes.iter().zip(&b.nodes)) {
+            *target = B::predict(a, b, ratio);
+        }
+        let ahead = |target: &mut Vec<[T; D]>, a: &[[T; D]], b: &[[T; D]]| {
+            for (target, (a, b)) in target.iter_mut().zip(a.iter().zip(b)) {
+                *target = add(*b, scale(T::splat(ratio), sub(*b, *a)));
+            }
+        };
+        ahead(&mut self.state.local, &a.local, &b.local);
+        ahead(&mut self.state.stress, &a.stress, &b.stress);
+    }
+
+    fn lateral(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64) {
+        self.lateral_impl(lane, stiffness)
+    }
+
+    fn prolong(&mut self, coarse: &dyn Pack<D>) {
+        self.prolong_impl(coarse);
+    }
+
+    fn lift(&mut self, plane: &dyn Pack<3>) {
+        self.lift_impl(plane);
+    }
+
+    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
+        self.sample_impl(lane, element, s)
+    }
+
+    fn element_end(&self, lane: usize, index: usize) -> Placement {
+        B::pose(&self.state.nodes[index], lane)
+    }
+
+    fn elements(&self) -> usize {
+        self.frames.len()
+    }
+
+    fn order(&self) -> usize {
+        P
+    }
+
+    fn length(&self, lane: usize) -> f64 {
+        self.length_impl(lane)
+    }
+
+    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>) {
+        self.middle_impl(lane)
+    }
+
+    fn total_load(&self, lane: usize) -> V3<f64> {
+        let mut total = [0.0; 3];
+        for (piece, &segment) in self.pieces.iter().zip(&self.segment_of) {
+            axpy(&mut total, piece.length.lane(lane), lanes::lane_of(&self.loads[segment], lane));
+        }
+        total
+    }
+
+    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape {
+        self.shape_impl(lane, origin, force, moment)
+    }
+}
+
+fn copy<Pose: Copy, T: Copy, const D: usize>(from: &ChainState<Pose, T, D>, to: &mut ChainState<Pose, T, D>) {
+    to.nodes.copy_from_slice(&from.nodes);
+    to.local.copy_from_slice(&from.local);
+    to.stress.copy_from_slice(&from.stress);
+}
