@@ -1,0 +1,130 @@
+//! Where a joint is, and what holds it.
+
+use pennate_elements::beam::Placement;
+use pennate_elements::rotation::{self, compose, exp, log, second_variation, tangent_map, turn};
+use pennate_elements::small::{M3, V3, add, cross, dot, norm, scale, sub, zeros};
+
+use crate::structure::NodeId;
+
+/// Position and rotation of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointState {
+    pub place: Placement,
+    /// Rotation vector with whole turns, kept where a rotation is partly held.
+    pub theta: V3<f64>,
+}
+
+impl JointState {
+    /// Displacement of a point of the joint.
+    pub fn point(&self, arm: V3<f64>) -> V3<f64> {
+        add(self.place.displacement, rotation::turn_less_identity(self.place.rotation, arm))
+    }
+
+    /// Adds a displacement and a spin.
+    pub fn advance(&mut self, change: &[f64; 6]) {
+        let spin = [change[3], change[4], change[5]];
+        for (u, d) in self.place.displacement.iter_mut().zip(change) {
+            *u += d;
+        }
+        if spin != [0.0; 3] {
+            let guess = add(self.theta, spin);
+            self.place.rotation = rotation::normalize(compose(exp(spin), self.place.rotation));
+            self.place.angle += spin[2];
+            self.theta = whole_turns(log(self.place.rotation), guess);
+        }
+    }
+}
+
+/// The rotation vector of the same rotation as `theta` that is nearest to `guess`.
+fn whole_turns(theta: V3<f64>, guess: V3<f64>) -> V3<f64> {
+    use std::f64::consts::TAU;
+    let length = norm(theta);
+    let axis = if length > 1e-12 {
+        scale(1.0 / length, theta)
+    } else if norm(guess) > 1.0 {
+        scale(1.0 / norm(guess), guess)
+    } else {
+        return theta;
+    };
+    let turns = ((dot(guess, axis) - length) / TAU).round();
+    scale(length + turns * TAU, axis)
+}
+
+/// What a row holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HeldKind {
+    /// Displacement of a node along a direction.
+    Translation { direction: V3<f64> },
+    /// Component of the rotation vector along an axis.
+    Rotation { axis: V3<f64> },
+}
+
+/// One held component, and the values it has at the beginning and at the end of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    pub node: NodeId,
+    /// 0 to 5, in the axes of the node's support.
+    pub component: usize,
+    pub kind: HeldKind,
+    pub from: f64,
+    pub to: f64,
+}
+
+impl Held {
+    pub fn at(&self, fraction: f64) -> f64 {
+        if fraction == 1.0 { self.to } else { self.from + fraction * (self.to - self.from) }
+    }
+}
+
+/// A row of constraint on the spatial motion of a joint: value to be zero, gradient, Hessian of spins.
+pub(super) struct Row {
+    pub value: f64,
+    pub gradient: [f64; 6],
+    pub hessian: M3<f64>,
+}
+
+pub(super) fn row(held: &Held, fraction: f64, state: &JointState, arm: V3<f64>) -> Row {
+    let target = held.at(fraction);
+    match held.kind {
+        HeldKind::Translation { direction: d } => {
+            let arm_now = turn(state.place.rotation, arm);
+            let lever = cross(arm_now, d);
+            Row {
+                value: dot(d, state.point(arm)) - target,
+                gradient: [d[0], d[1], d[2], lever[0], lever[1], lever[2]],
+                hessian: second_variation(d, arm_now),
+            }
+        }
+        HeldKind::Rotation { axis } => {
+            let gradient = rotation_row(state.theta, axis);
+            let step = 1e-5;
+            let mut slopes: M3<f64> = zeros();
+            for i in 0..3 {
+                let mut spin = [0.0; 3];
+                spin[i] = step;
+                let ahead = rotation_row(spun(state.theta, spin), axis);
+                let behind = rotation_row(spun(state.theta, scale(-1.0, spin)), axis);
+                slopes[i] = scale(0.5 / step, sub(ahead, behind));
+            }
+            Row {
+                value: dot(axis, state.theta) - target,
+                gradient: [0.0, 0.0, 0.0, gradient[0], gradient[1], gradient[2]],
+                hessian: std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (slopes[i][j] + slopes[j][i]))),
+            }
+        }
+    }
+}
+
+fn spun(theta: V3<f64>, spin: V3<f64>) -> V3<f64> {
+    whole_turns(log(compose(exp(spin), exp(theta))), theta)
+}
+
+/// T⁻ᵀ axis: derivative of a component of the rotation vector with respect to spins.
+fn rotation_row(theta: V3<f64>, axis: V3<f64>) -> V3<f64> {
+    let t = tangent_map(theta);
+    let m = nalgebra::Matrix3::from_fn(|i, j| t[i][j]).transpose();
+    match m.lu().solve(&nalgebra::Vector3::from(axis)) {
+        Some(x) => [x[0], x[1], x[2]],
+        None => axis,
+    }
+}

@@ -1,0 +1,16 @@
+//! Joints: what is left of the nodes once rigid bodies are merged, what holds them, and their equations.
+//!
+//! A joint is a node, or a rigid body, with the six components of its reference node. What holds it is a list of
+//! [`Held`] rows; the free motions of a joint are the basis of the null space of its rows, so that supports in turned
+//! axes, supports on points of a body and partly held rotations are met exactly, by transformation.
+
+mod equations;
+mod held;
+mod topology;
+
+pub use equations::{Active, Basis, Equations, JointEquations, dot6};
+pub use held::{Held, HeldKind, JointState};
+pub use topology::{EndKind, Idle, Link, Topology};
+
+/// Directions whose sine is smaller are parallel.
+const PARALLEL: f64 = 1e-9;

@@ -1,0 +1,178 @@
+//! Loads: what drives make of them, their part of the equations, and those without a potential.
+
+use pennate_elements::rotation::{second_variation, turn};
+use pennate_elements::small::{V3, add, cross, scale, skew, sub};
+
+use super::scatter::unit_motion;
+use super::{NodeLoad, System};
+use crate::joints::Active;
+use crate::packs;
+use crate::structure::{Drive, MemberId, NodeId, Structure};
+
+impl<const D: usize> System<D> {
+    /// Brings sections, loads along members and loads on nodes up to date with the drives.
+    pub fn apply_drives(&mut self) {
+        let structure = self.structure.clone();
+        let mut gravity = [0.0; 3];
+        let mut along: Vec<(MemberId, V3<f64>)> = Vec::new();
+        self.loads.fill(NodeLoad::default());
+        for (drive, &value) in structure.drives.iter().zip(&self.drives) {
+            match *drive {
+                Drive::Control => {}
+                Drive::Force(node, c) => self.loads[node].force[c] += value,
+                Drive::Moment(node, c) => self.loads[node].moment[c] += value,
+                Drive::FollowerForce(node, c) => self.loads[node].follower_force[c] += value,
+                Drive::FollowerMoment(node, c) => self.loads[node].follower_moment[c] += value,
+                Drive::Gravity(c) => gravity[c] += value,
+                Drive::Distributed(member, c) => {
+                    let mut load = [0.0; 3];
+                    load[c] = value;
+                    along.push((member, load));
+                }
+            }
+        }
+        for fading in &self.fading {
+            let load = &mut self.loads[fading.node];
+            load.force = add(load.force, scale(1.0 - self.fraction, fading.force));
+            load.moment = add(load.moment, scale(1.0 - self.fraction, fading.moment));
+        }
+        self.noise = [0.0; 2];
+        let weighs = gravity != [0.0; 3];
+        if weighs {
+            for body in &structure.bodies {
+                let load = &mut self.loads[body.reference].force;
+                *load = add(*load, scale(body.mass, gravity));
+            }
+        }
+        let mut line = vec![[0.0; 3]; if along.is_empty() { 0 } else { structure.members.len() }];
+        for (member, load) in along {
+            line[member] = add(line[member], load);
+        }
+        for (index, slot) in self.members.iter().enumerate() {
+            let member = &structure.members[index];
+            let control = member.control.map_or(0.0, |drive| self.drives[drive]);
+            let chain = &mut self.packs[slot.pack];
+            for (segment, description) in member.segments.iter().enumerate() {
+                let section = structure.laws[description.law].at(control);
+                let length = chain.element_length(slot.lane, segment);
+                let moduli = packs::moduli(&section, length, &slot.turn);
+                self.noise[0] = self.noise[0].max(1e-10 * moduli.stiffness[0]);
+                self.noise[1] = self.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);
+                chain.set_moduli(slot.lane, segment, &moduli);
+                let mut load = line.get(index).copied().unwrap_or([0.0; 3]);
+                if weighs {
+                    load = add(load, scale(section.section.mass_per_length, gravity));
+                }
+                chain.set_load(slot.lane, segment, load);
+            }
+        }
+    }
+
+    pub(super) fn assemble_loads(&mut self) {
+        self.skew.joints.clear();
+        let active = self.equations.active;
+        for position in 0..self.loaded_nodes.len() {
+            let node = self.loaded_nodes[position];
+            let load = self.loads[node];
+            let link = self.topology.links[node];
+            let rotation = self.state.joints[link.joint].place.rotation;
+            let lever = if link.has_arm() { turn(rotation, link.arm) } else { [0.0; 3] };
+            let follower = turn(rotation, load.follower_force);
+            let follower_moment = turn(rotation, load.follower_moment);
+            let force = add(load.force, follower);
+            let moment = add(load.moment, follower_moment);
+            let total = add(moment, cross(lever, force));
+            self.note_scale(&[force[0], force[1], force[2], moment[0], moment[1], moment[2]]);
+            let target = &mut self.forces[link.joint];
+            for c in 0..3 {
+                target[c] -= force[c];
+                target[3 + c] -= total[c];
+            }
+            // Symmetric part: a dead force on a lever. The rest has no potential.
+            let mut block = [[0.0; 6]; 6];
+            if lever != [0.0; 3] {
+                let geometric = second_variation(load.force, lever);
+                for i in 0..3 {
+                    for j in 0..3 {
+                        block[3 + i][3 + j] -= geometric[i][j];
+                    }
+                }
+            }
+            let f = skew(follower);
+            let half = skew(sub(add(follower_moment, cross(lever, follower)), load.moment));
+            for i in 0..3 {
+                for j in 0..3 {
+                    block[i][3 + j] += f[i][j];
+                    block[3 + i][3 + j] += 0.5 * half[i][j];
+                }
+            }
+            self.add_joint_block(link.joint, &block, &active);
+        }
+    }
+
+    /// Adds the symmetric part of a joint's block to the matrix, and puts its skew part aside.
+    pub(super) fn add_joint_block(&mut self, joint: usize, block: &[[f64; 6]; 6], active: &Active<D>) {
+        let equations = &self.equations.joints[joint];
+        let count = equations.count;
+        let mut small = nalgebra::SMatrix::<f64, 6, 6>::zeros();
+        let mut solution = [0.0; 6];
+        let mut columns = [[0.0; 6]; 6];
+        for e in 0..count {
+            solution[e] = 1.0;
+            columns[e] = unit_motion(&self.equations, joint, &solution[..count]);
+            solution[e] = 0.0;
+        }
+        for a in 0..count {
+            for b in 0..count {
+                let mut sum = 0.0;
+                for &i in active {
+                    for &j in active {
+                        sum += columns[a][i] * block[i][j] * columns[b][j];
+                    }
+                }
+                small[(a, b)] = sum;
+            }
+        }
+        let symmetric = 0.5 * (small + small.transpose());
+        for &(i, j, position) in &self.joint_scatter[joint].entries {
+            self.linear.values[position as usize] += symmetric[(i as usize, j as usize)];
+        }
+        let rest = small - symmetric;
+        if rest.amax() > 1e-14 * small.amax() && rest.amax() > 0.0 {
+            match self.skew.joints.iter_mut().find(|(j, _)| *j == joint) {
+                Some((_, n)) => *n += rest,
+                None => self.skew.joints.push((joint, rest)),
+            }
+        }
+    }
+
+    /// Whether every load has a potential, at the present state.
+    pub fn has_potential(&self) -> bool {
+        self.skew.joints.is_empty()
+    }
+
+    /// Whether the loads at the present drives have a potential; leaves forces and matrix to the next assembly.
+    pub fn loads_have_potential(&mut self) -> bool {
+        self.equations.update(&self.topology, &self.state.joints, self.fraction);
+        self.assemble_loads();
+        self.has_potential()
+    }
+}
+
+/// Nodes that any drive, or the weight of a body, may load.
+pub(super) fn loaded_nodes(structure: &Structure) -> Vec<NodeId> {
+    let mut nodes: Vec<NodeId> = structure
+        .drives
+        .iter()
+        .filter_map(|drive| match *drive {
+            Drive::Force(n, _) | Drive::Moment(n, _) | Drive::FollowerForce(n, _) | Drive::FollowerMoment(n, _) => {
+                Some(n)
+            }
+            _ => None,
+        })
+        .collect();
+    if structure.drives.iter().any(|d| matches!(d, Drive::Gravity(_))) {
+        nodes.extend(structure.bodies.iter().map(|b| b.reference));
+    }
+    nodes
+}

@@ -1,0 +1,88 @@
+//! From stiffness in components of joints to entries of the matrix.
+
+use crate::joints::{Basis, Equations};
+use crate::reduce::Reduced;
+
+/// Where the entries of a member's or spring's reduced stiffness go.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scatter {
+    /// Local row, local column, position in the matrix.
+    pub entries: Vec<(u8, u8, u32)>,
+}
+
+/// Motion of a joint for a solution of its own equations alone.
+pub(super) fn unit_motion<const D: usize>(equations: &Equations<D>, joint: usize, local: &[f64]) -> [f64; 6] {
+    let own = &equations.joints[joint];
+    let mut motion = [0.0; 6];
+    match &own.basis {
+        Basis::Components(components) => {
+            for (c, e) in components.iter().enumerate() {
+                if let Some(e) = e {
+                    motion[c] = local[*e];
+                }
+            }
+        }
+        Basis::Columns(columns) => {
+            for (e, column) in columns[..own.count].iter().enumerate() {
+                for c in 0..6 {
+                    motion[c] += local[e] * column[c];
+                }
+            }
+        }
+    }
+    motion
+}
+
+/// Adds a reduced stiffness of one or two joints to the matrix.
+pub(super) fn add_local<const D: usize>(
+    equations: &Equations<D>,
+    reduced: &Reduced,
+    joints: &[usize],
+    scatter: &Scatter,
+    values: &mut [f64],
+) {
+    let mut rows = [0usize; 12];
+    let mut count = 0;
+    let simple = joints.iter().all(|&joint| !equations.is_general(joint));
+    if simple {
+        for (end, &joint) in joints.iter().enumerate() {
+            if let Basis::Components(components) = &equations.joints[joint].basis {
+                for (i, &component) in equations.active.iter().enumerate() {
+                    if components[component].is_some() {
+                        rows[count] = end * D + i;
+                        count += 1;
+                    }
+                }
+            }
+        }
+        for &(i, j, position) in &scatter.entries {
+            values[position as usize] += reduced.stiffness[rows[i as usize]][rows[j as usize]];
+        }
+        return;
+    }
+    // Motions of the local equations in components, then Bᵀ K B.
+    let mut basis = [[0.0; 12]; 12];
+    for (end, &joint) in joints.iter().enumerate() {
+        let own = &equations.joints[joint];
+        for e in 0..own.count {
+            let mut local = [0.0; 6];
+            local[e] = 1.0;
+            let motion = unit_motion(equations, joint, &local);
+            for (i, &component) in equations.active.iter().enumerate() {
+                basis[count][end * D + i] = motion[component];
+            }
+            count += 1;
+        }
+    }
+    let n = joints.len() * D;
+    let mut half = [[0.0; 12]; 12];
+    for a in 0..count {
+        for j in 0..n {
+            half[a][j] = (0..n).map(|i| basis[a][i] * reduced.stiffness[i][j]).sum();
+        }
+    }
+    for &(i, j, position) in &scatter.entries {
+        let sum: f64 = (0..n).map(|c| half[i as usize][c] * basis[j as usize][c]).sum();
+        values[position as usize] += sum;
+    }
+}

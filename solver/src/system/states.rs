@@ -1,0 +1,175 @@
+//! States put aside, extrapolated, compared, and taken over by another system.
+
+use pennate_elements::small::{V3, add, norm, scale, sub};
+
+use super::{State, System};
+use crate::chain::Size;
+use crate::joints::EndKind;
+
+impl<const D: usize> System<D> {
+    /// Geometric stiffness by the stresses of the present strains instead of mixed ones.
+    pub fn set_plain(&mut self, plain: bool) {
+        self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
+    }
+
+    /// Part of a diagonal entry below which its pivot has no sign; until the next [`System::hold`].
+    pub fn set_pivot_noise(&mut self, noise: f64) {
+        self.linear.noise = noise;
+        self.packs.iter_mut().for_each(|pack| pack.set_pivot_noise(noise));
+    }
+
+    /// Takes the shape of a saved state, and a part of the change of the mixed stresses since.
+    pub fn restore_shape(&mut self, slot: usize, part: f64) {
+        copy_state(&self.saved[slot], &mut self.state);
+        self.packs.iter_mut().for_each(|pack| pack.restore_shape(slot, part));
+    }
+
+    /// How far the present state is from a saved one.
+    pub fn distance(&self, slot: usize) -> Size {
+        let joints = self.state.joints.iter().zip(&self.saved[slot].joints).map(|(a, b)| Size {
+            rotation: norm(between(b.place.rotation, a.place.rotation)),
+            displacement: norm(sub(a.place.displacement, b.place.displacement)) / self.size,
+        });
+        let members = self.members.iter().map(|m| self.packs[m.pack].distance(m.lane, slot));
+        joints.chain(members).fold(Size::default(), Size::join)
+    }
+
+    pub fn save(&mut self, slot: usize) {
+        copy_state(&self.state, &mut self.saved[slot]);
+        self.packs.iter_mut().for_each(|pack| pack.save(slot));
+    }
+
+    pub fn restore(&mut self, slot: usize) {
+        copy_state(&self.saved[slot], &mut self.state);
+        self.packs.iter_mut().for_each(|pack| pack.restore(slot));
+    }
+
+    /// Keeps the state put aside in `last` as `before`, and puts aside the present one.
+    pub fn save_as(&mut self, last: usize, before: usize) {
+        let state = std::mem::take(&mut self.saved[last]);
+        self.saved[last] = std::mem::replace(&mut self.saved[before], state);
+        self.packs.iter_mut().for_each(|pack| pack.swap(last, before));
+        self.save(last);
+    }
+
+    /// Whether the present state is much farther from the last saved one than that was from the one before.
+    pub fn jumped(&self, last: usize, before: usize, has_before: bool) -> bool {
+        let far = |a: &State, b: &State| {
+            a.joints
+                .iter()
+                .zip(&b.joints)
+                .fold(0.0f64, |far, (a, b)| far.max(norm(sub(a.place.displacement, b.place.displacement)) / self.size))
+        };
+        let now = far(&self.state, &self.saved[last]);
+        let then = if has_before { far(&self.saved[last], &self.saved[before]) } else { 0.0 };
+        now > (10.0 * then).max(0.05)
+    }
+
+    /// The joint that moves most in the softest motion of the last factorization.
+    pub fn softest_joint(&mut self) -> usize {
+        let size = self.linear.size();
+        let mut x: Vec<f64> = (0..size).map(|i| (1.3 * i as f64 + 0.7).sin()).collect();
+        for _ in 0..5 {
+            if !self.linear.solve(&mut x, 1) {
+                break;
+            }
+            let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            x.iter_mut().for_each(|x| *x /= length.max(f64::MIN_POSITIVE));
+        }
+        let mut best = (0, 0.0);
+        for joint in 0..self.forces.len() {
+            let m = self.equations.motion(joint, &x, false);
+            let moves = (norm([m[0], m[1], m[2]]) / self.size).max(1e-3 * norm([m[3], m[4], m[5]]));
+            if moves > best.1 {
+                best = (joint, moves);
+            }
+        }
+        best.0
+    }
+
+    /// Extrapolates linearly from two saved states.
+    pub fn predict(&mut self, before: usize, last: usize, ratio: f64) {
+        for joint in 0..self.state.joints.len() {
+            let (a, b) = (self.saved[before].joints[joint], self.saved[last].joints[joint]);
+            self.state.joints[joint] = b;
+            let spin = between(a.place.rotation, b.place.rotation);
+            let spin = if D == 3 { [0.0, 0.0, b.place.angle - a.place.angle] } else { spin };
+            let step = sub(b.place.displacement, a.place.displacement);
+            let mut motion = [0.0; 6];
+            for c in 0..3 {
+                motion[c] = ratio * step[c];
+                motion[3 + c] = ratio * spin[c];
+            }
+            self.state.joints[joint].advance(&motion);
+        }
+        for (index, kinds) in self.topology.ends.iter().enumerate() {
+            for (end, kind) in kinds.iter().enumerate() {
+                if *kind == EndKind::Welded {
+                    continue;
+                }
+                let (a, b) = (self.saved[before].releases[index][end], self.saved[last].releases[index][end]);
+                let target = &mut self.state.releases[index][end];
+                *target = b;
+                let spin = scale(ratio, between(a.rotation, b.rotation));
+                for t in 0..2 {
+                    target.turns[t] += ratio * (b.turns[t] - a.turns[t]);
+                }
+                target.angle += ratio * (b.angle - a.angle);
+                target.rotation =
+                    pennate_elements::rotation::compose(pennate_elements::rotation::exp(spin), b.rotation);
+                if let EndKind::Axes(axes) = kind {
+                    let node = self.structure.members[index].nodes[end];
+                    let joint = self.state.joints[self.topology.links[node].joint].place;
+                    let turned = axes.iter().zip(target.turns).fold([0.0; 3], |s, (a, t)| add(s, scale(t, *a)));
+                    target.rotation =
+                        pennate_elements::rotation::compose(joint.rotation, pennate_elements::rotation::exp(turned));
+                    target.angle = joint.angle + turned[2];
+                }
+            }
+        }
+        self.packs.iter_mut().for_each(|pack| pack.predict(before, last, ratio));
+        self.equations.enforce(&mut self.state.joints, self.fraction);
+        self.place_ends();
+    }
+
+    /// Takes over the state of a system with the same elements and another order.
+    pub fn prolong(&mut self, coarse: &Self) {
+        copy_state(&coarse.state, &mut self.state);
+        self.drives.copy_from_slice(&coarse.drives);
+        self.prestress = coarse.prestress;
+        self.fraction = coarse.fraction;
+        for (fine, coarse) in self.packs.iter_mut().zip(&coarse.packs) {
+            fine.prolong(coarse.as_ref());
+        }
+        self.apply_drives();
+        self.place_ends();
+    }
+}
+
+impl System<6> {
+    /// Takes over the state of the same network solved in the plane.
+    pub fn lift(&mut self, plane: &System<3>) {
+        copy_state(&plane.state, &mut self.state);
+        for joint in &mut self.state.joints {
+            joint.theta = [0.0, 0.0, joint.place.angle];
+        }
+        self.drives.copy_from_slice(&plane.drives);
+        self.prestress = plane.prestress;
+        self.fraction = plane.fraction;
+        for (space, plane) in self.packs.iter_mut().zip(&plane.packs) {
+            space.lift(plane.as_ref());
+        }
+        self.apply_drives();
+        self.place_ends();
+    }
+}
+
+fn between(a: [f64; 4], b: [f64; 4]) -> V3<f64> {
+    use pennate_elements::rotation::{compose, inverse, log};
+    log(compose(b, inverse(a)))
+}
+
+fn copy_state(from: &State, to: &mut State) {
+    to.joints.copy_from_slice(&from.joints);
+    to.releases.copy_from_slice(&from.releases);
+}
