@@ -47,7 +47,7 @@ def network(cells: int, shear: bool) -> str:
 
     lines.append("[nodes]")
     for ring in range(cells + 1):
-        for node in range(8):
+        for node in range(0, 8, 2) if ring == 0 else range(8):
             place = f'"= R * cos({45 * node})", "= R * sin({45 * node})", "= {ring} * pitch"'
             lines.append(f"r{ring}n{node} = [{place}]")
 
@@ -64,8 +64,10 @@ def network(cells: int, shear: bool) -> str:
             lines.append(f'c{cell}m{side} = {{ nodes = [{ends}], muscle = "silicone"{group} }}')
 
     lines.append("\n[supports]")
-    lines += [f'r0n{node} = "clamped"' for node in range(8)]
+    lines += [f'r0n{node} = "clamped"' for node in range(0, 8, 2)]
     lines.append('\n[[steps]]\nname = "contract"\npressure = { contracting = 25 }')
+    lines.append("\n[probes]")
+    lines += [f'{c} = {{ node = "r{cells}n0", displacement = "u{c}" }}' for c in "xyz"]
     return "\n".join(lines) + "\n"
 
 
