@@ -414,7 +414,7 @@ fn joints_are_consistent() {
     case(
         "[supports]",
         "[springs]\nk = { nodes = [\"B\", \"B\"], stiffness = 3 }\n[supports]",
-        "joins node 'B' to itself",
+        "starts and ends at node 'B'",
         25,
         15,
         "different",

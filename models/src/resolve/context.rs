@@ -69,6 +69,34 @@ impl Names {
         }
         found
     }
+
+    /// The two different names of a list; `help` says how it is written.
+    pub fn pair(
+        &self,
+        list: &Spanned<Vec<Spanned<String>>>,
+        owner: &str,
+        help: &str,
+        cx: &mut Context,
+    ) -> Option<[usize; 2]> {
+        let [first, second] = list.value.as_slice() else {
+            let title = format!("{owner} has {} {}(s)", list.value.len(), self.what);
+            cx.error(InputError::new(title).at(list.span).help(help));
+            return None;
+        };
+        let start = self.find(&first.value, first.span, owner, cx);
+        let end = self.find(&second.value, second.span, owner, cx);
+        let pair = [start?, end?];
+        if pair[0] == pair[1] {
+            cx.error(
+                InputError::new(format!("{owner} starts and ends at {} '{}'", self.what, first.value))
+                    .at(list.span)
+                    .label(format!("one {} twice", self.what))
+                    .help(format!("name two different {}", plural(self.what))),
+            );
+            return None;
+        }
+        Some(pair)
+    }
 }
 
 fn plural(what: &str) -> String {

@@ -196,25 +196,8 @@ fn spring(
             Some(structure::Spring::Ground { node: node_index?, stiffness })
         }
         (None, Some(list)) => {
-            let [first, second] = list.value.as_slice() else {
-                cx.error(
-                    InputError::new(format!("{owner} has {} node(s)", list.value.len()))
-                        .at(list.span)
-                        .help("write nodes = [\"A\", \"B\"], or node = \"A\" for a spring to the ground"),
-                );
-                return None;
-            };
-            let start = names.find(&first.value, first.span, &owner, cx);
-            let end = names.find(&second.value, second.span, &owner, cx);
-            let pair = [start?, end?];
-            if pair[0] == pair[1] {
-                cx.error(
-                    InputError::new(format!("{owner} joins node '{}' to itself", first.value))
-                        .at(list.span)
-                        .help("name two different nodes"),
-                );
-                return None;
-            }
+            let help = "write nodes = [\"A\", \"B\"], or node = \"A\" for a spring to the ground";
+            let pair = names.pair(list, &owner, help, cx)?;
             match &data.stiffness.value {
                 SpringStiffness::Components(_) => Some(structure::Spring::Coupling {
                     nodes: pair,

@@ -92,7 +92,8 @@ fn member(
 ) -> Option<Member> {
     let data = &named.value.value;
     let owner = format!("member '{}'", named.name);
-    let nodes = ends(named, &owner, around, cx);
+    let help = "write nodes = [\"A\", \"B\"]: where it starts and where it ends";
+    let nodes = around.names.pair(&data.nodes, &owner, help, cx);
     let order = order(data, cx);
     refuse_corotational(data, cx);
     let (kind, drafts) = drafts(named, &owner, around.properties, missing, cx)?;
@@ -113,36 +114,6 @@ fn member(
         releases,
         order: order?,
     })
-}
-
-fn ends(
-    named: &Named<Spanned<input::Member>>,
-    owner: &str,
-    around: &Surroundings<'_>,
-    cx: &mut Context,
-) -> Option<[usize; 2]> {
-    let list = &named.value.value.nodes;
-    let [first, second] = list.value.as_slice() else {
-        cx.error(
-            InputError::new(format!("{owner} has {} node(s)", list.value.len()))
-                .at(list.span)
-                .help("write nodes = [\"A\", \"B\"]: where it starts and where it ends"),
-        );
-        return None;
-    };
-    let start = around.names.find(&first.value, first.span, owner, cx);
-    let end = around.names.find(&second.value, second.span, owner, cx);
-    let nodes = [start?, end?];
-    if nodes[0] == nodes[1] {
-        cx.error(
-            InputError::new(format!("{owner} starts and ends at node '{}'", first.value))
-                .at(list.span)
-                .label("one node twice")
-                .help("name two different nodes"),
-        );
-        return None;
-    }
-    Some(nodes)
 }
 
 fn order(data: &input::Member, cx: &mut Context) -> Option<Option<usize>> {

@@ -5,7 +5,6 @@ use pennate_solver::structure::Change;
 
 use super::joints::fixed;
 use super::steps::StepReader;
-use super::topology::JointRotation;
 use crate::error::{InputError, Span};
 use crate::input::read::{Map, Named, Spanned};
 use crate::input::{self, Motion};
@@ -22,7 +21,7 @@ impl StepReader<'_, '_> {
             for (component, value) in values.into_iter().enumerate() {
                 let Some(value) = value else { continue };
                 let Some((node, component)) = self.claim(node, component, key, named.value.span) else { continue };
-                if component >= 3 && value != 0.0 && !matches!(self.actors.rotations[node], JointRotation::Full) {
+                if component >= 3 && value != 0.0 {
                     self.check_turn(node, component, &named.name, named.value.span);
                 }
                 self.held[node][component] = true;
@@ -37,12 +36,7 @@ impl StepReader<'_, '_> {
     fn check_turn(&mut self, node: usize, component: usize, name: &str, span: Span) {
         let mut axis = Vector3::zeros();
         axis[component - 3] = 1.0;
-        let missing = match self.actors.rotations[node] {
-            JointRotation::Full => false,
-            JointRotation::None => true,
-            JointRotation::NoSpin(spin) => axis.dot(&Vector3::from(spin)).abs() > 1e-9,
-        };
-        if missing {
+        if self.actors.rotations[node].lacks(axis) {
             self.cx.error(
                 InputError::new(format!("node '{name}' has no rotation to prescribe: all ends there are released"))
                     .at(span)

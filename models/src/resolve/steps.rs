@@ -280,13 +280,7 @@ impl StepReader<'_, '_> {
 
     /// A moment needs something to turn.
     fn check_moment(&mut self, node: usize, moment: [f64; 3], what: &str, span: Span) {
-        let moment = Vector3::from(moment);
-        let nothing = match self.actors.rotations[node] {
-            JointRotation::Full => false,
-            JointRotation::None => moment != Vector3::zeros(),
-            JointRotation::NoSpin(axis) => moment.dot(&Vector3::from(axis)).abs() > 1e-9 * moment.norm(),
-        };
-        if nothing {
+        if self.actors.rotations[node].lacks(Vector3::from(moment)) {
             self.cx.error(
                 InputError::new(format!("{what} has nothing to turn: all ends there are released"))
                     .at(span)

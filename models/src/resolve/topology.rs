@@ -20,6 +20,17 @@ pub enum JointRotation {
     NoSpin([f64; 3]),
 }
 
+impl JointRotation {
+    /// Whether a moment or a rotation about this axis finds nothing to turn.
+    pub fn lacks(self, axis: Vector3<f64>) -> bool {
+        match self {
+            Self::Full => false,
+            Self::None => axis != Vector3::zeros(),
+            Self::NoSpin(spin) => axis.dot(&Vector3::from(spin)).abs() > 1e-9 * axis.norm(),
+        }
+    }
+}
+
 /// The parts of a network that topology is about.
 pub struct Parts<'a> {
     pub nodes: &'a [Option<Node>],
