@@ -54,6 +54,8 @@ pub struct Path<'a, const D: usize> {
     held: HeldRows,
     newton: Newton,
     base: Count,
+    /// Pivots of the unloaded structure, as long as its assembly is the last one.
+    at_rest: Option<Inertia>,
 }
 
 /// Negative pivots in the equations and out of the plane, and the sign of the full determinant.
@@ -107,6 +109,7 @@ impl<'a, const D: usize> Path<'a, D> {
             held: HeldRows::new(),
             newton: Newton::default(),
             base: Count::default(),
+            at_rest: None,
         };
         for support in &structure.supports {
             for component in 0..6 {
@@ -216,11 +219,11 @@ impl<'a, const D: usize> Path<'a, D> {
                 }
             }
             if let (Some(step), true) = (steps.get(index), going) {
-                let held_before = self.held.len();
+                let held_before: Vec<_> = self.held.keys().copied().collect();
                 if index > 0 || !step.changes.is_empty() || prestressed {
                     self.change(&step.changes);
                 }
-                if self.held.len() != held_before || index > 0 {
+                if !self.held.keys().eq(&held_before) {
                     self.start_count(&mut record);
                 }
                 let from = self.system.drives.clone();
@@ -254,6 +257,7 @@ impl<'a, const D: usize> Path<'a, D> {
         }
         self.system.hold(self.held.values().copied().collect());
         std::mem::swap(&mut self.held, &mut held);
+        // The system is assembled with the rows of the first step; `held` has them, `self.held` those of the supports.
         let inertia = self.system.assemble(false);
         self.system.note_rest();
         let motions = if inertia.neutral > 0 && !self.is_prestressed() {
@@ -261,8 +265,9 @@ impl<'a, const D: usize> Path<'a, D> {
         } else {
             Vec::new()
         };
+        let same = held.len() == self.held.len();
         self.system.hold(self.held.values().copied().collect());
-        self.system.assemble(false);
+        self.at_rest = Some(if same { inertia } else { self.system.assemble(false) });
         motions
     }
 
@@ -299,7 +304,7 @@ impl<'a, const D: usize> Path<'a, D> {
     fn start_count(&mut self, record: &mut StepHistory) {
         self.system.fraction = 0.0;
         self.system.apply_drives();
-        let inertia = self.system.assemble(false);
+        let inertia = self.at_rest.take().unwrap_or_else(|| self.system.assemble(false));
         record.factorizations += 1;
         self.base = self.count(&inertia);
     }

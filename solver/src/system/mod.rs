@@ -208,14 +208,21 @@ impl<const D: usize> System<D> {
             rest_stiffness: vec![[0.0; 6]; joints],
             idle_members: Vec::new(),
         };
-        system.hold(Vec::new());
         system.apply_drives();
         system
     }
 
-    /// Sets what is held, and analyses the equations anew.
+    /// Sets what is held; analyses the equations anew where that is not the same as before.
     pub fn hold(&mut self, held: Vec<Held>) {
-        let held = held.into_iter().filter(|h| self.concerns(h)).collect();
+        let held: Vec<Held> = held.into_iter().filter(|h| self.concerns(h)).collect();
+        let same = |a: &Held, b: &Held| (a.node, a.component, a.kind) == (b.node, b.component, b.kind);
+        let known = &self.equations.held;
+        let analysed = self.linear.size() == self.equations.size && !self.joint_scatter.is_empty();
+        if analysed && known.len() == held.len() && known.iter().zip(&held).all(|(a, b)| same(a, b)) {
+            self.equations.held = held;
+            self.find_loaded_nodes();
+            return;
+        }
         self.equations = Equations::new(&self.topology, self.equations.active, held);
         let equations = &self.equations;
         let local = |joint: usize| {
@@ -259,6 +266,10 @@ impl<const D: usize> System<D> {
         self.rhs = vec![0.0; equations.size];
         self.skew = Skew::default();
         self.measure_by_rest();
+        self.find_loaded_nodes();
+    }
+
+    fn find_loaded_nodes(&mut self) {
         self.loaded_nodes = loaded_nodes(&self.structure);
         self.loaded_nodes.extend(self.fading.iter().map(|f| f.node));
         self.loaded_nodes.sort_unstable();
