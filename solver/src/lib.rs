@@ -6,6 +6,7 @@
 //! increment ([`path`]).
 
 pub mod chain;
+pub mod dense;
 pub mod error;
 pub mod history;
 pub mod joints;

@@ -363,23 +363,27 @@ impl<const D: usize> Equations<D> {
                 Basis::Columns(_) if equations.rows.is_empty() => {}
                 Basis::Columns(_) => {
                     let count = equations.rows.len();
-                    let gradients: Vec<[f64; 6]> = equations
-                        .rows
-                        .iter()
-                        .map(|&index| {
-                            let held = &self.held[index];
-                            row(held, fraction, &states[joint], topology.links[held.node].arm).gradient
-                        })
-                        .collect();
-                    let matrix = nalgebra::DMatrix::from_fn(6, count, |c, r| {
-                        if self.active.contains(&c) { gradients[r][c] } else { 0.0 }
-                    });
-                    let force = nalgebra::DVector::from_fn(6, |c, _| forces[joint][c]);
-                    let svd = matrix.svd(true, true);
-                    if let Ok(solution) = svd.solve(&force, 1e-10) {
-                        for (r, &index) in equations.rows.iter().enumerate() {
-                            self.multipliers[index] = solution[r];
+                    let mut matrix = nalgebra::Matrix6::zeros();
+                    // Rows beyond six depend on each other: rare, and worth an allocation.
+                    let mut wide = nalgebra::DMatrix::zeros(6, if count > 6 { count } else { 0 });
+                    for (r, &index) in equations.rows.iter().enumerate() {
+                        let held = &self.held[index];
+                        let gradient = row(held, fraction, &states[joint], topology.links[held.node].arm).gradient;
+                        for &c in &self.active {
+                            let entry = if count > 6 { &mut wide[(c, r)] } else { &mut matrix[(c, r)] };
+                            *entry = gradient[c];
                         }
+                    }
+                    let force = nalgebra::Vector6::from(forces[joint]);
+                    let mut share = |solution: &[f64]| {
+                        for (&index, &multiplier) in equations.rows.iter().zip(solution) {
+                            self.multipliers[index] = multiplier;
+                        }
+                    };
+                    if count > 6 {
+                        let _ = wide.svd(true, true).solve(&force, 1e-10).map(|x| share(x.as_slice()));
+                    } else {
+                        let _ = matrix.svd(true, true).solve(&force, 1e-10).map(|x| share(x.as_slice()));
                     }
                 }
             }

@@ -1,6 +1,7 @@
 //! Loads without a potential: the unsymmetric part of the tangent by the identity of Woodbury.
 
 use super::{Inertia, System};
+use crate::dense::Dense;
 
 /// Columns of a joint: its equations at most.
 const SKEW_COLUMNS: usize = 6;
@@ -11,8 +12,10 @@ pub(super) struct Skew {
     /// Equations of the columns, and N by blocks of joints.
     pub joints: Vec<(usize, nalgebra::SMatrix<f64, 6, 6>)>,
     pub columns: Vec<f64>,
-    pub small: nalgebra::DMatrix<f64>,
-    pub solver: Option<nalgebra::LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
+    /// I + N Eᵀ S⁻¹ E, factorized.
+    pub small: Dense,
+    /// N Eᵀ of a right-hand side.
+    pub rest: Vec<f64>,
 }
 
 impl<const D: usize> System<D> {
@@ -31,7 +34,7 @@ impl<const D: usize> System<D> {
             }
         }
         self.linear.solve(&mut self.skew.columns, count);
-        let mut small = nalgebra::DMatrix::identity(count, count);
+        self.skew.small.set_identity(count);
         for (k, (joint, n)) in self.skew.joints.iter().enumerate() {
             let equations = &self.equations.joints[*joint];
             for column in 0..count {
@@ -40,14 +43,12 @@ impl<const D: usize> System<D> {
                     for b in 0..equations.count {
                         sum += n[(a, b)] * self.skew.columns[column * size + equations.first + b];
                     }
-                    small[(k * SKEW_COLUMNS + a, column)] += sum;
+                    self.skew.small.add(k * SKEW_COLUMNS + a, column, sum);
                 }
             }
         }
-        let lu = small.clone().lu();
-        inertia.skew_negative = lu.determinant() < 0.0;
-        self.skew.small = small;
-        self.skew.solver = Some(lu);
+        self.skew.small.factorize();
+        inertia.skew_negative = self.skew.small.is_negative();
     }
 
     /// K⁻¹ b in place, loads without a potential included.
@@ -56,25 +57,26 @@ impl<const D: usize> System<D> {
             return false;
         }
         let size = self.linear.size();
-        let Some(lu) = &self.skew.solver else { return true };
-        if self.skew.joints.is_empty() {
+        let Skew { joints, columns, small, rest } = &mut self.skew;
+        if joints.is_empty() {
             return true;
         }
-        let mut small = nalgebra::DVector::zeros(self.skew.small.nrows());
-        for (k, (joint, n)) in self.skew.joints.iter().enumerate() {
+        rest.clear();
+        rest.resize(joints.len() * SKEW_COLUMNS, 0.0);
+        for (k, (joint, n)) in joints.iter().enumerate() {
             let equations = &self.equations.joints[*joint];
             for a in 0..equations.count {
                 for c in 0..equations.count {
-                    small[k * SKEW_COLUMNS + a] += n[(a, c)] * b[equations.first + c];
+                    rest[k * SKEW_COLUMNS + a] += n[(a, c)] * b[equations.first + c];
                 }
             }
         }
-        if !lu.solve_mut(&mut small) {
+        if !small.solve(rest) {
             return false;
         }
-        for (column, factor) in small.iter().enumerate() {
+        for (column, factor) in rest.iter().enumerate() {
             for i in 0..size {
-                b[i] -= factor * self.skew.columns[column * size + i];
+                b[i] -= factor * columns[column * size + i];
             }
         }
         b.iter().all(|x| x.is_finite())
