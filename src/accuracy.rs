@@ -87,11 +87,13 @@ pub fn solve_to_accuracy(
         timing.mesh += start.elapsed();
         let start = Instant::now();
         let solved = pennate_solver::solve(&structure, &steps, options, observe);
-        timing.solve += start.elapsed();
+        let spent = start.elapsed();
         let history = match solved {
             Ok(history) => history,
             Err(error) => return Err((Box::new(model), error)),
         };
+        timing.estimate += history.estimate;
+        timing.solve += spent.saturating_sub(history.estimate);
         let probes = ProbeTable::new(&model, &history);
         let error = relative_error(&model, &structure, &history, &probes);
         let judged = judge(&model, &mesh, &history, error, asked, rounds, best.as_ref());

@@ -122,7 +122,8 @@ fn history() -> History {
         notes: Vec::new(),
         failure: None,
     };
-    History { steps: vec![done, missing], mesh: MeshSize { nodes: 4, elements: 3, unknowns: 9 } }
+    let mesh = MeshSize { nodes: 4, elements: 3, unknowns: 9 };
+    History { steps: vec![done, missing], mesh, ..History::default() }
 }
 
 fn increment(fraction: f64) -> Increment {

@@ -1,5 +1,7 @@
 //! What happened during a solve: converged states with all that a user may ask of them.
 
+use std::time::Duration;
+
 use crate::structure::{Dimension, NodeId};
 
 /// Everything that a solve brought, in the order of the steps.
@@ -7,6 +9,8 @@ use crate::structure::{Dimension, NodeId};
 pub struct History {
     pub steps: Vec<StepHistory>,
     pub mesh: MeshSize,
+    /// Time that the refined states took (those of [`StepHistory::refined`]).
+    pub estimate: Duration,
 }
 
 /// Size of the discretization.

@@ -1,0 +1,216 @@
+//! One ramp, increment by increment.
+
+use super::{Count, Path};
+use crate::chain::Size;
+use crate::history::{Status, StepHistory};
+use crate::newton::{Start, Why};
+use crate::system::{Inertia, System};
+
+/// Saved states: the last accepted one, and the one before it.
+pub(super) const LAST: usize = 0;
+pub(super) const BEFORE: usize = 1;
+
+/// A rise of the count of negative pivots within less of the ramp than this is a critical point.
+const BRACKET: f64 = 2e-3;
+/// Increments are not shortened below this part of the ramp.
+const SHORTEST: f64 = 1e-4;
+/// Near a fold the state moves ever faster with the loads: by so much more than at first.
+const FOLD: f64 = 4.0;
+
+/// The values that a ramp moves.
+pub(super) struct Ramp {
+    pub drives: [Vec<f64>; 2],
+    pub prestress: [f64; 2],
+    pub longest: f64,
+}
+
+impl Ramp {
+    fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
+        let [from, to] = &self.drives;
+        system.fraction = fraction;
+        for (value, (from, to)) in system.drives.iter_mut().zip(from.iter().zip(to)) {
+            *value = if fraction == 1.0 { *to } else { from + fraction * (to - from) };
+        }
+        system.prestress = self.prestress[0] + fraction * (self.prestress[1] - self.prestress[0]);
+        system.apply_drives();
+    }
+}
+
+/// Progress of one ramp.
+pub(super) struct Tally {
+    pub iterations: usize,
+    pub factorizations: usize,
+    pub accepted: usize,
+}
+
+impl<const D: usize> Path<'_, D> {
+    /// Counts pivots at the present state, before a step moves it.
+    pub(super) fn start_count(&mut self, record: &mut StepHistory) {
+        self.system.fraction = 0.0;
+        self.system.apply_drives();
+        let inertia = self.at_rest.take().unwrap_or_else(|| self.system.assemble(false));
+        record.factorizations += 1;
+        self.base = self.count(&inertia);
+    }
+
+    fn count(&mut self, inertia: &Inertia) -> Count {
+        let known = self.base.lateral;
+        let potential = self.system.has_potential();
+        let mut count = Count {
+            own: inertia.negative,
+            lateral: 0,
+            odd: (inertia.negative % 2 == 1) != inertia.skew_negative,
+            potential,
+            lateral_potential: true,
+            smallest: inertia.smallest,
+            neutral: inertia.neutral > 0,
+        };
+        if let Some(lateral) = &mut self.lateral {
+            let (inertia, potential) = lateral(&mut self.system, known);
+            count.lateral = inertia.negative;
+            count.lateral_potential = potential;
+            count.neutral |= inertia.neutral > 0;
+        }
+        count
+    }
+
+    /// Follows a ramp to its end; false where it stopped short.
+    pub(super) fn follow(
+        &mut self,
+        ramp: &Ramp,
+        record: &mut StepHistory,
+        watch: &mut dyn FnMut(f64) -> bool,
+        is_step: bool,
+    ) -> bool {
+        let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
+        let mut fraction = 0.0;
+        let mut increment = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
+        let mut last_increment = 0.0;
+        let (mut first_rate, mut last_rate) = (0.0, 0.0);
+        self.system.save(LAST);
+        // Loads that lack a potential at the end of the ramp lack it on the way.
+        ramp.apply(&mut self.system, 1.0);
+        let conservative = self.system.loads_have_potential();
+        let mut retries = 0;
+        loop {
+            let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
+            let target = if fraction + step >= 1.0 - 1e-12 { 1.0 } else { fraction + step };
+            ramp.apply(&mut self.system, target);
+            let predicted = tally.accepted > 0;
+            if predicted {
+                self.system.predict(BEFORE, LAST, step / last_increment);
+            }
+            let foreseen = if predicted { self.system.distance(LAST) } else { Size::default() };
+            let doubt = conservative && step > BRACKET;
+            let negative_limit = if doubt { self.base.own } else { usize::MAX };
+            let start = Start { predicted, rest: Some(LAST), negative_limit, passing: target < 1.0 };
+            let mut outcome = self.newton.solve(&mut self.system, start);
+            if let (Err(lost), true) = (&outcome, retries > 0)
+                && lost.why != Why::Unstable
+            {
+                // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
+                tally.iterations += lost.iterations;
+                tally.factorizations += lost.iterations;
+                self.system.restore(LAST);
+                self.system.set_plain(true);
+                outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
+                self.system.set_plain(false);
+            }
+            match outcome {
+                Ok(found) => {
+                    tally.iterations += found.iterations - 1;
+                    tally.factorizations += found.iterations;
+                    let count = self.count(&found.inertia);
+                    let rose = count.own > self.base.own || count.lateral > self.base.lateral;
+                    let guarded = rose && self.guards(&count);
+                    let foreseen = if predicted { foreseen } else { found.first };
+                    let doubtful = conservative && leapt(self.system.distance(LAST), foreseen);
+                    if (guarded || doubtful) && step > BRACKET {
+                        self.system.restore(LAST);
+                        increment = (0.4 * step).max(0.9 * BRACKET);
+                        continue;
+                    }
+                    if guarded || doubtful && self.system.jumped(LAST, BEFORE, tally.accepted > 0) {
+                        let sideways = guarded && count.own <= self.base.own;
+                        self.stop_at_critical(record, target, sideways);
+                        self.system.restore(LAST);
+                        ramp.apply(&mut self.system, fraction);
+                        self.settle(record, fraction, &tally);
+                        return false;
+                    }
+                    self.note_changes(record, &count, target);
+                    self.base = count;
+                    last_rate = self.system.distance(LAST).largest() / step;
+                    if tally.accepted == 0 {
+                        first_rate = last_rate;
+                    }
+                    self.system.save_as(LAST, BEFORE);
+                    fraction = target;
+                    last_increment = step;
+                    retries = 0;
+                    tally.accepted += 1;
+                    if is_step {
+                        self.accept(record, fraction, &found, &tally);
+                    }
+                    if !watch(fraction) && fraction < 1.0 {
+                        record.status = Status::Interrupted;
+                        self.settle(record, fraction, &tally);
+                        return false;
+                    }
+                    if fraction >= 1.0 {
+                        record.iterations += tally.iterations;
+                        record.factorizations += tally.factorizations;
+                        record.fraction = 1.0;
+                        record.status = Status::Converged;
+                        return true;
+                    }
+                    increment = match found.iterations {
+                        0..=6 => 2.0 * step,
+                        7..=8 => step,
+                        _ => 0.6 * step,
+                    }
+                    .min(ramp.longest);
+                }
+                Err(lost) => {
+                    tally.iterations += lost.iterations;
+                    tally.factorizations += lost.iterations;
+                    self.system.restore(LAST);
+                    increment = 0.4 * step;
+                    if lost.why == Why::Unstable {
+                        // Past a limit point the extrapolation is unstable: go nearer before believing what comes.
+                        increment = increment.max(0.9 * BRACKET);
+                        continue;
+                    }
+                    retries += 1;
+                    if increment < SHORTEST || retries > 14 {
+                        self.give_up(record, target, &lost, last_rate > FOLD * first_rate && tally.accepted > 1);
+                        ramp.apply(&mut self.system, fraction);
+                        self.settle(record, fraction, &tally);
+                        return false;
+                    }
+                    if !watch(fraction) {
+                        record.status = Status::Interrupted;
+                        self.settle(record, fraction, &tally);
+                        return false;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether a rise of the count is to be trusted as a loss of stability.
+    fn guards(&self, count: &Count) -> bool {
+        let own = count.own > self.base.own && count.potential;
+        let lateral = count.lateral > self.base.lateral && count.lateral_potential;
+        own || lateral
+    }
+}
+
+/// Whether a state moved much farther than its linear extrapolation: over a limit point, perhaps.
+fn leapt(moved: Size, foreseen: Size) -> bool {
+    const FARTHER: f64 = 4.0;
+    const FAR: f64 = 0.01;
+    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
+    leap(moved.displacement, foreseen.displacement.max(foreseen.rotation))
+        || leap(moved.rotation, foreseen.rotation.max(foreseen.displacement))
+}

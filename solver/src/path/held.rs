@@ -1,0 +1,126 @@
+//! What supports and steps hold, and what they let go.
+
+use std::sync::Arc;
+
+use pennate_elements::small::{dot, scale};
+
+use super::Path;
+use crate::joints::{Held, HeldKind, Topology};
+use crate::structure::{Change, NodeId, Step, Structure};
+use crate::system::Fading;
+
+impl<const D: usize> Path<'_, D> {
+    /// Axes in which a node's components are measured.
+    fn axes(&self, node: NodeId) -> [[f64; 3]; 3] {
+        const GLOBAL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        self.system.structure.supports.iter().find(|s| s.node == node).map_or(GLOBAL, |s| s.axes)
+    }
+
+    pub(super) fn insert(&mut self, node: NodeId, component: usize, from: f64, to: f64) {
+        let axis = self.axes(node)[component % 3];
+        let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+        self.held.insert((node, component), Held { node, component, kind, from, to });
+    }
+
+    /// Present value of a component.
+    fn present(&self, node: NodeId, component: usize) -> f64 {
+        let link = &self.system.topology.links[node];
+        let joint = &self.system.state.joints[link.joint];
+        let axis = self.axes(node)[component % 3];
+        if component < 3 {
+            dot(axis, joint.point(link.arm))
+        } else if D == 3 {
+            axis[2] * joint.place.angle
+        } else {
+            dot(axis, joint.theta)
+        }
+    }
+
+    /// Applies the changes that a step makes to what is held; gives the reactions that fade.
+    pub(super) fn change(&mut self, changes: &[Change]) {
+        for held in self.held.values_mut() {
+            held.from = held.to;
+        }
+        self.system.fading.clear();
+        for change in changes {
+            match *change {
+                Change::Prescribe { node, component, to } => {
+                    let from =
+                        self.held.get(&(node, component)).map_or_else(|| self.present(node, component), |h| h.to);
+                    self.insert(node, component, from, to);
+                }
+                Change::Hold { node, component } => {
+                    let value = self.present(node, component);
+                    self.insert(node, component, value, value);
+                }
+                Change::MoveBy { node, component, by } => {
+                    let from = self.present(node, component);
+                    self.insert(node, component, from, from + by);
+                }
+                Change::Free { node, component } => {
+                    self.held.remove(&(node, component));
+                    let reaction = self.reaction(node, component);
+                    self.system.fading.push(reaction);
+                }
+            }
+        }
+        self.system.hold(self.held.values().copied().collect());
+    }
+
+    fn reaction(&self, node: NodeId, component: usize) -> Fading {
+        let equations = &self.system.equations;
+        let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
+        let row = equations.held.iter().position(|h| h.node == node && h.component == component);
+        if let Some(index) = row {
+            let value = equations.multipliers[index];
+            match equations.held[index].kind {
+                HeldKind::Translation { direction } => fading.force = scale(value, direction),
+                HeldKind::Rotation { axis } => fading.moment = scale(value, axis),
+            }
+        }
+        fading
+    }
+}
+
+/// Nodes whose rotation supports, steps or loads engage.
+pub fn turned_nodes(structure: &Structure, steps: &[Step]) -> Vec<bool> {
+    let mut turned = vec![false; structure.nodes.len()];
+    for support in &structure.supports {
+        turned[support.node] |= support.fixed[3..].iter().any(|&f| f);
+    }
+    for drive in &structure.drives {
+        if let crate::structure::Drive::Moment(node, _) | crate::structure::Drive::FollowerMoment(node, _) = *drive {
+            turned[node] = true;
+        }
+    }
+    for step in steps {
+        for change in &step.changes {
+            let (Change::Prescribe { node, component, .. }
+            | Change::Hold { node, component }
+            | Change::MoveBy { node, component, .. }
+            | Change::Free { node, component }) = *change;
+            turned[node] |= component >= 3;
+        }
+    }
+    turned
+}
+
+/// Rows that supports and the first step hold, at rest.
+pub fn first_rows(structure: &Structure, steps: &[Step]) -> Vec<(NodeId, usize)> {
+    let mut rows: Vec<_> =
+        structure.supports.iter().flat_map(|s| (0..6).filter(|&c| s.fixed[c]).map(|c| (s.node, c))).collect();
+    for change in steps.first().map_or(&[][..], |s| &s.changes) {
+        match *change {
+            Change::Prescribe { node, component, .. }
+            | Change::Hold { node, component }
+            | Change::MoveBy { node, component, .. } => rows.push((node, component)),
+            Change::Free { .. } => {}
+        }
+    }
+    rows
+}
+
+/// Builds the topology of a structure for its steps.
+pub fn topology(structure: &Structure, steps: &[Step]) -> Arc<Topology> {
+    Arc::new(Topology::new(structure, &turned_nodes(structure, steps)))
+}

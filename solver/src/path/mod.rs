@@ -1,0 +1,209 @@
+//! Steps and increments: what moves, how far at once, and when an increment is taken back.
+//!
+//! A step starts with its whole ramp and a linear prediction; an increment is doubled after at most five iterations,
+//! shortened after more than seven or a failure. A converged increment with more negative pivots than before is taken
+//! back and shortened until it is a small part of the ramp: only then is the loss of stability real, and not a long
+//! step onto another branch.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::error::FreeMotion;
+use crate::history::{Equilibrium, History, MeshSize, Note, Status};
+use crate::joints::Held;
+use crate::mechanism;
+use crate::newton::{Newton, Start};
+use crate::options::{Options, Progress};
+use crate::results;
+use crate::structure::{Dimension, NodeId, Spring, Step};
+use crate::system::{Inertia, System};
+
+mod follow;
+mod held;
+mod report;
+
+use follow::Ramp;
+pub use held::{first_rows, topology, turned_nodes};
+use report::empty_step;
+
+/// Which rows are held, by node and component.
+pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
+
+/// Pivots out of the plane at the last assembly of a plane system, and whether its loads have a potential there; takes
+/// the number of negative ones that is known already.
+pub type LateralInertia<'a, const D: usize> = Box<dyn FnMut(&mut System<D>, usize) -> (Inertia, bool) + 'a>;
+
+/// Follows the steps of a structure.
+pub struct Path<'a, const D: usize> {
+    pub system: System<D>,
+    pub lateral: Option<LateralInertia<'a, D>>,
+    /// The same structure with elements of the next order.
+    pub refined: Option<System<D>>,
+    pub options: Options,
+    pub notes: Vec<Note>,
+    pub stability: Dimension,
+    held: HeldRows,
+    newton: Newton,
+    base: Count,
+    /// Pivots of the unloaded structure, as long as its assembly is the last one.
+    at_rest: Option<Inertia>,
+}
+
+/// Negative pivots in the equations and out of the plane, and the sign of the full determinant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Count {
+    own: usize,
+    lateral: usize,
+    odd: bool,
+    potential: bool,
+    lateral_potential: bool,
+    smallest: f64,
+    neutral: bool,
+}
+
+impl<'a, const D: usize> Path<'a, D> {
+    pub fn new(system: System<D>, options: Options) -> Self {
+        let structure = Arc::clone(&system.structure);
+        let mut path = Self {
+            system,
+            lateral: None,
+            refined: None,
+            options,
+            notes: Vec::new(),
+            stability: structure.dimension,
+            held: HeldRows::new(),
+            newton: Newton::default(),
+            base: Count::default(),
+            at_rest: None,
+        };
+        for support in &structure.supports {
+            for component in 0..6 {
+                if support.fixed[component] {
+                    path.insert(support.node, component, 0.0, 0.0);
+                }
+            }
+        }
+        path
+    }
+
+    /// Follows all steps; `observe` may stop the solve by returning false.
+    pub fn run(&mut self, steps: &[Step], observe: &mut dyn FnMut(&Progress) -> bool) -> History {
+        let mesh = self.mesh_size();
+        let mut history = History { mesh, ..History::default() };
+        let rest = self.system.drives.clone();
+        let total = steps.len().max(1);
+        let prestressed = self.is_prestressed();
+        let mut going = true;
+        for index in 0..total {
+            let mut record = empty_step(self.stability, std::mem::take(&mut self.notes));
+            if !going {
+                record.status = Status::NotReached;
+                record.stable = None;
+                history.steps.push(record);
+                continue;
+            }
+            let mut watch = |fraction: f64| observe(&Progress { step: index, steps: total, fraction });
+            if index == 0 {
+                self.change(&[]);
+                self.start_count(&mut record);
+                if prestressed {
+                    let longest = 1.0;
+                    let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest };
+                    going = self.follow(&ramp, &mut record, &mut watch, steps.is_empty());
+                }
+            }
+            if let (Some(step), true) = (steps.get(index), going) {
+                let held_before: Vec<_> = self.held.keys().copied().collect();
+                if index > 0 || !step.changes.is_empty() || prestressed {
+                    self.change(&step.changes);
+                }
+                if !self.held.keys().eq(&held_before) {
+                    self.start_count(&mut record);
+                }
+                let from = self.system.drives.clone();
+                let mut to = from.clone();
+                for &(drive, value) in &step.targets {
+                    to[drive] = value;
+                }
+                let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
+                let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
+                going = self.follow(&ramp, &mut record, &mut watch, true);
+            } else if steps.is_empty() && !prestressed {
+                let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
+                going = self.follow(&ramp, &mut record, &mut watch, true);
+            }
+            if going && self.options.estimate {
+                let start = Instant::now();
+                record.refined = self.refine();
+                history.estimate += start.elapsed();
+            }
+            history.steps.push(record);
+        }
+        history
+    }
+
+    /// Motions that the unloaded structure can make without force, with what the first step holds in place.
+    ///
+    /// Springs that are stretched or compressed from the start may hold a network that is loose without them; such a
+    /// network is left to the iteration.
+    pub fn free_motions(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
+        let mut held = self.held.clone();
+        for (node, component) in first_rows(&self.system.structure, steps) {
+            self.insert(node, component, 0.0, 0.0);
+        }
+        self.system.hold(self.held.values().copied().collect());
+        std::mem::swap(&mut self.held, &mut held);
+        // The system is assembled with the rows of the first step; `held` has them, `self.held` those of the supports.
+        let inertia = self.system.assemble(false);
+        self.system.note_rest();
+        let motions = if inertia.neutral > 0 && !self.is_prestressed() {
+            mechanism::free_motions(&mut self.system)
+        } else {
+            Vec::new()
+        };
+        let same = held.len() == self.held.len();
+        self.system.hold(self.held.values().copied().collect());
+        self.at_rest = Some(if same { inertia } else { self.system.assemble(false) });
+        motions
+    }
+
+    fn is_prestressed(&self) -> bool {
+        let structure = &self.system.structure;
+        structure.springs.iter().any(|spring| match spring {
+            Spring::Axial { nodes, natural_length, .. } => {
+                let [a, b] = nodes.map(|n| structure.nodes[n]);
+                let length = (0..3).map(|c| (b[c] - a[c]) * (b[c] - a[c])).sum::<f64>().sqrt();
+                (length - natural_length).abs() > 1e-12 * length
+            }
+            _ => false,
+        })
+    }
+
+    fn mesh_size(&self) -> MeshSize {
+        let structure = &self.system.structure;
+        let per_node = if D == 3 { 3 } else { 6 };
+        let mut elements = 0;
+        let mut interior = 0;
+        for member in &structure.members {
+            let count: usize = member.segments.iter().map(|s| s.elements.max(1)).sum();
+            elements += count;
+            interior += count * member.order - 1;
+        }
+        MeshSize {
+            nodes: structure.nodes.len() + interior,
+            elements,
+            unknowns: self.system.equations.size + per_node * interior,
+        }
+    }
+
+    /// The present equilibrium on elements of the next order.
+    fn refine(&mut self) -> Option<Equilibrium> {
+        let refined = self.refined.as_mut()?;
+        refined.fading.clone_from(&self.system.fading);
+        refined.hold(self.system.equations.held.clone());
+        refined.prolong(&self.system);
+        self.newton.solve(refined, Start::nearby()).ok()?;
+        Some(results::equilibrium(refined))
+    }
+}
