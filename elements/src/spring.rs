@@ -7,9 +7,11 @@
 //! ```
 //! Gradient and Hessian are taken in the chart exp(φ) R by second-order differentiation of the energy itself.
 
+use std::f64::consts::TAU;
+
 use crate::jet::Jet;
 use crate::rotation::Quaternion;
-use crate::small::{V3, add, norm, outer, scale, sub};
+use crate::small::{V3, add, dot, norm, outer, scale, sub};
 use crate::space::Pose;
 
 /// Energy, gradient and Hessian of a spring on one or two nodes (12 components; the second six are unused on one).
@@ -49,14 +51,18 @@ fn conjugate(a: Spin) -> Spin {
     [a[0], a[1].scaled(-1.0), a[2].scaled(-1.0), a[3].scaled(-1.0)]
 }
 
-/// Rotation vector 2 atan(|c|)/|c| c with the Gibbs vector c = v/w.
-fn rotation_vector(q: Spin) -> [Jet<12>; 3] {
+/// Rotation vector (2 atan(|c|) + 2πn)/|c| c with the Gibbs vector c = v/w: of all that belong to the rotation the one
+/// nearest to `near`.
+fn rotation_vector(q: Spin, near: V3<f64>) -> [Jet<12>; 3] {
     let inverse = q[0].recip();
     let c = [q[1] * inverse, q[2] * inverse, q[3] * inverse];
     let square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     let y = square.value;
-    // f(y) = 2 atan(√y)/√y and its derivatives, from y f′ = 1/(1 + y) − f/2; by series where that cancels.
-    let (f, f1, f2) = if y < 0.02 {
+    let root = y.sqrt();
+    let along = dot(near, c.map(|c| c.value)) / root;
+    let turns = if y > 0.0 { ((along - 2.0 * root.atan()) / TAU).round() } else { 0.0 };
+    // f(y) = (2 atan(√y) + 2πn)/√y and its derivatives, from y f′ = 1/(1 + y) − f/2; by series where that cancels.
+    let (f, f1, f2) = if y < 0.02 && turns == 0.0 {
         let (mut f, mut f1, mut f2) = (0.0, 0.0, 0.0);
         for k in (0..12).rev() {
             let a = if k % 2 == 0 { 2.0 } else { -2.0 } / (2 * k + 1) as f64;
@@ -66,8 +72,7 @@ fn rotation_vector(q: Spin) -> [Jet<12>; 3] {
         }
         (f, f1, f2)
     } else {
-        let root = y.sqrt();
-        let f = 2.0 * root.atan() / root;
+        let f = (2.0 * root.atan() + TAU * turns) / root;
         let f1 = (1.0 / (1.0 + y) - 0.5 * f) / y;
         (f, f1, (-1.0 / ((1.0 + y) * (1.0 + y)) - 1.5 * f1) / y)
     };
@@ -84,14 +89,14 @@ fn quadratic(energy: Jet<12>, stiffness: f64, component: Jet<12>) -> Jet<12> {
     if stiffness == 0.0 { energy } else { energy + (component * component).scaled(0.5 * stiffness) }
 }
 
-/// Six components from a node to the ground.
-pub fn ground(stiffness: &[f64; 6], pose: &Pose<f64>) -> SpringResponse {
+/// Six components from a node to the ground; `theta` is the node's rotation vector, whole turns included.
+pub fn ground(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> SpringResponse {
     let mut energy = Jet::constant(0.0);
     for i in 0..3 {
         energy = quadratic(energy, stiffness[i], Jet::variable(pose.displacement[i], i));
     }
     if stiffness[3..].iter().any(|&k| k != 0.0) {
-        let theta = rotation_vector(product(small_spin(3), constant(pose.rotation)));
+        let theta = rotation_vector(product(small_spin(3), constant(pose.rotation)), theta);
         for i in 0..3 {
             energy = quadratic(energy, stiffness[3 + i], theta[i]);
         }
@@ -106,7 +111,7 @@ pub fn coupling(stiffness: &[f64; 6], arm: V3<f64>, poses: [&Pose<f64>; 2]) -> S
     let apart = sub(poses[1].displacement, poses[0].displacement);
     let chord: [Jet<12>; 3] = std::array::from_fn(|i| Jet::variable(apart[i] + arm[i], 6 + i) - Jet::variable(0.0, i));
     let turned = product(product(back, [Jet::constant(0.0), chord[0], chord[1], chord[2]]), first);
-    let theta = rotation_vector(product(back, product(small_spin(9), constant(poses[1].rotation))));
+    let theta = rotation_vector(product(back, product(small_spin(9), constant(poses[1].rotation))), [0.0; 3]);
     let mut energy = Jet::constant(0.0);
     for i in 0..3 {
         energy = quadratic(energy, stiffness[i], turned[1 + i] - Jet::constant(arm[i]));

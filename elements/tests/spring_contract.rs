@@ -38,21 +38,21 @@ fn springs_between_nodes_keep_the_contract() {
 fn a_ground_spring_pulls_along_its_rotation_vector() {
     let theta = [0.4, -1.1, 0.7];
     let pose = Pose { displacement: [1.0, 2.0, 3.0], rotation: rotation::exp(theta) };
-    let isotropic = spring::ground(&[1.0, 1.0, 1.0, 4.0, 4.0, 4.0], &pose);
+    let isotropic = spring::ground(&[1.0, 1.0, 1.0, 4.0, 4.0, 4.0], &pose, [0.0; 3]);
     // An isotropic rotational spring has the moment k θ.
     for i in 0..3 {
         assert!((isotropic.gradient[3 + i] - 4.0 * theta[i]).abs() < 1e-13);
         assert!((isotropic.gradient[i] - (i + 1) as f64).abs() < 1e-15);
     }
     let k = [0.0, 0.0, 0.0, 1.0, 3.0, 9.0];
-    let at = spring::ground(&k, &pose);
+    let at = spring::ground(&k, &pose, [0.0; 3]);
     let h = 1e-5;
     for i in 0..3 {
         let turned = |by: f64| {
             let mut axis = [0.0; 3];
             axis[i] = by;
             let rotation = rotation::compose(rotation::exp(axis), pose.rotation);
-            spring::ground(&k, &Pose { rotation, displacement: add(pose.displacement, [0.0; 3]) })
+            spring::ground(&k, &Pose { rotation, displacement: add(pose.displacement, [0.0; 3]) }, [0.0; 3])
         };
         let (ahead, behind) = (turned(h), turned(-h));
         assert!(((ahead.energy - behind.energy) / (2.0 * h) - at.gradient[3 + i]).abs() < 1e-8);

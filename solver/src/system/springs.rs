@@ -1,5 +1,7 @@
 //! Springs in the equations of the joints.
 
+use std::f64::consts::TAU;
+
 use pennate_elements::rotation::turn;
 use pennate_elements::small::{norm, sub};
 use pennate_elements::space::Pose;
@@ -38,7 +40,7 @@ impl<const D: usize> System<D> {
             }
             Spring::Coupling { nodes, stiffness } => {
                 let arm = sub(positions[nodes[1]], positions[nodes[0]]);
-                let r = spring::coupling(stiffness, arm, [&self.pose(nodes[0]), &self.pose(nodes[1])]);
+                let r = self.coupling_response(*nodes, stiffness, arm);
                 let f = norm([r.gradient[6], r.gradient[7], r.gradient[8]]);
                 (r, *nodes, f)
             }
@@ -94,11 +96,29 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// In the plane the rotation of a ground spring counts whole turns.
-    fn ground_response(&self, node: NodeId, stiffness: &[f64; 6]) -> SpringResponse {
-        let mut response = spring::ground(stiffness, &self.pose(node));
+    /// In the plane the rotation between two nodes counts whole turns.
+    fn coupling_response(&self, nodes: [NodeId; 2], stiffness: &[f64; 6], arm: [f64; 3]) -> SpringResponse {
+        let poses = nodes.map(|node| self.pose(node));
+        let mut response = spring::coupling(stiffness, arm, [&poses[0], &poses[1]]);
         if D == 3 && self.equations.active.contains(&5) {
-            let angle = self.state.joints[self.topology.links[node].joint].place.angle;
+            let [first, second] = nodes.map(|n| self.state.joints[self.topology.links[n].joint].place.angle);
+            let angle = second - first;
+            let reduced = angle - TAU * (angle / TAU).round();
+            response.energy += 0.5 * stiffness[5] * (angle * angle - reduced * reduced);
+            response.gradient[5] -= stiffness[5] * (angle - reduced);
+            response.gradient[11] += stiffness[5] * (angle - reduced);
+        }
+        response
+    }
+
+    /// The rotation of a ground spring counts whole turns.
+    fn ground_response(&self, node: NodeId, stiffness: &[f64; 6]) -> SpringResponse {
+        let joint = &self.state.joints[self.topology.links[node].joint];
+        let plane = D == 3 && self.equations.active.contains(&5);
+        let theta = if plane { [0.0; 3] } else { joint.theta };
+        let mut response = spring::ground(stiffness, &self.pose(node), theta);
+        if plane {
+            let angle = joint.place.angle;
             let reduced = pennate_elements::rotation::log(self.pose(node).rotation)[2];
             response.energy += 0.5 * stiffness[5] * (angle * angle - reduced * reduced);
             response.gradient[5] = stiffness[5] * angle;
