@@ -18,13 +18,15 @@ pub struct Newton {
     pub settled: f64,
     /// Residual of the joints over the largest force or moment that counts as equilibrium.
     pub residual: f64,
+    /// Increment that is rounding, whatever the residual.
+    pub still: f64,
     /// An increment that grows and exceeds this has lost its way.
     pub lost: f64,
 }
 
 impl Default for Newton {
     fn default() -> Self {
-        Self { max_iterations: 16, increment: 1e-7, settled: 1e-10, residual: 1e-6, lost: 0.5 }
+        Self { max_iterations: 16, increment: 1e-7, settled: 1e-10, residual: 1e-6, still: 1e-13, lost: 0.5 }
     }
 }
 
@@ -93,8 +95,10 @@ impl Newton {
             let residual = system.residual();
             #[cfg(feature = "trace")]
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
-            // A second increment below the limit is rounding: no iteration makes the residual smaller.
-            let rounding = before <= self.increment && residual.largest() <= self.residual;
+            // A second increment below the limit is rounding: no iteration makes the residual smaller. Where nothing
+            // is stressed, the residual is small against the stiffness alone, and the increment tells.
+            let still = last <= self.still && residual.largest() < 1.0;
+            let rounding = before <= self.increment && (residual.largest() <= self.residual || still);
             let settled = residual.largest() <= self.settled;
             let passing = start.passing && last <= 1e3 * self.increment && residual.largest() <= 1e3 * self.settled;
             if last <= self.increment && (settled || rounding) || passing {
