@@ -1,10 +1,10 @@
 //! From the state of a system to the quantities of a user.
 
 use pennate_elements::rotation::{log, turn};
-use pennate_elements::small::{V3, add, dot, norm, scale};
+use pennate_elements::small::{V3, add, dot, norm};
 
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState};
-use crate::joints::{EndKind, HeldKind};
+use crate::joints::EndKind;
 use crate::structure::{Dimension, Drive, Spring};
 use crate::system::System;
 
@@ -29,16 +29,11 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             }
         })
         .collect();
-    for (held, &multiplier) in system.equations.held.iter().zip(&system.equations.multipliers) {
+    for (index, held) in system.equations.held.iter().enumerate() {
+        let (force, moment) = system.equations.reaction(index, &topology, &states);
         let node = &mut nodes[held.node];
-        match held.kind {
-            HeldKind::Translation { direction } => {
-                node.reaction_force = add(node.reaction_force, scale(multiplier, direction));
-            }
-            HeldKind::Rotation { axis } => {
-                node.reaction_moment = add(node.reaction_moment, scale(multiplier, axis));
-            }
-        }
+        node.reaction_force = add(node.reaction_force, force);
+        node.reaction_moment = add(node.reaction_moment, moment);
     }
 
     let mut members = Vec::with_capacity(system.members.len());

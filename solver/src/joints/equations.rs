@@ -1,10 +1,10 @@
 //! Equations of the joints: which components, or combinations of them, are free.
 
-use pennate_elements::rotation::{compose, exp, inverse, log, turn};
-use pennate_elements::small::{M3, V3, add, dot, scale, zeros};
+use pennate_elements::rotation::{compose, exp, inverse, log, tangent_map, turn};
+use pennate_elements::small::{M3, V3, add, apply, dot, norm, scale, sub, zeros};
 
 use super::PARALLEL;
-use super::held::{Held, HeldKind, JointState, row};
+use super::held::{Held, HeldKind, JointState, rotation_row, row, whole_turns};
 use super::topology::{Idle, Topology};
 
 /// The equations of one joint.
@@ -26,6 +26,13 @@ pub enum Basis {
     Columns(Box<[[f64; 6]; 6]>),
 }
 
+/// Number of free motions of a joint, the motion its rows still ask for, and what they ask beyond that.
+struct Motions {
+    count: usize,
+    pending: [f64; 6],
+    missed: [f64; 2],
+}
+
 /// Which components are solved for: all in space; ux, uy, rz in the plane; uz, rx, ry out of it.
 pub type Active<const D: usize> = [usize; D];
 
@@ -40,6 +47,8 @@ pub struct Equations<const D: usize> {
     pub pending: Vec<[f64; 6]>,
     /// Reaction along every held row.
     pub multipliers: Vec<f64>,
+    /// By how much, per joint, rows are missed that depend on others: a displacement, and an angle.
+    pub missed: Vec<[f64; 2]>,
 }
 
 impl<const D: usize> Equations<D> {
@@ -55,6 +64,7 @@ impl<const D: usize> Equations<D> {
             size: 0,
             pending: vec![[0.0; 6]; joints],
             multipliers: vec![0.0; held.len()],
+            missed: vec![[0.0; 2]; joints],
             held,
         };
         for (joint, rows) in rows.into_iter().enumerate() {
@@ -74,6 +84,7 @@ impl<const D: usize> Equations<D> {
         let rotations = self.active.iter().filter(|&&c| c >= 3).count();
         let mut simple = !matches!(idle, Idle::Spin(axis) if self.spin_matters(axis));
         let mut held_rotations = 0;
+        let mut taken = [false; 6];
         for &index in rows {
             let held = &self.held[index];
             let (vector, offset) = match held.kind {
@@ -85,6 +96,8 @@ impl<const D: usize> Equations<D> {
             };
             match (0..3).find(|&i| vector[i].abs() == 1.0) {
                 Some(i) if free[offset + i] || self.active.contains(&(offset + i)) => {
+                    // Two nodes of a body at one place may hold the same component.
+                    simple &= !std::mem::replace(&mut taken[offset + i], true);
                     held_rotations += usize::from(offset == 3 && free[offset + i]);
                     free[offset + i] = false;
                 }
@@ -108,7 +121,7 @@ impl<const D: usize> Equations<D> {
         }
         let mut columns = Box::new([[0.0; 6]; 6]);
         let state = JointState::default();
-        let found = self.columns(topology, rows, idle, &state, 0.0, &mut columns).0;
+        let found = self.columns(topology, rows, idle, &state, 0.0, 0, &mut columns).count;
         (found, Basis::Columns(columns))
     }
 
@@ -116,7 +129,8 @@ impl<const D: usize> Equations<D> {
         self.active.iter().any(|&c| c >= 3 && axis[c - 3].abs() > PARALLEL)
     }
 
-    /// Null space of the rows of a joint, and the motion that still has to be made along them.
+    /// Null space of the rows of a joint, of `count` motions at least, and the motion still to be made along the rows.
+    #[expect(clippy::too_many_arguments, reason = "a joint with all that acts on it")]
     fn columns(
         &self,
         topology: &Topology,
@@ -124,11 +138,13 @@ impl<const D: usize> Equations<D> {
         idle: Idle,
         state: &JointState,
         fraction: f64,
+        count: usize,
         columns: &mut [[f64; 6]; 6],
-    ) -> (usize, [f64; 6]) {
+    ) -> Motions {
         let mut basis = [[0.0; 6]; 6];
         let mut rank = 0;
         let mut pending = [0.0; 6];
+        let mut missed = [0.0; 2];
         let mut include = |mut gradient: [f64; 6], mut value: f64| {
             for c in 0..6 {
                 if !self.active.contains(&c) {
@@ -144,18 +160,22 @@ impl<const D: usize> Equations<D> {
                 }
             }
             let length = dot6(&gradient, &gradient).sqrt();
-            if rank < D && length > 1e-8 * before && length > 0.0 {
+            if rank < D - count && length > 1e-8 * before && length > 0.0 {
                 for c in 0..6 {
                     basis[rank][c] = gradient[c] / length;
                     pending[c] -= value / length * gradient[c] / length;
                 }
                 rank += 1;
+                return 0.0;
             }
+            value.abs()
         };
         for &index in rows {
             let held = &self.held[index];
             let row = row(held, fraction, state, topology.links[held.node].arm);
-            include(row.gradient, row.value);
+            let left = include(row.gradient, row.value);
+            let kind = usize::from(matches!(held.kind, HeldKind::Rotation { .. }));
+            missed[kind] = f64::max(missed[kind], left);
         }
         match idle {
             Idle::None => {}
@@ -197,7 +217,7 @@ impl<const D: usize> Equations<D> {
         for (target, q) in columns.iter_mut().zip(&basis[fixed..rank]) {
             *target = *q;
         }
-        (rank - fixed, pending)
+        Motions { count: rank - fixed, pending, missed }
     }
 
     /// Brings bases and pending motions up to date with the state.
@@ -212,7 +232,10 @@ impl<const D: usize> Equations<D> {
                 Basis::Components(_) => self.pending_components(&equations.rows, state, fraction),
                 Basis::Columns(columns) => {
                     let idle = topology.idle[joint];
-                    self.columns(topology, &equations.rows, idle, state, fraction, columns).1
+                    let count = equations.count;
+                    let motions = self.columns(topology, &equations.rows, idle, state, fraction, count, columns);
+                    self.missed[joint] = motions.missed;
+                    motions.pending
                 }
             };
             self.joints[joint] = equations;
@@ -246,7 +269,9 @@ impl<const D: usize> Equations<D> {
                     pending[5] = theta[2] - state.place.angle;
                 }
             } else {
-                let spin = log(compose(exp(theta), inverse(state.place.rotation)));
+                // The way there may be longer than half a turn.
+                let way = apply(&tangent_map(state.theta), &sub(theta, state.theta));
+                let spin = whole_turns(log(compose(exp(theta), inverse(state.place.rotation))), way);
                 pending[3..].copy_from_slice(&spin);
             }
         }
@@ -388,6 +413,41 @@ impl<const D: usize> Equations<D> {
                 }
             }
         }
+    }
+
+    /// Force on the node, and moment about it, by which a row acts on the structure.
+    ///
+    /// A row that holds one component of a rotation vector acts about its gradient, which is its axis only while the
+    /// rotation is small; where all three are held, their moments are taken along the axes.
+    pub fn reaction(&self, index: usize, topology: &Topology, states: &[JointState]) -> (V3<f64>, V3<f64>) {
+        let (held, value) = (&self.held[index], self.multipliers[index]);
+        let joint = topology.links[held.node].joint;
+        match held.kind {
+            HeldKind::Translation { direction } => (scale(value, direction), [0.0; 3]),
+            HeldKind::Rotation { axis } if self.is_general(joint) => {
+                ([0.0; 3], scale(value, rotation_row(states[joint].theta, axis)))
+            }
+            HeldKind::Rotation { axis } => ([0.0; 3], scale(value, axis)),
+        }
+    }
+
+    /// What takes the place of a row that is set free: the reaction, such that the other rows keep theirs.
+    pub fn released(&self, index: usize, topology: &Topology, states: &[JointState]) -> (V3<f64>, V3<f64>) {
+        let held = &self.held[index];
+        let joint = topology.links[held.node].joint;
+        let HeldKind::Rotation { axis } = held.kind else { return self.reaction(index, topology, states) };
+        let theta = states[joint].theta;
+        // Where the rotation is a whole turn, components of the rotation vector say little about the rotation.
+        if self.is_general(joint) || D == 3 || (0.5 * norm(theta)).sin().abs() < 1e-3 && norm(theta) > 1.0 {
+            return self.reaction(index, topology, states);
+        }
+        let mut moment = [0.0; 3];
+        for &other in &self.joints[joint].rows {
+            moment = add(moment, self.reaction(other, topology, states).1);
+        }
+        // M = Σ λ T⁻ᵀ axis, so λ = T axis · M.
+        let along = apply(&tangent_map(theta), &axis);
+        ([0.0; 3], scale(dot(along, moment), rotation_row(theta, axis)))
     }
 
     /// Stiffness that the curvature of the constraints takes from a joint with general rows: −Σ λ ∇²g on its spins.

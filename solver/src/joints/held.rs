@@ -36,7 +36,7 @@ impl JointState {
 }
 
 /// The rotation vector of the same rotation as `theta` that is nearest to `guess`.
-fn whole_turns(theta: V3<f64>, guess: V3<f64>) -> V3<f64> {
+pub(super) fn whole_turns(theta: V3<f64>, guess: V3<f64>) -> V3<f64> {
     use std::f64::consts::TAU;
     let length = norm(theta);
     let axis = if length > 1e-12 {
@@ -120,7 +120,7 @@ fn spun(theta: V3<f64>, spin: V3<f64>) -> V3<f64> {
 }
 
 /// T⁻ᵀ axis: derivative of a component of the rotation vector with respect to spins.
-fn rotation_row(theta: V3<f64>, axis: V3<f64>) -> V3<f64> {
+pub(super) fn rotation_row(theta: V3<f64>, axis: V3<f64>) -> V3<f64> {
     let t = tangent_map(theta);
     let m = nalgebra::Matrix3::from_fn(|i, j| t[i][j]).transpose();
     match m.lu().solve(&nalgebra::Vector3::from(axis)) {

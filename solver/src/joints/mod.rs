@@ -7,10 +7,12 @@
 mod equations;
 mod held;
 mod topology;
+mod turned;
 
 pub use equations::{Active, Basis, Equations, JointEquations, dot6};
 pub use held::{Held, HeldKind, JointState};
 pub use topology::{EndKind, Idle, Link, Topology};
+pub use turned::Turned;
 
 /// Directions whose sine is smaller are parallel.
 const PARALLEL: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use pennate_elements::small::{V3, cross, norm, sub};
 
-use super::PARALLEL;
+use super::{PARALLEL, Turned};
 use crate::structure::{NodeId, Release, Spring, Structure};
 
 /// Where a node sits: its joint, and its unloaded position against the joint's reference node.
@@ -55,8 +55,8 @@ fn parallel(a: V3<f64>, b: V3<f64>) -> bool {
 }
 
 impl Topology {
-    /// `turned` tells of nodes whose rotation is held, loaded or prescribed at any time.
-    pub fn new(structure: &Structure, turned: &[bool]) -> Self {
+    /// `turned` tells of every node what acts on its rotation.
+    pub fn new(structure: &Structure, turned: &[Turned]) -> Self {
         let count = structure.nodes.len();
         let mut reference: Vec<NodeId> = (0..count).collect();
         for body in &structure.bodies {
@@ -98,29 +98,28 @@ impl Topology {
         topology
     }
 
-    /// Whether a node's rotation is engaged by anything but member ends.
-    fn rotation_engaged(&self, structure: &Structure, turned: &[bool]) -> Vec<bool> {
+    /// Whether bodies or springs engage the rotation of joints.
+    fn rotation_engaged(&self, structure: &Structure) -> Vec<bool> {
         let mut engaged = vec![false; self.references.len()];
-        for (node, link) in self.links.iter().enumerate() {
-            engaged[link.joint] |= turned[node];
-        }
         for body in &structure.bodies {
             engaged[self.links[body.reference].joint] |= body.nodes.len() > 1;
         }
         for spring in &structure.springs {
+            let turns = |stiffness: &[f64; 6]| stiffness[3..].iter().any(|&k| k != 0.0);
             match spring {
-                Spring::Ground { node, stiffness } => {
-                    engaged[self.links[*node].joint] |= stiffness[3..].iter().any(|&k| k != 0.0);
+                Spring::Ground { node, stiffness } => engaged[self.links[*node].joint] |= turns(stiffness),
+                Spring::Coupling { nodes, stiffness } => {
+                    engaged[self.links[nodes[0]].joint] = true;
+                    engaged[self.links[nodes[1]].joint] |= turns(stiffness);
                 }
-                Spring::Coupling { nodes, .. } => nodes.iter().for_each(|&n| engaged[self.links[n].joint] = true),
                 Spring::Axial { .. } => {}
             }
         }
         engaged
     }
 
-    fn remove_idle_joints(&mut self, structure: &Structure, turned: &[bool]) {
-        let engaged = self.rotation_engaged(structure, turned);
+    fn remove_idle_joints(&mut self, structure: &Structure, turned: &[Turned]) {
+        let engaged = self.rotation_engaged(structure);
         for joint in 0..self.references.len() {
             if engaged[joint] {
                 continue;
@@ -144,51 +143,90 @@ impl Topology {
                     }
                 }
             }
+            let turned = &turned[self.references[joint]];
             self.idle[joint] = match (welded, common, axis) {
                 (true, ..) | (_, false, _) => Idle::None,
-                (false, true, None) => Idle::Rotation,
-                (false, true, Some(axis)) => Idle::Spin(axis),
+                (false, true, None) if turned.moments.is_empty() => Idle::Rotation,
+                (false, true, Some(axis)) if !turned.keeps_spin(axis) => Idle::Spin(axis),
+                _ => Idle::None,
             };
         }
     }
 
-    /// A straight bar that may spin about itself at both ends keeps one of them from it.
-    fn remove_idle_spins(&mut self, structure: &Structure, turned: &[bool]) {
-        let engaged = self.rotation_engaged(structure, turned);
-        let mut attached = vec![0; self.references.len()];
-        for member in &structure.members {
-            for node in member.nodes {
-                attached[self.links[node].joint] += 1;
+    /// A straight line of bars that nothing keeps from spinning about itself is kept from it at one end.
+    ///
+    /// Bars of a line are joined rigidly, or at least about the line, at joints where nothing else takes a torque; at
+    /// its ends stand released ends, or joints whose rotation is free.
+    fn remove_idle_spins(&mut self, structure: &Structure, turned: &[Turned]) {
+        let engaged = self.rotation_engaged(structure);
+        let mut attached = vec![Vec::new(); self.references.len()];
+        for (index, member) in structure.members.iter().enumerate() {
+            for end in 0..2 {
+                attached[self.links[member.nodes[end]].joint].push((index, end));
             }
         }
-        for (index, member) in structure.members.iter().enumerate() {
-            if member.segments.iter().any(|s| s.initial_curvature != [0.0; 3]) {
+        let straight = |index: usize| structure.members[index].segments.iter().all(|s| s.initial_curvature == [0.0; 3]);
+        let mut seen = vec![false; structure.members.len()];
+        for index in 0..structure.members.len() {
+            if seen[index] || !straight(index) {
                 continue;
             }
-            let axis = member.axes[0];
-            let joints = member.nodes.map(|n| self.links[n].joint);
-            let lone = joints.map(|j| attached[j] == 1 && !engaged[j] && self.idle[j] == Idle::None);
-            let spins: [bool; 2] = std::array::from_fn(|end| match &self.ends[index][end] {
-                EndKind::Welded => lone[end],
+            let axis = structure.members[index].axes[0];
+            let spins = |kind: &EndKind| match kind {
+                EndKind::Welded => false,
                 EndKind::Free { .. } => true,
-                EndKind::Axes(axes) => axes.iter().any(|a| parallel(*a, axis)) || lone[end],
-            });
-            if !(spins[0] && spins[1]) {
-                continue;
-            }
-            for end in 0..2 {
-                match &mut self.ends[index][end] {
-                    EndKind::Free { spin_removed } => *spin_removed = true,
-                    EndKind::Axes(axes) if axes.iter().any(|a| parallel(*a, axis)) => {
-                        axes.retain(|a| !parallel(*a, axis));
-                        if axes.is_empty() {
-                            self.ends[index][end] = EndKind::Welded;
+                EndKind::Axes(axes) => axes.iter().any(|a| parallel(*a, axis)),
+            };
+            // Bars of the line; ends at which the spin is free, and joints that spin with it.
+            let mut line = vec![index];
+            let mut free_ends = Vec::new();
+            let mut free_joints = Vec::new();
+            let mut spinning = true;
+            let mut next = 0;
+            while let Some(&bar) = line.get(next) {
+                next += 1;
+                seen[bar] = true;
+                for end in 0..2 {
+                    if spins(&self.ends[bar][end]) {
+                        free_ends.push((bar, end));
+                        continue;
+                    }
+                    let joint = self.links[structure.members[bar].nodes[end]].joint;
+                    let taking = attached[joint].iter().filter(|&&(m, e)| !spins(&self.ends[m][e]));
+                    let in_line = |m: usize| straight(m) && parallel(structure.members[m].axes[0], axis);
+                    if engaged[joint]
+                        || turned[self.references[joint]].acts_about(axis)
+                        || !taking.clone().all(|&(member, _)| in_line(member))
+                    {
+                        spinning = false;
+                        continue;
+                    }
+                    if taking.clone().count() == 1 && self.idle[joint] == Idle::None {
+                        free_joints.push(joint);
+                    }
+                    for &(member, _) in taking {
+                        if !line.contains(&member) {
+                            line.push(member);
                         }
                     }
-                    _ if lone[end] => self.idle[joints[end]] = Idle::Spin(axis),
-                    _ => continue,
                 }
-                break;
+            }
+            if !spinning {
+                continue;
+            }
+            if let Some(&(bar, end)) = free_ends.first() {
+                match &mut self.ends[bar][end] {
+                    EndKind::Free { spin_removed } => *spin_removed = true,
+                    EndKind::Axes(axes) => {
+                        axes.retain(|a| !parallel(*a, axis));
+                        if axes.is_empty() {
+                            self.ends[bar][end] = EndKind::Welded;
+                        }
+                    }
+                    EndKind::Welded => {}
+                }
+            } else if let Some(&joint) = free_joints.first() {
+                self.idle[joint] = Idle::Spin(axis);
             }
         }
     }

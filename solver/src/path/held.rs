@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use pennate_elements::small::{dot, scale};
+use pennate_elements::small::dot;
 
 use super::Path;
-use crate::joints::{Held, HeldKind, Topology};
+use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
 use crate::system::Fading;
 
@@ -72,37 +72,11 @@ impl<const D: usize> Path<'_, D> {
         let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
         let row = equations.held.iter().position(|h| h.node == node && h.component == component);
         if let Some(index) = row {
-            let value = equations.multipliers[index];
-            match equations.held[index].kind {
-                HeldKind::Translation { direction } => fading.force = scale(value, direction),
-                HeldKind::Rotation { axis } => fading.moment = scale(value, axis),
-            }
+            let system = &self.system;
+            (fading.force, fading.moment) = equations.released(index, &system.topology, &system.state.joints);
         }
         fading
     }
-}
-
-/// Nodes whose rotation supports, steps or loads engage.
-pub fn turned_nodes(structure: &Structure, steps: &[Step]) -> Vec<bool> {
-    let mut turned = vec![false; structure.nodes.len()];
-    for support in &structure.supports {
-        turned[support.node] |= support.fixed[3..].iter().any(|&f| f);
-    }
-    for drive in &structure.drives {
-        if let crate::structure::Drive::Moment(node, _) | crate::structure::Drive::FollowerMoment(node, _) = *drive {
-            turned[node] = true;
-        }
-    }
-    for step in steps {
-        for change in &step.changes {
-            let (Change::Prescribe { node, component, .. }
-            | Change::Hold { node, component }
-            | Change::MoveBy { node, component, .. }
-            | Change::Free { node, component }) = *change;
-            turned[node] |= component >= 3;
-        }
-    }
-    turned
 }
 
 /// Rows that supports and the first step hold, at rest.
@@ -122,5 +96,5 @@ pub fn first_rows(structure: &Structure, steps: &[Step]) -> Vec<(NodeId, usize)>
 
 /// Builds the topology of a structure for its steps.
 pub fn topology(structure: &Structure, steps: &[Step]) -> Arc<Topology> {
-    Arc::new(Topology::new(structure, &turned_nodes(structure, steps)))
+    Arc::new(Topology::new(structure, &Turned::nodes(structure, steps)))
 }

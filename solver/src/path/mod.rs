@@ -24,7 +24,7 @@ mod held;
 mod report;
 
 use follow::Ramp;
-pub use held::{first_rows, topology, turned_nodes};
+pub use held::{first_rows, topology};
 use report::empty_step;
 
 /// Which rows are held, by node and component.

@@ -527,6 +527,11 @@ impl<const D: usize> System<D> {
         let (force_scale, moment_scale) = self.scales();
         let mut worst = -1.0;
         for joint in 0..self.forces.len() {
+            // Rows that contradict each other are no equilibrium, whatever the forces.
+            let [shift, turn] = self.equations.missed[joint];
+            if shift > 1e-9 * self.size || turn > 1e-9 {
+                residual.force = 1.0;
+            }
             let free = self.equations.unbalanced(joint, &self.forces[joint]);
             for (c, x) in free.iter().enumerate() {
                 let relative = x.abs() / if c < 3 { force_scale } else { moment_scale };
