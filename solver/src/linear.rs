@@ -1,12 +1,14 @@
 //! Sparse symmetric factorization L D Lᵀ of the joint equations: analysed once, factorized often.
 
+use std::sync::Arc;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding: neither sign counts.
@@ -22,16 +24,22 @@ pub struct Pivots {
     pub smallest: f64,
 }
 
-/// The symmetric matrix of the joints, its pattern and its factors.
-pub struct Symmetric {
+/// Where the entries of a matrix are, and what was found out about its factors.
+#[derive(Debug)]
+struct Analysis {
     size: usize,
-    column_starts: Vec<usize>,
-    rows: Vec<usize>,
     /// Lower triangle by columns.
-    pub values: Vec<f64>,
-    /// Positions of the diagonal in `values`.
+    pattern: SymbolicSparseColMat<usize>,
+    /// Positions of the diagonal among the entries.
     diagonal: Vec<usize>,
     symbolic: Option<SymbolicCholesky<usize>>,
+}
+
+/// The symmetric matrix of the joints, its pattern and its factors.
+pub struct Symmetric {
+    analysis: Arc<Analysis>,
+    /// Lower triangle by columns.
+    pub values: Vec<f64>,
     factor: Vec<f64>,
     memory: MemBuffer,
     factorized: bool,
@@ -43,7 +51,7 @@ pub struct Symmetric {
 
 impl std::fmt::Debug for Symmetric {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Symmetric").field("size", &self.size).field("entries", &self.rows.len()).finish()
+        f.debug_struct("Symmetric").field("size", &self.size()).field("entries", &self.values.len()).finish()
     }
 }
 
@@ -65,8 +73,8 @@ impl Symmetric {
         for i in 0..size {
             column_starts[i + 1] += column_starts[i];
         }
-        let rows: Vec<usize> = pairs.iter().map(|p| p.0).collect();
-        let pattern = SymbolicSparseColMat::new_checked(size, size, column_starts.clone(), None, rows.clone());
+        let rows = pairs.iter().map(|p| p.0).collect();
+        let pattern = SymbolicSparseColMat::new_checked(size, size, column_starts, None, rows);
         let symbolic = (size > 0)
             .then(|| {
                 factorize_symbolic_cholesky(
@@ -77,7 +85,16 @@ impl Symmetric {
                 )
             })
             .and_then(Result::ok);
-        let (length, memory) = match &symbolic {
+        Self::of(Arc::new(Analysis { size, pattern, diagonal, symbolic }))
+    }
+
+    /// Another matrix of the same pattern, which need not be analysed again.
+    pub fn alike(&self) -> Self {
+        Self::of(Arc::clone(&self.analysis))
+    }
+
+    fn of(analysis: Arc<Analysis>) -> Self {
+        let (length, memory) = match &analysis.symbolic {
             None => (0, MemBuffer::new(faer::dyn_stack::StackReq::empty())),
             Some(symbolic) => {
                 let factorize = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
@@ -86,28 +103,25 @@ impl Symmetric {
             }
         };
         Self {
-            size,
-            column_starts,
-            values: vec![0.0; rows.len()],
-            rows,
-            diagonal,
-            symbolic,
+            values: vec![0.0; analysis.pattern.row_idx().len()],
+            rest: vec![0.0; analysis.size],
+            analysis,
             factor: vec![0.0; length],
             memory,
             factorized: false,
             noise: PIVOT_NOISE,
-            rest: vec![0.0; size],
         }
     }
 
     pub fn size(&self) -> usize {
-        self.size
+        self.analysis.size
     }
 
     /// Where the entry lies in `values`; `None` above the diagonal or outside the pattern.
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
-        let range = self.column_starts[column]..self.column_starts[column + 1];
-        self.rows[range.clone()].binary_search(&row).ok().map(|i| range.start + i)
+        let pattern = &self.analysis.pattern;
+        let range = pattern.col_ptr()[column]..pattern.col_ptr()[column + 1];
+        pattern.row_idx()[range.clone()].binary_search(&row).ok().map(|i| range.start + i)
     }
 
     pub fn clear(&mut self) {
@@ -115,22 +129,24 @@ impl Symmetric {
     }
 
     pub fn diagonal(&self, index: usize) -> f64 {
-        self.values[self.diagonal[index]]
+        self.values[self.analysis.diagonal[index]]
     }
 
     /// Adds `factor` times the weights to the diagonal.
     pub fn shift(&mut self, factor: f64, weights: &[f64]) {
-        for (&position, weight) in self.diagonal.iter().zip(weights) {
+        for (&position, weight) in self.analysis.diagonal.iter().zip(weights) {
             self.values[position] += factor * weight;
         }
     }
 
     /// y = K x
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let pattern = &self.analysis.pattern;
+        let (starts, rows) = (pattern.col_ptr(), pattern.row_idx());
         y.fill(0.0);
-        for column in 0..self.size {
-            for k in self.column_starts[column]..self.column_starts[column + 1] {
-                let row = self.rows[k];
+        for column in 0..self.size() {
+            for k in starts[column]..starts[column + 1] {
+                let row = rows[k];
                 y[row] += self.values[k] * x[column];
                 if row != column {
                     y[column] += self.values[k] * x[row];
@@ -141,12 +157,11 @@ impl Symmetric {
 
     /// Factorizes; the pivots tell whether the result is of use.
     pub fn factorize(&mut self) -> Pivots {
-        let Some(symbolic) = &self.symbolic else {
+        let Some(symbolic) = &self.analysis.symbolic else {
             self.factorized = true;
             return Pivots { smallest: 1.0, ..Pivots::default() };
         };
-        let pattern = SymbolicSparseColMatRef::new_checked(self.size, self.size, &self.column_starts, None, &self.rows);
-        let matrix = SparseColMatRef::new(pattern, &self.values);
+        let matrix = SparseColMatRef::new(self.analysis.pattern.as_ref(), &self.values);
         let outcome = symbolic.factorize_numeric_ldlt(
             &mut self.factor,
             matrix,
@@ -181,7 +196,7 @@ impl Symmetric {
         };
         match symbolic.raw() {
             SymbolicCholeskyRaw::Simplicial(simplicial) => {
-                for (column, &start) in simplicial.col_ptr()[..self.size].iter().enumerate() {
+                for (column, &start) in simplicial.col_ptr()[..self.size()].iter().enumerate() {
                     count(column, self.factor[start]);
                 }
             }
@@ -202,15 +217,16 @@ impl Symmetric {
 
     /// Solves in place for `columns` right-hand sides, one after the other in `rhs`; false where there is no factor.
     pub fn solve(&mut self, rhs: &mut [f64], columns: usize) -> bool {
-        let Some(symbolic) = &self.symbolic else { return true };
+        let Some(symbolic) = &self.analysis.symbolic else { return true };
         if !self.factorized {
             return false;
         }
+        let size = self.analysis.size;
         let factor = LdltRef::new(symbolic, &self.factor);
         for first in (0..columns).step_by(6) {
             let count = (columns - first).min(6);
-            let part = &mut rhs[first * self.size..(first + count) * self.size];
-            let part = MatMut::from_column_major_slice_mut(part, self.size, count);
+            let part = &mut rhs[first * size..(first + count) * size];
+            let part = MatMut::from_column_major_slice_mut(part, size, count);
             factor.solve_in_place_with_conj(Conj::No, part, Par::Seq, MemStack::new(&mut self.memory));
         }
         rhs.iter().all(|x| x.is_finite())

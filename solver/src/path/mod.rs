@@ -201,7 +201,7 @@ impl<'a, const D: usize> Path<'a, D> {
     fn refine(&mut self) -> Option<Equilibrium> {
         let refined = self.refined.as_mut()?;
         refined.fading.clone_from(&self.system.fading);
-        refined.hold(self.system.equations.held.clone());
+        refined.hold_like(&self.system);
         refined.prolong(&self.system);
         self.newton.solve(refined, Start::nearby()).ok()?;
         Some(results::equilibrium(refined))

@@ -134,7 +134,7 @@ impl<const D: usize> System<D> {
             }
         }
         let symmetric = 0.5 * (small + small.transpose());
-        for &(i, j, position) in &self.joint_scatter[joint].entries {
+        for &(i, j, position) in &self.scatters.joints[joint].entries {
             self.linear.values[position as usize] += symmetric[(i as usize, j as usize)];
         }
         let rest = small - symmetric;

@@ -22,7 +22,7 @@ mod springs;
 mod states;
 
 use loads::loaded_nodes;
-use scatter::{Scatter, add_local, unit_motion};
+use scatter::{Scatters, add_local, unit_motion};
 use skew::Skew;
 
 /// Everything of the joints that changes during a solve.
@@ -104,9 +104,7 @@ pub struct System<const D: usize> {
     pub fraction: f64,
     pub equations: Equations<D>,
     pub linear: Symmetric,
-    scatter: Vec<Scatter>,
-    spring_scatter: Vec<Scatter>,
-    joint_scatter: Vec<Scatter>,
+    scatters: Arc<Scatters>,
     /// Internal less external force of every joint.
     pub forces: Vec<[f64; 6]>,
     pub loads: Vec<NodeLoad>,
@@ -174,9 +172,7 @@ impl<const D: usize> System<D> {
         let mut system = Self {
             equations: Equations::new(&topology, active, Vec::new()),
             linear: Symmetric::new(0, &mut Vec::new()),
-            scatter: Vec::new(),
-            spring_scatter: Vec::new(),
-            joint_scatter: Vec::new(),
+            scatters: Arc::default(),
             forces: vec![[0.0; 6]; joints],
             loads: vec![NodeLoad::default(); structure.nodes.len()],
             loaded_nodes: Vec::new(),
@@ -214,59 +210,43 @@ impl<const D: usize> System<D> {
 
     /// Sets what is held; analyses the equations anew where that is not the same as before.
     pub fn hold(&mut self, held: Vec<Held>) {
+        if self.set_held(held) {
+            let links = &self.topology.links;
+            let joints = |nodes: &[NodeId]| nodes.iter().map(|&n| links[n].joint).collect::<Vec<_>>();
+            let members: Vec<_> = self.structure.members.iter().map(|member| joints(&member.nodes)).collect();
+            let springs: Vec<_> = self.structure.springs.iter().map(|spring| joints(&spring_nodes(spring))).collect();
+            let (linear, scatters) = Scatters::analyse(&self.equations, &members, &springs);
+            self.linear = linear;
+            self.scatters = Arc::new(scatters);
+            self.measure_by_rest();
+        }
+    }
+
+    /// Holds what another system of the same joints holds; its analysis serves both.
+    pub fn hold_like(&mut self, other: &Self) {
+        if self.set_held(other.equations.held.clone()) {
+            self.linear = other.linear.alike();
+            self.scatters = Arc::clone(&other.scatters);
+            self.measure_by_rest();
+        }
+    }
+
+    /// Sets what is held; true where the equations have to be analysed.
+    fn set_held(&mut self, held: Vec<Held>) -> bool {
         let held: Vec<Held> = held.into_iter().filter(|h| self.concerns(h)).collect();
         let same = |a: &Held, b: &Held| (a.node, a.component, a.kind) == (b.node, b.component, b.kind);
         let known = &self.equations.held;
-        let analysed = self.linear.size() == self.equations.size && !self.joint_scatter.is_empty();
-        if analysed && known.len() == held.len() && known.iter().zip(&held).all(|(a, b)| same(a, b)) {
+        let analysed = self.scatters.joints.len() == self.equations.joints.len();
+        let unchanged = known.len() == held.len() && known.iter().zip(&held).all(|(a, b)| same(a, b));
+        self.find_loaded_nodes();
+        if analysed && unchanged {
             self.equations.held = held;
-            self.find_loaded_nodes();
-            return;
+            return false;
         }
         self.equations = Equations::new(&self.topology, self.equations.active, held);
-        let equations = &self.equations;
-        let local = |joint: usize| {
-            let e = &equations.joints[joint];
-            (e.first..e.first + e.count).collect::<Vec<_>>()
-        };
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        let links = &self.topology.links;
-        for member in &self.structure.members {
-            groups.push(member.nodes.iter().flat_map(|&n| local(links[n].joint)).collect());
-        }
-        for spring in &self.structure.springs {
-            groups.push(spring_nodes(spring).iter().flat_map(|&n| local(links[n].joint)).collect());
-        }
-        for joint in 0..equations.joints.len() {
-            groups.push(local(joint));
-        }
-        let mut pairs = Vec::new();
-        for group in &groups {
-            for &row in group {
-                pairs.extend(group.iter().filter(|&&column| column <= row).map(|&column| (row, column)));
-            }
-        }
-        self.linear = Symmetric::new(equations.size, &mut pairs);
-        let mut scatters = groups.iter().map(|group| {
-            let mut entries = Vec::new();
-            for (i, &row) in group.iter().enumerate() {
-                for (j, &column) in group.iter().enumerate() {
-                    if column <= row
-                        && let Some(position) = self.linear.position(row, column)
-                    {
-                        entries.push((i as u8, j as u8, position as u32));
-                    }
-                }
-            }
-            Scatter { entries }
-        });
-        self.scatter = scatters.by_ref().take(self.structure.members.len()).collect();
-        self.spring_scatter = scatters.by_ref().take(self.structure.springs.len()).collect();
-        self.joint_scatter = scatters.collect();
-        self.rhs = vec![0.0; equations.size];
+        self.rhs = vec![0.0; self.equations.size];
         self.skew = Skew::default();
-        self.measure_by_rest();
-        self.find_loaded_nodes();
+        true
     }
 
     fn find_loaded_nodes(&mut self) {
@@ -356,7 +336,7 @@ impl<const D: usize> System<D> {
         self.released_negative += reduced.negative;
         self.released_neutral += reduced.neutral;
         let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
-        add_local(&self.equations, reduced, &joints, &self.scatter[index], &mut self.linear.values);
+        add_local(&self.equations, reduced, &joints, &self.scatters.members[index], &mut self.linear.values);
     }
 
     /// Adds springs, loads and the curvature of constraints, those of the plane system included.
@@ -444,7 +424,7 @@ impl<const D: usize> System<D> {
         let nodes = self.structure.members[index].nodes;
         let joints = nodes.map(|n| self.topology.links[n].joint);
         self.add_reduced(&reduced, joints, pending, moved);
-        add_local(&self.equations, &reduced, &joints, &self.scatter[index], &mut self.linear.values);
+        add_local(&self.equations, &reduced, &joints, &self.scatters.members[index], &mut self.linear.values);
     }
 
     fn note_scale(&mut self, force: &[f64; 6]) {

@@ -1,13 +1,73 @@
 //! From stiffness in components of joints to entries of the matrix.
 
 use crate::joints::{Basis, Equations};
+use crate::linear::Symmetric;
 use crate::reduce::Reduced;
 
 /// Where the entries of a member's or spring's reduced stiffness go.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Scatter {
     /// Local row, local column, position in the matrix.
     pub entries: Vec<(u8, u8, u32)>,
+}
+
+/// Where everything goes in the matrix.
+#[derive(Debug, Default)]
+pub(super) struct Scatters {
+    pub members: Vec<Scatter>,
+    pub springs: Vec<Scatter>,
+    pub joints: Vec<Scatter>,
+}
+
+impl Scatters {
+    /// The pattern of the matrix, and the place in it of what members, springs and single joints add.
+    ///
+    /// `members` and `springs` are the joints that each of them connects.
+    pub fn analyse<const D: usize>(
+        equations: &Equations<D>,
+        members: &[Vec<usize>],
+        springs: &[Vec<usize>],
+    ) -> (Symmetric, Self) {
+        let joints: Vec<Vec<usize>> = (0..equations.joints.len()).map(|joint| vec![joint]).collect();
+        // Pairs of joints first: each stands for a block of entries.
+        let mut blocks = Vec::new();
+        for group in members.iter().chain(springs).chain(&joints) {
+            for &row in group {
+                blocks.extend(group.iter().filter(|&&column| column <= row).map(|&column| (column, row)));
+            }
+        }
+        blocks.sort_unstable();
+        blocks.dedup();
+        let range = |joint: usize| {
+            let own = &equations.joints[joint];
+            own.first..own.first + own.count
+        };
+        let mut pairs = Vec::new();
+        for group in blocks.chunk_by(|a, b| a.0 == b.0) {
+            for column in range(group[0].0) {
+                let rows = group.iter().flat_map(|&(_, joint)| range(joint));
+                pairs.extend(rows.filter(|&row| row >= column).map(|row| (row, column)));
+            }
+        }
+        let linear = Symmetric::new(equations.size, &mut pairs);
+        let scatter = |group: &Vec<usize>| {
+            let local: Vec<usize> = group.iter().flat_map(|&joint| range(joint)).collect();
+            let mut entries = Vec::new();
+            for (i, &row) in local.iter().enumerate() {
+                for (j, &column) in local.iter().enumerate() {
+                    if column <= row
+                        && let Some(position) = linear.position(row, column)
+                    {
+                        entries.push((i as u8, j as u8, position as u32));
+                    }
+                }
+            }
+            Scatter { entries }
+        };
+        let all = |groups: &[Vec<usize>]| groups.iter().map(scatter).collect();
+        let scatters = Self { members: all(members), springs: all(springs), joints: all(&joints) };
+        (linear, scatters)
+    }
 }
 
 /// Motion of a joint for a solution of its own equations alone.

@@ -89,10 +89,10 @@ impl<const D: usize> System<D> {
                 single.force[i] = 0.0;
             }
             self.add_reduced(&single, joints, pending, moved);
-            add_local(&self.equations, &single, &joints[..1], &self.spring_scatter[index], &mut self.linear.values);
+            add_local(&self.equations, &single, &joints[..1], &self.scatters.springs[index], &mut self.linear.values);
         } else {
             self.add_reduced(&reduced, joints, pending, moved);
-            add_local(&self.equations, &reduced, &joints, &self.spring_scatter[index], &mut self.linear.values);
+            add_local(&self.equations, &reduced, &joints, &self.scatters.springs[index], &mut self.linear.values);
         }
     }
 
