@@ -14,6 +14,9 @@ pub struct Mesh {
 
 impl Mesh {
     /// The mesh to begin with for a relative accuracy.
+    ///
+    /// Members of small networks bend more than those of large ones, which share the motion: a few of them get elements
+    /// twice as short, which saves most of them a second mesh.
     pub fn initial(model: &Model, accuracy: f64) -> Self {
         let order = if accuracy >= 1e-5 {
             2
@@ -28,7 +31,7 @@ impl Mesh {
         let typical = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
         let elements = |member: &Member| {
             let long = few && model.members.len() > 1 && member.length > 2.0 * typical;
-            member.segments.iter().map(|segment| initial_elements(member, segment, long)).collect()
+            member.segments.iter().map(|segment| initial_elements(member, segment, long, few)).collect()
         };
         let mut mesh = Self { order, refinement: model.members.iter().map(elements).collect() };
         mesh.limit(model);
@@ -77,17 +80,19 @@ impl Mesh {
     }
 }
 
-fn initial_elements(member: &Member, segment: &Segment, long: bool) -> usize {
+fn initial_elements(member: &Member, segment: &Segment, long: bool, few: bool) -> usize {
     if let Some(elements) = segment.elements {
         return elements;
     }
     let part = segment.length / member.length;
     let straight = match member.kind {
-        MemberKind::Muscle(_) => 1 + usize::from(part > 0.5),
+        MemberKind::Muscle(_) if part > 0.5 => 2,
+        MemberKind::Muscle(_) => 1,
         _ if long => 4,
         _ if part < 0.25 => 1,
         _ => 2,
     };
+    let straight = if few && part > 0.25 { 2 * straight } else { straight };
     let curvature = segment.initial_curvature.iter().map(|curvature| curvature * curvature).sum::<f64>().sqrt();
     // At most 30 degrees an element.
     let turns = (curvature * segment.length / 30.0_f64.to_radians() - 1e-9).ceil();
