@@ -93,7 +93,7 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
             count(std::array::from_fn(|c| if D == 3 && c == 2 { 0.0 } else { -stiffness[c] * u[c] }));
         }
     }
-    if largest > 0.0 { norm(sum) / largest } else { 0.0 }
+    if largest > system.rounding() { norm(sum) / largest } else { 0.0 }
 }
 
 /// Shapes of all members, in the members' own axes.

@@ -138,7 +138,9 @@ impl<const D: usize> System<D> {
             self.linear.values[position as usize] += symmetric[(i as usize, j as usize)];
         }
         let rest = small - symmetric;
-        if rest.amax() > 1e-14 * small.amax() && rest.amax() > 0.0 {
+        // Directions of turned supports round, and what is left of large terms may be small.
+        let largest = block.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        if rest.amax() > 1e-13 * largest {
             match self.skew.joints.iter_mut().find(|(j, _)| *j == joint) {
                 Some((_, n)) => *n += rest,
                 None => self.skew.joints.push((joint, rest)),

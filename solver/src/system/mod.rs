@@ -501,6 +501,11 @@ impl<const D: usize> System<D> {
         )
     }
 
+    /// Force that is rounding of the stiffness alone.
+    pub fn rounding(&self) -> f64 {
+        1e-6 * self.noise[0]
+    }
+
     /// Residual of the joints, forces and moments apart.
     pub fn residual(&self) -> Residual {
         let mut residual = Residual::default();
