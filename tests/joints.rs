@@ -336,6 +336,24 @@ fn partly_held_rotations_react_with_moments_that_balance() {
     }
 }
 
+/// A dead force has a potential, however skew the support that guides its node.
+#[test]
+fn skew_supports_do_not_take_the_potential_of_a_force() {
+    let solved = solve(&rod(r#"
+        nodes = { A = [0, 0, 0], B = [60, 0, 0] }
+        members.b = { nodes = ["A", "B"], section = "rod" }
+        supports = { A = "clamped", B = { fix = ["ux", "ry"], x_axis = [1, 2, 3] } }
+        steps = [
+            { name = "load", force = { B = [5, 4, 1] } },
+            { name = "unload", force = { B = [0, 0, 0] } },
+        ]
+    "#));
+    for step in &solved.history.steps {
+        assert_eq!(step.stable, Some(true));
+    }
+    assert_eq!(solved.after("unload").balance, 0.0);
+}
+
 /// Prescribed end rotations roll a rod up to any angle: a circle with the moment EI θ/L.
 #[test]
 fn prescribed_rotation_beyond_half_a_turn_rolls_a_rod_up() {
@@ -835,6 +853,38 @@ fn rotation_held_where_there_is_none_has_no_effect() {
         )));
         assert_close(solved.moment("J"), [0.0; 3], 0.0);
         assert_near(solved.shift("J").x, 0.0, 1e-10);
+    }
+}
+
+/// Two released rotations at a joint that takes no moment anyway are a pin.
+#[test]
+fn lone_end_with_two_released_rotations_is_a_pin() {
+    let network = |release: &str| {
+        rod(&format!(
+            r#"
+            [nodes]
+            A = [0, 0, 0]
+            B = [60, 0, 0]
+            C = [0, 60, 0]
+            J = [30, 30, 40]
+            [members]
+            a = {{ nodes = ["A", "J"], section = "rod", release = {{ end = {release}, start = {release} }} }}
+            b = {{ nodes = ["B", "J"], section = "rod", release = {{ end = "pin" }} }}
+            c = {{ nodes = ["J", "C"], section = "rod", release = {{ start = "pin" }} }}
+            [supports]
+            A = "pinned"
+            B = "clamped"
+            C = "clamped"
+            [[steps]]
+            force = {{ J = [10, 20, -50] }}
+            "#
+        ))
+    };
+    let pinned = solve(&network("\"pin\""));
+    for release in ["[\"ry\", \"rz\"]", "[\"rx\", \"rz\"]", "[\"ry\"]", "{ hinge = [1, 2, 3] }"] {
+        let solved = solve(&network(release));
+        assert_close(solved.shift("J"), pinned.shift("J"), 1e-10);
+        assert_eq!(solved.member("a").end_moments, [[0.0; 3]; 2]);
     }
 }
 

@@ -93,6 +93,7 @@ impl Topology {
             })
             .collect();
         let mut topology = Self { idle: vec![Idle::None; references.len()], links, references, ends };
+        topology.free_lone_ends(structure, turned);
         topology.remove_idle_joints(structure, turned);
         topology.remove_idle_spins(structure, turned);
         topology
@@ -116,6 +117,28 @@ impl Topology {
             }
         }
         engaged
+    }
+
+    /// An end with released axes that shares its joint with pinned ends alone takes no moment at all.
+    fn free_lone_ends(&mut self, structure: &Structure, turned: &[Turned]) {
+        let engaged = self.rotation_engaged(structure);
+        let mut taking = vec![Vec::new(); self.references.len()];
+        for (index, member) in structure.members.iter().enumerate() {
+            for end in 0..2 {
+                if !matches!(self.ends[index][end], EndKind::Free { .. }) {
+                    taking[self.links[member.nodes[end]].joint].push((index, end));
+                }
+            }
+        }
+        for (joint, ends) in taking.into_iter().enumerate() {
+            if let [(member, end)] = ends[..]
+                && !engaged[joint]
+                && turned[self.references[joint]].is_left_alone()
+                && matches!(self.ends[member][end], EndKind::Axes(_))
+            {
+                self.ends[member][end] = EndKind::Free { spin_removed: false };
+            }
+        }
     }
 
     fn remove_idle_joints(&mut self, structure: &Structure, turned: &[Turned]) {

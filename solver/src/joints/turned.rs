@@ -14,6 +14,8 @@ pub struct Turned {
     pub held: Vec<V3<f64>>,
     /// Moments that steps apply.
     pub moments: Vec<V3<f64>>,
+    /// Whether a later step holds or moves the rotation.
+    pub later: bool,
 }
 
 impl Turned {
@@ -35,7 +37,14 @@ impl Turned {
                 turned[node].held.push(axes[node][component - 3]);
             }
         }
-        for step in steps {
+        for (index, step) in steps.iter().enumerate() {
+            for change in &step.changes {
+                let (Change::Prescribe { node, component, .. }
+                | Change::Hold { node, component }
+                | Change::MoveBy { node, component, .. }
+                | Change::Free { node, component }) = *change;
+                turned[node].later |= index > 0 && component >= 3;
+            }
             let mut moments: BTreeMap<(NodeId, bool), V3<f64>> = BTreeMap::new();
             for &(drive, value) in &step.targets {
                 match structure.drives[drive] {
@@ -51,6 +60,11 @@ impl Turned {
             }
         }
         turned
+    }
+
+    /// Whether nothing ever acts on the rotation.
+    pub fn is_left_alone(&self) -> bool {
+        self.held.is_empty() && self.moments.is_empty() && !self.later
     }
 
     /// Whether anything acts about this axis.
