@@ -174,3 +174,22 @@ fn extreme_stiffness_ratios_balance() {
         }
     }
 }
+
+/// An inextensible bar between two clamps cannot be stretched: that is no equilibrium, however the multiplier grows.
+#[test]
+fn an_inextensible_bar_is_not_stretched() {
+    let text = r#"
+        format = "pennate/1"
+        nodes = { A = [0, 0], B = [60, 0] }
+        members = { b = { nodes = ["A", "B"], section = "rigid" } }
+        supports = { A = "clamped", B = "clamped" }
+        steps = [{ displacement = { B = [1, 0] } }]
+        [sections]
+        rigid = { stiffness = { EA = 3e4, GJ = 7e3, EI2 = 1e4, EI3 = 2e4 }, shear = false, stretch = false }
+    "#;
+    let model = network::model(text);
+    let (structure, steps) = pennate_models::discretize(&model, &pennate_models::Mesh::initial(&model, 1e-6));
+    let options = pennate_solver::options::Options::default();
+    let history = pennate_solver::solve(&structure, &steps, &options, &mut |_| true).expect("no mechanism");
+    assert_eq!(history.steps[0].status, pennate_solver::history::Status::NotConverged);
+}

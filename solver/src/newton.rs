@@ -20,13 +20,23 @@ pub struct Newton {
     pub residual: f64,
     /// Increment that is rounding, whatever the residual.
     pub still: f64,
+    /// Strain that a rigid component may still have.
+    pub violation: f64,
     /// An increment that grows and exceeds this has lost its way.
     pub lost: f64,
 }
 
 impl Default for Newton {
     fn default() -> Self {
-        Self { max_iterations: 16, increment: 1e-7, settled: 1e-10, residual: 1e-6, still: 1e-13, lost: 0.5 }
+        Self {
+            max_iterations: 16,
+            increment: 1e-7,
+            settled: 1e-10,
+            residual: 1e-6,
+            still: 1e-13,
+            violation: 1e-6,
+            lost: 0.5,
+        }
     }
 }
 
@@ -101,7 +111,9 @@ impl Newton {
             let rounding = before <= self.increment && (residual.largest() <= self.residual || still);
             let settled = residual.largest() <= self.settled;
             let passing = start.passing && last <= 1e3 * self.increment && residual.largest() <= 1e3 * self.settled;
-            if last <= self.increment && (settled || rounding) || passing {
+            let converged = last <= self.increment && (settled || rounding) || passing;
+            // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
+            if converged && system.violation() <= self.violation {
                 return Ok(Convergence { iterations, inertia, residual, first });
             }
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {

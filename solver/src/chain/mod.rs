@@ -106,6 +106,8 @@ pub trait Pack<const D: usize>: Send {
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
     fn pivots(&self, lane: usize) -> (usize, f64);
     fn energy(&self, lane: usize) -> f64;
+    /// Largest strain that a held (rigid) component still has.
+    fn violation(&self) -> f64;
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
     /// Back-substitution for the increments of the ends, and the move of the interior; the ends move with
     /// [`Pack::set_end`].
@@ -340,6 +342,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn energy(&self, lane: usize) -> f64 {
         self.energy.lane(lane)
+    }
+
+    fn violation(&self) -> f64 {
+        self.violation_impl()
     }
 
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]) {

@@ -11,6 +11,25 @@ use super::{Chain, Pack};
 use crate::history::{MemberShape, ShapeCell, ShapePoint};
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    pub(super) fn violation_impl(&self) -> f64 {
+        let mut largest: f64 = 0.0;
+        for e in 0..self.frames.len() {
+            let moduli = &self.moduli[self.segment_of[e]];
+            if (0..T::LANES).all(|lane| moduli.held.iter().all(|held| held.lane(lane) == 0.0)) {
+                continue;
+            }
+            for strain in self.strains(e) {
+                for d in 0..D {
+                    let off = moduli.held[d] * (strain[d] - moduli.rest[d]);
+                    for lane in 0..T::LANES {
+                        largest = largest.max(off.lane(lane).abs());
+                    }
+                }
+            }
+        }
+        largest
+    }
+
     pub(super) fn length_impl(&self, lane: usize) -> f64 {
         let mut length = 0.0;
         for e in 0..self.frames.len() {

@@ -317,6 +317,11 @@ impl<const D: usize> System<D> {
         inertia
     }
 
+    /// Largest strain that a rigid component of any member still has.
+    pub fn violation(&self) -> f64 {
+        self.packs.iter().map(|pack| pack.violation()).fold(0.0, f64::max)
+    }
+
     /// Pivots of the last assembly.
     pub fn inertia(&self) -> Inertia {
         self.last_inertia
