@@ -12,6 +12,7 @@ pub mod beam;
 pub mod check;
 pub mod interpolation;
 pub mod jet;
+pub mod lanes;
 pub mod plane;
 pub mod real;
 pub mod rotation;

@@ -208,7 +208,8 @@ impl<T: Real> Beam<T, 3> for Plane {
 
     #[inline(always)]
     fn extrapolate<const P: usize>(at: &At<T, 3, P>, change: &[[T; 3]; P]) -> [[T; 3]; P] {
-        std::array::from_fn(|g| {
+        let mut stress = *at.stress;
+        for (g, stress) in stress.iter_mut().enumerate() {
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
             let (u, angle, kappa) = interpolate(at, g, at.local);
             let k = kinematics(u, axis, angle, kappa);
@@ -217,19 +218,24 @@ impl<T: Real> Beam<T, 3> for Plane {
             let gamma = add(k.gamma, add(turned_change, scale(da, k.slope)));
             let gamma = turned_back(axis, gamma);
             let elastic = sub([gamma[0], gamma[1], k.kappa + dk], at.moduli.rest);
-            std::array::from_fn(|i| at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * at.stress[g][i])
-        })
+            for i in 0..3 {
+                stress[i] = at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * stress[i];
+            }
+        }
+        stress
     }
 
     #[inline(always)]
     fn strains<const P: usize>(at: &At<T, 3, P>) -> [[T; 3]; P] {
-        std::array::from_fn(|g| {
+        let mut strains = [[T::zero(); 3]; P];
+        for (g, strain) in strains.iter_mut().enumerate() {
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
             let (u, angle, kappa) = interpolate(at, g, at.local);
             let k = kinematics(u, axis, angle, kappa);
             let gamma = turned_back(axis, k.gamma);
-            [gamma[0], gamma[1], k.kappa]
-        })
+            *strain = [gamma[0], gamma[1], k.kappa];
+        }
+        strains
     }
 
     #[inline(always)]

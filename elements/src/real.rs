@@ -37,13 +37,28 @@ pub trait Real:
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
 
+    /// Does work compiled for the instructions of these numbers; all of it should be inlined.
+    #[inline(always)]
+    fn run<W: Work>(work: W) -> W::Output {
+        work.run()
+    }
+
+    #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
     }
 
+    #[inline(always)]
     fn one() -> Self {
         Self::splat(1.0)
     }
+}
+
+/// A piece of work on numbers of one kind.
+pub trait Work {
+    type Output;
+
+    fn run(self) -> Self::Output;
 }
 
 impl Real for f64 {

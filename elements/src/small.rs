@@ -85,6 +85,16 @@ pub fn mscale<T: Real, const N: usize, const M: usize>(s: T, a: [[T; M]; N]) -> 
     std::array::from_fn(|i| std::array::from_fn(|j| s * a[i][j]))
 }
 
+/// diag(s) A
+#[inline(always)]
+pub fn scale_rows<T: Real, const N: usize, const M: usize>(s: [T; N], a: &[[T; M]; N]) -> [[T; M]; N] {
+    let mut b = *a;
+    for i in 0..N {
+        b[i] = scale(s[i], a[i]);
+    }
+    b
+}
+
 #[inline(always)]
 pub fn transpose<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N]) -> [[T; N]; M] {
     std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))

@@ -14,8 +14,8 @@ use crate::beam::{At, Beam, Condensed, Ends, Local, Piece, Placement};
 use crate::real::Real;
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
-    M3, V3, add, apply, axpy, cross, diagonal, dot, identity, madd, mscale, mul, outer, rotate, scale, skew, sub,
-    tapply, tmul, transpose,
+    M3, V3, add, apply, axpy, cross, diagonal, dot, identity, madd, mscale, mul, outer, rotate, scale, scale_rows,
+    skew, sub, tapply, tmul, transpose,
 };
 
 /// The spatial beam.
@@ -108,9 +108,9 @@ pub fn point_tangent<T: Real>(
     c: V3<T>,
     d: V3<T>,
 ) -> PointTangent<T> {
-    let rows = |a: &M3<T>, offset: usize| -> M3<T> { std::array::from_fn(|i| scale(c6[offset + i], a[i])) };
-    let (cgv, cgc) = (rows(&k.gamma_v, 0), rows(&k.gamma_c, 0));
-    let (ckc, ckd) = (rows(&k.kappa_c, 3), rows(&k.kappa_d, 3));
+    let (c_n, c_m) = split(c6);
+    let (cgv, cgc) = (scale_rows(c_n, &k.gamma_v), scale_rows(c_n, &k.gamma_c));
+    let (ckc, ckd) = (scale_rows(c_m, &k.kappa_c), scale_rows(c_m, &k.kappa_d));
 
     let t = T::splat(2.0) / (T::one() + dot(c, c));
     let tt = t * t;
@@ -319,7 +319,8 @@ impl<T: Real> Beam<T, 6> for Space {
 
     #[inline(always)]
     fn extrapolate<const P: usize>(at: &At<T, 6, P>, change: &[[T; 6]; P]) -> [[T; 6]; P] {
-        std::array::from_fn(|g| {
+        let mut stress = *at.stress;
+        for (g, stress) in stress.iter_mut().enumerate() {
             let curved = at.curved.map(|axes| &axes[g]);
             let (u, c, d) = interpolate(at, g, at.local);
             let k = kinematics(u, unloaded_tangent(curved), c, d, curved);
@@ -327,18 +328,23 @@ impl<T: Real> Beam<T, 6> for Space {
             let gamma = add(k.gamma, add(apply(&k.gamma_v, &du), apply(&k.gamma_c, &dc)));
             let kappa = add(k.kappa, add(apply(&k.kappa_c, &dc), apply(&k.kappa_d, &dd)));
             let elastic = sub(join(gamma, kappa), at.moduli.rest);
-            std::array::from_fn(|i| at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * at.stress[g][i])
-        })
+            for i in 0..6 {
+                stress[i] = at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * stress[i];
+            }
+        }
+        stress
     }
 
     #[inline(always)]
     fn strains<const P: usize>(at: &At<T, 6, P>) -> [[T; 6]; P] {
-        std::array::from_fn(|g| {
+        let mut strains = [[T::zero(); 6]; P];
+        for (g, strain) in strains.iter_mut().enumerate() {
             let curved = at.curved.map(|axes| &axes[g]);
             let (u, c, d) = interpolate(at, g, at.local);
             let k = kinematics(u, unloaded_tangent(curved), c, d, curved);
-            join(k.gamma, k.kappa)
-        })
+            *strain = join(k.gamma, k.kappa);
+        }
+        strains
     }
 
     #[inline(always)]

@@ -1,7 +1,11 @@
 //! Members to packs of chains.
 
+use std::collections::BTreeMap;
+
 use pennate_elements::beam::{Beam, Moduli};
+use pennate_elements::lanes::{self, Lanes};
 use pennate_elements::plane::Plane;
+use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
 use pennate_elements::space::Space;
 
@@ -13,16 +17,29 @@ use crate::structure::{Dimension, Member, SectionState, Structure};
 const AUXILIARY: f64 = 1e4;
 
 /// Builds the chains of one kind of beam; `enrich` is added to the order.
-pub fn packs<B: Beam<f64, D>, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>> {
-    structure
-        .members
-        .iter()
-        .enumerate()
-        .map(|(index, member)| {
-            let mesh = mesh(structure.dimension, index, member);
-            pack::<B, D>(mesh, member.order + enrich)
-        })
-        .collect()
+///
+/// Members of equal mesh lie side by side, where the processor can compute with several at once. They get the same
+/// digits there as alone.
+pub fn packs<B, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
+where
+    B: Beam<f64, D> + Beam<Lanes, D>,
+{
+    let width = if lanes::are_there() { <Lanes as Real>::LANES } else { 1 };
+    let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
+    for (index, member) in structure.members.iter().enumerate() {
+        let mesh = mesh(structure.dimension, index, member);
+        let counts: Vec<usize> = mesh.segments.iter().map(|segment| segment.elements).collect();
+        let curved = mesh.segments.iter().any(|segment| segment.curvature != [0.0; 3]);
+        alike.entry((member.order, counts, curved)).or_default().push(mesh);
+    }
+    let mut packs = Vec::new();
+    for ((order, ..), meshes) in &alike {
+        packs.extend(meshes.chunks(width).map(|meshes| match meshes {
+            [_] => pack::<f64, B, D>(meshes, order + enrich),
+            _ => pack::<Lanes, B, D>(meshes, order + enrich),
+        }));
+    }
+    packs
 }
 
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
@@ -33,14 +50,13 @@ pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
     packs::<Plane, 3>(structure, enrich)
 }
 
-fn pack<B: Beam<f64, D>, const D: usize>(mesh: ChainMesh, order: usize) -> Box<dyn Pack<D>> {
-    let meshes = [mesh];
+fn pack<T: Real, B: Beam<T, D>, const D: usize>(meshes: &[ChainMesh], order: usize) -> Box<dyn Pack<D>> {
     match order {
-        0 | 1 => Box::new(Chain::<f64, B, D, 1>::new(&meshes)),
-        2 => Box::new(Chain::<f64, B, D, 2>::new(&meshes)),
-        3 => Box::new(Chain::<f64, B, D, 3>::new(&meshes)),
-        4 => Box::new(Chain::<f64, B, D, 4>::new(&meshes)),
-        _ => Box::new(Chain::<f64, B, D, 5>::new(&meshes)),
+        0 | 1 => Box::new(Chain::<T, B, D, 1>::new(meshes)),
+        2 => Box::new(Chain::<T, B, D, 2>::new(meshes)),
+        3 => Box::new(Chain::<T, B, D, 3>::new(meshes)),
+        4 => Box::new(Chain::<T, B, D, 4>::new(meshes)),
+        _ => Box::new(Chain::<T, B, D, 5>::new(meshes)),
     }
 }
 

@@ -1,11 +1,35 @@
 //! Elimination of what lies between the ends of a member, and the way back.
 
 use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Turn};
-use pennate_elements::real::Real;
+use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{Ldl, add, apply, axpy, madd, mscale, scale, sub, tapply, tmul, transpose, zeros};
 
 use super::lanes::{mul_block, sub_matrix};
 use super::{Chain, NodeFactor};
+
+/// The elimination, as work in lanes.
+pub(super) struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.condense_all();
+    }
+}
+
+/// The way back, as work in lanes.
+pub(super) struct Advance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Advance<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.advance_all();
+    }
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Condenses one element to its last node, and stores the factors.
@@ -31,7 +55,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         B::local::<P, true>(&at, &mut k);
         self.energy += k.energy;
 
-        let mut turn = self.loaded.then(|| self.load_element(e, &frame, &local, &mut k));
+        let mut turn = None;
+        if self.loaded {
+            turn = Some(self.load_element(e, &frame, &local, &mut k));
+        }
         let mut coupling = turn.map(|t| t.1);
         let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
         let mut block = blocks;
@@ -80,6 +107,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     /// Stresses of the present strains in place of mixed ones; multipliers stay.
+    #[inline(always)]
     fn reset_stress(&mut self, e: usize) {
         let strains = self.strains(e);
         let moduli = self.moduli[self.segment_of[e]];
@@ -93,6 +121,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     /// Adds the load along an element to its interior nodes; gives what couples to the turn of the frame.
+    #[inline(always)]
     fn load_element(
         &self,
         e: usize,
@@ -117,7 +146,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (gradient, tangent) = B::load_turn(load, arm);
         (Turn { coupling: zeros(), tangent, gradient }, coupling)
     }
-    pub(super) fn condense_impl(&mut self) {
+
+    #[inline(always)]
+    fn condense_all(&mut self) {
         self.negative = T::zero();
         self.smallest = T::one();
         self.energy = T::zero();
@@ -145,7 +176,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.ends = Ends { k00: left, k01: link, k11: here, r0: left_rest, r1: rest };
     }
 
-    pub(super) fn advance_impl(&mut self) {
+    #[inline(always)]
+    fn advance_all(&mut self) {
         let elements = self.frames.len();
         let first = self.increments[0];
         for k in (1..elements).rev() {

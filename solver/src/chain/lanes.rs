@@ -15,10 +15,12 @@ pub fn lane_of<T: Real>(a: &V3<T>, index: usize) -> V3<f64> {
     lane(a, index)
 }
 
+#[inline(always)]
 pub fn sub_matrix<T: Real, const N: usize, const M: usize>(a: [[T; M]; N], b: [[T; M]; N]) -> [[T; M]; N] {
     std::array::from_fn(|i| sub(a[i], b[i]))
 }
 
+#[inline(always)]
 pub fn mul_block<T: Real, const D: usize>(a: &[[T; D]; D], b: &[[T; D]; D]) -> [[T; D]; D] {
     mul(a, b)
 }

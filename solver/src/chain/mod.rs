@@ -258,11 +258,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
+    #[inline(always)]
     fn curved(&self, element: usize) -> Option<&[M3<T>; P]> {
         self.curves.get(element).map(|curve| &curve.frames)
     }
 
     /// Unloaded local position of node i + 1 of an element.
+    #[inline(always)]
     fn reference(&self, element: usize, i: usize) -> V3<T> {
         match self.curves.get(element) {
             Some(curve) => curve.nodes[i],
@@ -271,12 +273,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     /// Local unknowns of an element, the last node's from its frame.
+    #[inline(always)]
     fn local_of(&self, element: usize, frame: &B::Frame) -> [[T; D]; P] {
         let mut local: [[T; D]; P] = std::array::from_fn(|i| self.state.local[element * P + i]);
         local[P - 1] = B::last_local(frame);
         local
     }
 
+    #[inline(always)]
     fn stress_of(&self, element: usize) -> [[T; D]; P] {
         std::array::from_fn(|g| self.state.stress[element * P + g])
     }
@@ -323,7 +327,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn condense(&mut self) {
-        self.condense_impl();
+        T::run(condense::Condense(self));
     }
 
     fn condensed(&self, lane: usize) -> MemberEnds<D> {
@@ -357,7 +361,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn advance(&mut self) {
-        self.advance_impl();
+        T::run(condense::Advance(self));
     }
 
     fn size(&self, lane: usize) -> Size {

@@ -2,13 +2,48 @@
 
 use pennate_elements::beam::{At, Beam, Placement};
 use pennate_elements::interpolation::node;
-use pennate_elements::real::Real;
+use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, add, apply, axpy, cross, norm, scale, sub, tapply, tmul};
 
 use super::lanes::{self, lane_of, lanes};
 use super::{Chain, Pack};
 use crate::history::{MemberShape, ShapeCell, ShapePoint};
+
+/// Local unknowns of one element, as work in lanes.
+struct LocalUnknowns<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for LocalUnknowns<'_, T, B, D, P> {
+    type Output = [[T; D]; P];
+
+    #[inline(always)]
+    fn run(self) -> [[T; D]; P] {
+        let Self(chain, e) = self;
+        let frame = B::frame(&chain.pieces[e], &chain.state.nodes[e], &chain.state.nodes[e + 1]);
+        chain.local_of(e, &frame)
+    }
+}
+
+/// Strains of one element, as work in lanes.
+struct Strains<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Strains<'_, T, B, D, P> {
+    type Output = [[T; D]; P];
+
+    #[inline(always)]
+    fn run(self) -> [[T; D]; P] {
+        let Self(chain, e) = self;
+        let local = LocalUnknowns(chain, e).run();
+        B::strains(&At {
+            table: &chain.table,
+            piece: &chain.pieces[e],
+            curved: chain.curved(e),
+            moduli: &chain.moduli[chain.segment_of[e]],
+            local: &local,
+            stress: &chain.stress_of(e),
+        })
+    }
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn violation_impl(&self) -> f64 {
@@ -77,8 +112,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let segment = self.segment_of[e];
             let axes = lanes(&self.pieces[e].axes, lane);
             let from = self.element_end(lane, e);
-            let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
-            let local = self.local_of(e, &frame);
+            let local = self.local_unknowns(e);
             let strains = self.strains(e);
             let length = self.pieces[e].length.lane(lane);
             let load = scale(length / P as f64, lanes::lane(&self.loads[segment], lane));
@@ -125,18 +159,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         shape
     }
     pub(super) fn strains(&self, e: usize) -> [[T; D]; P] {
-        let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
-        let local = self.local_of(e, &frame);
-        let stress = self.stress_of(e);
-        let moduli = self.moduli[self.segment_of[e]];
-        B::strains(&At {
-            table: &self.table,
-            piece: &self.pieces[e],
-            curved: self.curved(e),
-            moduli: &moduli,
-            local: &local,
-            stress: &stress,
-        })
+        T::run(Strains(self, e))
+    }
+
+    /// Local unknowns of an element.
+    pub(super) fn local_unknowns(&self, e: usize) -> [[T; D]; P] {
+        T::run(LocalUnknowns(self, e))
     }
 
     /// Rotation vector from the first to the last Gauss frame over their distance: the initial curvature.

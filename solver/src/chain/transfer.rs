@@ -48,8 +48,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     pub(super) fn sample_impl(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
-        let frame = B::frame(&self.pieces[element], &self.state.nodes[element], &self.state.nodes[element + 1]);
-        let local = self.local_of(element, &frame);
+        let local = self.local_unknowns(element);
         let (values, _) = shapes::<P>(s);
         let mut at = [0.0; D];
         for i in 0..P {
