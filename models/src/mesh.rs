@@ -2,6 +2,7 @@
 
 use crate::input::read::Count;
 use crate::model::{Member, MemberKind, Model, Segment};
+use pennate_solver::structure::Dimension;
 
 /// Order of the elements and their number in every segment of every member.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,23 +16,22 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh to begin with for a relative accuracy.
     ///
-    /// Members of small networks bend more than those of large ones, which share the motion: a few of them get elements
-    /// twice as short, which saves most of them a second mesh.
+    /// Members of small networks bend more than those of large ones, which share the motion: a few of them get elements of
+    /// a higher order, or twice as short, or both, which saves most of them a second mesh.
     pub fn initial(model: &Model, accuracy: f64) -> Self {
-        let order = if accuracy >= 1e-5 {
-            2
-        } else if accuracy >= 1e-9 {
-            3
-        } else {
-            4
-        };
         let few = model.members.len() <= 8;
+        let order = match accuracy {
+            accuracy if accuracy >= 1e-5 => 2,
+            accuracy if accuracy >= 1e-9 && !few => 3,
+            _ => 4,
+        };
+        let short = few && (order == 2 || accuracy < 1e-9 || model.dimension == Dimension::Space);
         let mut lengths: Vec<f64> = model.members.iter().map(|member| member.length).collect();
         lengths.sort_by(f64::total_cmp);
         let typical = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
         let elements = |member: &Member| {
             let long = few && model.members.len() > 1 && member.length > 2.0 * typical;
-            member.segments.iter().map(|segment| initial_elements(member, segment, long, few)).collect()
+            member.segments.iter().map(|segment| initial_elements(member, segment, long, short)).collect()
         };
         let mut mesh = Self { order, refinement: model.members.iter().map(elements).collect() };
         mesh.limit(model);
@@ -80,7 +80,7 @@ impl Mesh {
     }
 }
 
-fn initial_elements(member: &Member, segment: &Segment, long: bool, few: bool) -> usize {
+fn initial_elements(member: &Member, segment: &Segment, long: bool, short: bool) -> usize {
     if let Some(elements) = segment.elements {
         return elements;
     }
@@ -92,7 +92,7 @@ fn initial_elements(member: &Member, segment: &Segment, long: bool, few: bool) -
         _ if part < 0.25 => 1,
         _ => 2,
     };
-    let straight = if few && part > 0.25 { 2 * straight } else { straight };
+    let straight = if short && part > 0.25 { 2 * straight } else { straight };
     let curvature = segment.initial_curvature.iter().map(|curvature| curvature * curvature).sum::<f64>().sqrt();
     // At most 30 degrees an element.
     let turns = (curvature * segment.length / 30.0_f64.to_radians() - 1e-9).ceil();
