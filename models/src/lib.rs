@@ -26,6 +26,7 @@ pub mod error;
 pub mod expression;
 pub mod hsim;
 pub mod input;
+pub mod library;
 pub mod mesh;
 pub mod model;
 pub mod probes;

@@ -534,3 +534,17 @@ fn missing_files_are_no_panic() {
     assert!(errors.errors[0].message.contains("the file 'nowhere.toml' of muscle 'other' cannot be read"), "{errors}");
     assert_eq!(errors.place(&errors.errors[0]).unwrap().1, 22);
 }
+
+#[test]
+fn a_muscle_that_the_library_lacks_is_named_with_those_it_has() {
+    let with = |line: &str| errors("[members]", &format!("[muscles.other]\n{line}\n[members]"));
+    let unknown = with("library = \"silicon\"");
+    let first = &unknown.errors[0];
+    assert!(first.message.contains("'silicon', which is not in the library"), "{unknown}");
+    assert!(first.help.as_deref().is_some_and(|help| help.contains("did you mean 'silicone'?")), "{unknown}");
+    assert_eq!(unknown.place(first).map(|(_, line, _)| line), Some(22), "{unknown}");
+    let twice = with("library = \"latex\"\nwall = 2");
+    assert!(twice.errors[0].message.contains("both a library and data of its own"), "{twice}");
+    let both = with("library = \"latex\"\nfile = \"m.toml\"");
+    assert!(both.errors[0].message.contains("both a file and a name of the library"), "{both}");
+}

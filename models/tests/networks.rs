@@ -125,10 +125,10 @@ fn a_pressure_keeps_its_meaning_through_parameters() {
 #[test]
 fn a_muscle_file_keeps_its_own_units() {
     let metres = |units: &str| {
-        let file = path("networks/muscles/silicone.toml").display().to_string();
+        let file = path("muscles/silicone.toml");
         let directory = std::env::temp_dir().join(format!("pennate-units-{}-{}", std::process::id(), units.len()));
         std::fs::create_dir_all(&directory).unwrap();
-        let muscle = format!("{units}\n{}", std::fs::read_to_string(file).unwrap());
+        let muscle = std::fs::read_to_string(file).unwrap().replace("units = \"mm-N-MPa\"", units);
         std::fs::write(directory.join("m.toml"), muscle).unwrap();
         let text = "format = \"pennate/1\"\nunits = \"m-N-Pa\"\nnodes = { A = [0, 0], B = [0.13, 0] }\nmuscles.m = { file = \"m.toml\" }\n\
                     members.m = { nodes = [\"A\", \"B\"], muscle = \"m\" }\nsupports.A = \"clamped\"";
@@ -143,6 +143,50 @@ fn a_muscle_file_keeps_its_own_units() {
     // Without units of its own a muscle file is in those of the network, where 13 is 13 m.
     let errors = metres("").unwrap_err();
     assert!(errors.errors[0].message.contains("too short"), "{errors}");
+}
+
+/// Whatever the units of a network, a muscle of the library is the same tube.
+#[test]
+fn library_muscles_are_in_the_units_of_the_network() {
+    for (units, scale) in [("mm-N-MPa", 1.0), ("m-N-Pa", 1e-3)] {
+        let model = from_text(&format!(
+            "format = \"pennate/1\"\nunits = \"{units}\"\nnodes = {{ A = [0, 0], B = [{}, 0] }}\n\
+             muscles.m = {{ library = \"latex\" }}\nmembers.m = {{ nodes = [\"A\", \"B\"], muscle = \"m\" }}\n\
+             supports.A = \"clamped\"",
+            115.0 * scale
+        ));
+        let muscle = &model.muscles[0];
+        near_all([muscle.diameter, muscle.rows[1].end_radius, muscle.wall], [8.0, 4.6, 1.0].map(|mm| mm * scale));
+        near_all([muscle.rows[1].pressure, muscle.rows[1].alpha, 0.0], [30.0, -3.367e-3, 0.0]);
+    }
+}
+
+/// Free stroke |alpha| p (L - 2 end lengths), and the force that stretches the blocked muscle back:
+/// stroke / (2 end lengths / EA of the ends + middle / EA of the middle).
+#[test]
+fn library_muscles_have_the_strokes_and_forces_they_were_made_for() {
+    for (name, length, row, stroke, force) in [
+        ("silicone", 130.0, 0, 9.50, 21.98),
+        ("silicone", 130.0, 1, 13.30, 33.03),
+        ("silicone", 130.0, 2, 16.20, 44.02),
+        ("silicone", 130.0, 3, 17.90, 54.97),
+        ("silicone_soft", 130.0, 3, 17.90, 12.35),
+        ("latex", 115.0, 1, 10.00, 12.03),
+    ] {
+        let model = from_text(&format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], B = [{length}, 0] }}\nmuscles.m = {{ library = \"{name}\" }}\n\
+             members.m = {{ nodes = [\"A\", \"B\"], muscle = \"m\" }}\nsupports.A = \"clamped\""
+        ));
+        let muscle = &model.muscles[0];
+        let row = muscle.rows[row];
+        let middle = length - 2.0 * muscle.end_length;
+        let contracted = -row.alpha * row.pressure * middle;
+        let stiffness =
+            |radius: f64| row.youngs_modulus * std::f64::consts::PI * (radius.powi(2) - (radius - muscle.wall).powi(2));
+        let compliance = 2.0 * muscle.end_length / stiffness(row.end_radius) + middle / stiffness(row.middle_radius);
+        assert!((contracted - stroke).abs() < 0.005, "{name}: stroke {contracted}, {stroke} wanted");
+        assert!((contracted / compliance - force).abs() < 0.005, "{name}: {} N", contracted / compliance);
+    }
 }
 
 #[test]

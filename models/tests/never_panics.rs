@@ -78,7 +78,7 @@ const TOKENS: &[&str] = &[
 #[test]
 fn mangled_networks_are_errors_or_networks() {
     let every_key = include_str!("every_key.toml").replace("dimension = \"space\"\n", "").replace(
-        "file = \"../networks/muscles/silicone.toml\"",
+        "file = \"../muscles/silicone.toml\"",
         "diameter = 13\nwall = 2\ntable = [{ pressure = 1, E = 1, alpha = -0.1, R1 = 7, R2 = 8 }]",
     );
     let sources = [

@@ -121,8 +121,10 @@ record! {
 }
 
 record! {
-    /// Data of an HSIM muscle, or the file that holds them.
+    /// Data of an HSIM muscle, or the file that holds them, or the name of a muscle that the program knows.
     pub struct Muscle as "a muscle" {
+        /// Name of a muscle that comes with the program.
+        library: Option<Spanned<String>>,
         /// File with the data of the muscle, relative to the network file.
         file: Option<Spanned<String>>,
         /// Unit system of the bare numbers of a muscle file; that of the network by default.

@@ -1,18 +1,18 @@
 //! Muscles: their data, in the network file or in a file of their own.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::context::Context;
 use super::properties::{check_wall, poissons_ratio};
 use crate::error::{InputError, Source, Span};
-use crate::hsim;
-use crate::input::read::{Input, Named, Spanned};
+use crate::input::read::{Input, Named, Spanned, suggest};
 use crate::input::tree::{self, Language};
 use crate::input::{self, UnitsWord};
 use crate::model::Units;
 use crate::section::Stiffening;
 use crate::unit::{self, Kind, Unit};
+use crate::{hsim, library};
 
 /// A muscle with the unit of its pressures.
 #[derive(Clone, Debug)]
@@ -21,17 +21,32 @@ pub struct MuscleData {
     pub unit: Unit,
 }
 
+/// Finds the data of a muscle, called by its first argument, by what the file says of them.
+type Reader = fn(&str, &Spanned<String>, &mut Context) -> Option<input::Muscle>;
+
 pub fn muscle(named: &Named<Spanned<input::Muscle>>, cx: &mut Context) -> Option<MuscleData> {
     let data = &named.value.value;
-    let Some(file) = &data.file else {
-        if let Some(units) = &data.units {
+    let (origin, place, read): (_, _, Reader) = match (&data.file, &data.library) {
+        (Some(file), None) => ("file", file, read_muscle_file),
+        (None, Some(library)) => ("library", library, read_library),
+        (Some(_), Some(library)) => {
             cx.error(
-                InputError::new(format!("muscle '{}' has units of its own", named.name))
-                    .at(units.span)
-                    .help("only a muscle file has; numbers here are in the units of the network"),
+                InputError::new(format!("muscle '{}' has both a file and a name of the library", named.name))
+                    .at(library.span)
+                    .help("keep one of them"),
             );
+            return None;
         }
-        return muscle_data(&named.name, named.span, data, cx);
+        (None, None) => {
+            if let Some(units) = &data.units {
+                cx.error(
+                    InputError::new(format!("muscle '{}' has units of its own", named.name))
+                        .at(units.span)
+                        .help("only a muscle file has; numbers here are in the units of the network"),
+                );
+            }
+            return muscle_data(&named.name, named.span, data, cx);
+        }
     };
     let has_more = data.diameter.is_some()
         || data.wall.is_some()
@@ -46,13 +61,13 @@ pub fn muscle(named: &Named<Spanned<input::Muscle>>, cx: &mut Context) -> Option
         || data.units.is_some();
     if has_more {
         cx.error(
-            InputError::new(format!("muscle '{}' has both a file and data of its own", named.name))
-                .at(file.span)
-                .help("write either { file = \"…\" } alone, or the data without file"),
+            InputError::new(format!("muscle '{}' has both a {origin} and data of its own", named.name))
+                .at(place.span)
+                .help(format!("write either {{ {origin} = \"…\" }} alone, or the data without {origin}")),
         );
         return None;
     }
-    let read = read_muscle_file(&named.name, file, cx)?;
+    let read = read(&named.name, place, cx)?;
     let units = cx.units;
     if let Some(word) = &read.units {
         cx.units = match word.value {
@@ -89,8 +104,28 @@ fn read_muscle_file(name: &str, file: &Spanned<String>, cx: &mut Context) -> Opt
         }
     };
     let language = language(&path, &text);
+    read_source(Source { name: path.display().to_string(), path, text }, language, cx)
+}
+
+fn read_library(name: &str, library: &Spanned<String>, cx: &mut Context) -> Option<input::Muscle> {
+    let Some(known) = library::find(&library.value) else {
+        let names = library::MUSCLES.iter().map(|muscle| muscle.name);
+        cx.error(
+            InputError::new(format!("muscle '{name}' refers to '{}', which is not in the library", library.value))
+                .at(library.span)
+                .label("no such muscle")
+                .help(suggest(&library.value, names, "muscles")),
+        );
+        return None;
+    };
+    let source =
+        Source { name: format!("library/{}.toml", known.name), path: PathBuf::new(), text: known.text.to_owned() };
+    read_source(source, Language::Toml, cx)
+}
+
+fn read_source(source: Source, language: Language, cx: &mut Context) -> Option<input::Muscle> {
     let index = cx.sources.len();
-    cx.sources.push(Source { name: path.display().to_string(), path, text });
+    cx.sources.push(source);
     cx.trees.push(None);
     let parsed = tree::parse(&cx.sources[index].text, language, index);
     let value = match parsed {
@@ -103,9 +138,9 @@ fn read_muscle_file(name: &str, file: &Spanned<String>, cx: &mut Context) -> Opt
     let muscle = input::Muscle::read(&value, &mut cx.errors);
     cx.trees[index] = Some(value);
     let muscle = muscle?;
-    if let Some(inner) = &muscle.file {
+    if let Some(inner) = muscle.file.as_ref().or(muscle.library.as_ref()) {
         cx.error(
-            InputError::new("a muscle file refers to another file")
+            InputError::new("a muscle file refers to another muscle")
                 .at(inner.span)
                 .help("write the data of the muscle into this file"),
         );
@@ -130,7 +165,7 @@ fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -
         cx.error(
             InputError::new(format!("muscle '{name}' needs the key '{key}'"))
                 .at(span)
-                .help("a muscle has diameter, wall, pressure_unit and table, or a file"),
+                .help("a muscle has diameter, wall, pressure_unit and table, or a file, or a name of the library"),
         );
         None
     };
