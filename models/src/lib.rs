@@ -31,6 +31,7 @@ pub mod mesh;
 pub mod model;
 pub mod probes;
 mod resolve;
+pub mod scenes;
 pub mod section;
 pub mod unit;
 
