@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use pennate_models::scenes::{self, SCENES};
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::history::Status;
 
@@ -96,6 +97,34 @@ pub fn schema() -> Exit {
     print(|out| {
         serde_json::to_writer_pretty(&mut *out, &schema)?;
         writeln!(out)
+    })
+}
+
+/// `pennate scene NAME`: the network file of a scene.
+pub fn scene(name: &str, settings: &[(String, String)]) -> Exit {
+    match scenes::write(name, settings) {
+        Ok(text) => print(|out| out.write_all(text.as_bytes())),
+        Err(errors) => refuse(&Refusal::Input(errors)),
+    }
+}
+
+/// `pennate scene`: the scenes with their parameters.
+pub fn scenes() -> Exit {
+    print(|out| {
+        for scene in SCENES {
+            writeln!(out, "{:18}  {}", scene.name, scene.title)?;
+            for parameter in scene.parameters {
+                writeln!(
+                    out,
+                    "{:18}    {:10} {:24}  {}",
+                    "",
+                    parameter.name,
+                    parameter.default.to_string(),
+                    parameter.what
+                )?;
+            }
+        }
+        Ok(())
     })
 }
 

@@ -23,6 +23,8 @@ enum Command {
     Check(Network),
     /// Print the JSON Schema of the network file.
     Schema,
+    /// Write the network file of a scene of the dissertation to standard output; list the scenes without a name.
+    Scene(Scene),
 }
 
 #[derive(Args)]
@@ -55,6 +57,15 @@ struct Solve {
     threads: Option<u16>,
 }
 
+#[derive(Args)]
+struct Scene {
+    /// Name of the scene.
+    name: Option<String>,
+    /// Give a parameter of the scene another value; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, requires = "name")]
+    settings: Vec<(String, String)>,
+}
+
 fn main() -> ExitCode {
     let exit = match Arguments::parse().command {
         Command::Solve(arguments) => {
@@ -70,6 +81,8 @@ fn main() -> ExitCode {
         }
         Command::Check(network) => commands::check(&network.into()),
         Command::Schema => commands::schema(),
+        Command::Scene(Scene { name: Some(name), settings }) => commands::scene(&name, &settings),
+        Command::Scene(Scene { name: None, .. }) => commands::scenes(),
     };
     exit.into()
 }
