@@ -86,7 +86,9 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
     let name = shown(names[index]);
     let reached = percent(step.fraction);
     let title = match failure.cause {
-        Cause::LimitPoint => format!("step '{name}' ends at a limit point, at {reached} of its ramp"),
+        Cause::LimitPoint | Cause::Unbounded => {
+            format!("step '{name}' ends at a limit point, at {reached} of its ramp")
+        }
         Cause::Bifurcation | Cause::SidewaysBifurcation => {
             format!("step '{name}' ends at a bifurcation, at {reached} of its ramp")
         }
@@ -131,6 +133,7 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
         Cause::SidewaysBifurcation => {
             format!("the network loses its stability out of its plane there; {place} moves most")
         }
+        Cause::Unbounded => "nothing holds the network beyond that point: its energy falls without bound".to_owned(),
         Cause::StepTooSmall => {
             "Newton's iteration fails however small the step, though the stiffness is regular: the path may bend \
              sharply there, as when a muscle kinks"
@@ -144,16 +147,21 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
 fn advice(failure: &Failure, place: &str) -> Option<String> {
     Some(match failure.cause {
         Cause::LimitPoint => format!(
-            "ask for less in this step, or drive it by a prescribed displacement, for example of {place}, instead of a \
-             load: that passes a point where the load has its maximum"
+            "method = \"jump\" goes on to the next stable equilibrium, method = \"arc_length\" follows the path past this \
+             point; or ask for less in this step, or prescribe a displacement, for example of {place}, instead of the load"
         ),
         Cause::Bifurcation => format!(
-            "a small imperfection leads onto the stable branch: a force on {place} or an offset of it, a thousandth \
-             of the load or of the length"
+            "no stable branch leads on from there: method = \"jump\" goes on to the next stable equilibrium, branch = \
+             \"primary\" follows the unstable path; a small imperfection, such as an offset of {place} by a thousandth of \
+             the length, shows what the real network does before"
         ),
         Cause::SidewaysBifurcation => {
             "set dimension = \"space\" and give a small force or offset out of the plane, which leads onto the stable \
              branch; dimension = \"plane\" if something holds the network in its plane"
+                .to_owned()
+        }
+        Cause::Unbounded => {
+            "a support, a spring or a stop is missing, or the load grows beyond what the network can carry in any shape"
                 .to_owned()
         }
         Cause::StepTooSmall => {

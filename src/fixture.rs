@@ -54,6 +54,9 @@ pub fn model() -> Model {
         targets: Vec::new(),
         changes: Vec::new(),
         increments: None,
+        method: structure::Method::Newton,
+        branch: structure::Branch::Stable,
+        stop: None,
     };
     let spring = structure::Spring::Axial { nodes: [0, 2], stiffness: 1.0, natural_length: 20.0 };
     Model {
@@ -102,9 +105,13 @@ fn history() -> History {
         critical_points: vec![CriticalPoint {
             kind: CriticalKind::LimitPoint,
             fraction: 0.76,
+            error: None,
             node: 1,
+            member: None,
             sideways: false,
+            mode: Vec::new(),
         }],
+        jumps: Vec::new(),
         notes: vec![Note::TouchedSingular { fraction: 0.25 }],
         failure: None,
     };
@@ -119,6 +126,7 @@ fn history() -> History {
         stability: Dimension::Space,
         negative_pivots: 0,
         critical_points: Vec::new(),
+        jumps: Vec::new(),
         notes: Vec::new(),
         failure: None,
     };

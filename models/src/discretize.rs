@@ -42,6 +42,9 @@ pub fn discretize(model: &Model, mesh: &Mesh) -> (Structure, Vec<Step>) {
             targets: step.targets.iter().map(|(target, value)| (drives.of(*target), *value)).collect(),
             changes: step.changes.clone(),
             min_increments: step.increments,
+            method: step.method,
+            branch: step.branch,
+            stop: step.stop,
         })
         .collect();
     let in_plane = model.dimension == Dimension::Plane;

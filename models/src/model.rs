@@ -174,6 +174,10 @@ pub struct Step {
     pub changes: Vec<structure::Change>,
     /// At least so many increments.
     pub increments: Option<usize>,
+    pub method: structure::Method,
+    pub branch: structure::Branch,
+    /// Where an arc-length step ends before its ramp does; rotations in radians.
+    pub stop: Option<structure::Stop>,
 }
 
 /// A quantity that steps move. Component 0, 1, 2 is x, y, z in global axes.

@@ -458,32 +458,18 @@ fn what_is_not_there_yet_says_so() {
         80,
         "exact",
     );
-    case(
-        "name = \"inflate\"",
-        "name = \"inflate\"\nmethod = \"arc_length\"",
-        "\"arc_length\" is not there yet",
-        28,
-        10,
-        "leave method out",
-    );
-    case(
-        "name = \"inflate\"",
-        "name = \"inflate\"\nmethod = \"jump\"",
-        "\"jump\" is not there yet",
-        28,
-        10,
-        "leave method out",
-    );
-    case(
-        "name = \"inflate\"",
-        "name = \"inflate\"\nbranch = \"stable\"",
-        "branch is not there yet",
-        28,
-        10,
-        "leave branch out",
-    );
+}
+
+#[test]
+fn a_stop_belongs_to_an_arc_length_and_names_one_thing() {
     let stop = "name = \"inflate\"\nstop = { node = \"B\", displacement = \"uy\", at = -60 }";
-    case("name = \"inflate\"", stop, "stop is not there yet", 28, 8, "prescribe");
+    case("name = \"inflate\"", stop, "stop belongs to a step along the arc length", 28, 8, "arc_length");
+    let both = "name = \"inflate\"\nmethod = \"arc_length\"\nstop = { fraction = 0.5, increments = 10 }";
+    case("name = \"inflate\"", both, "a stop names one thing", 29, 8, "fraction = 0.8");
+    let node = "name = \"inflate\"\nmethod = \"arc_length\"\nstop = { node = \"Q\", displacement = \"uy\", at = 1 }";
+    case("name = \"inflate\"", node, "'Q'", 29, 17, "node");
+    let word = "name = \"inflate\"\nmethod = \"arclength\"";
+    case("name = \"inflate\"", word, "arclength", 28, 10, "arc_length");
 }
 
 #[test]

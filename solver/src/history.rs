@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::structure::{Dimension, NodeId};
+use crate::structure::{Dimension, MemberId, NodeId};
 
 /// Everything that a solve brought, in the order of the steps.
 #[derive(Clone, Debug, Default)]
@@ -50,6 +50,7 @@ pub struct StepHistory {
     pub stability: Dimension,
     pub negative_pivots: usize,
     pub critical_points: Vec<CriticalPoint>,
+    pub jumps: Vec<Jump>,
     /// Remarks of the solver that a user should read, one sentence each.
     pub notes: Vec<Note>,
     /// Why the step did not reach its end.
@@ -155,14 +156,34 @@ pub struct ShapeCell {
 }
 
 /// A singular point that a path passed or stopped at.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CriticalPoint {
     pub kind: CriticalKind,
+    /// Fraction of the step's ramp; an arc length may leave 0 to 1.
     pub fraction: f64,
+    /// Estimated discretization error of the fraction.
+    pub error: Option<f64>,
     /// The node that moves most in the mode.
     pub node: NodeId,
+    /// The member whose interior moves more than any node.
+    pub member: Option<MemberId>,
     /// Whether a plane network loses stability out of its plane.
     pub sideways: bool,
+    /// Displacement and rotation vector of every node in the mode, in global axes, the largest of them one length of the
+    /// network or one radian.
+    pub mode: Vec<[f64; 6]>,
+}
+
+/// A snap from a lost equilibrium to the next stable one, at constant loads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// Fraction of the step's ramp.
+    pub fraction: f64,
+    /// Strain energy and potential of the loads that were set free.
+    pub released: f64,
+    /// The farthest displacement of a node, and that node.
+    pub moved: f64,
+    pub node: NodeId,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -195,6 +216,8 @@ pub enum Cause {
     SidewaysBifurcation,
     /// Newton's iteration does not converge though the tangent is regular.
     StepTooSmall,
+    /// The energy falls without bound: nothing holds the network beyond a limit point.
+    Unbounded,
     /// Stiffness ratios exhaust double precision.
     IllConditioned,
     Interrupted,

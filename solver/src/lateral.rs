@@ -8,12 +8,9 @@ use std::sync::Arc;
 use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
 use crate::packs;
+use crate::path::OutOfPlane;
 use crate::reduce;
-use crate::system::{Inertia, System, finite_stiffness};
-
-/// Pivots of the spatial network smaller than this part of their diagonal entry are neutral: symmetry holds to rounding,
-/// which condensation and slenderness magnify.
-const SPATIAL_NOISE: f64 = 1e-8;
+use crate::system::{Inertia, NEUTRAL, System, finite_stiffness};
 
 /// The lateral equations of a plane network.
 pub struct Lateral {
@@ -34,22 +31,6 @@ impl Lateral {
         Self { system, held, space: None }
     }
 
-    /// Pivots out of the plane; a count above `known` is confirmed in space.
-    ///
-    /// The lateral tangent is that of a spatial element at a state of the plane one. Where a motion needs no force at
-    /// all (a buckled round strut turns about its axis), the difference of the two discretizations decides its sign.
-    /// The spatial elements keep that symmetry to rounding, so they are asked before the count is believed.
-    pub fn confirmed(&mut self, plane: &mut System<3>, known: usize) -> (Inertia, bool) {
-        let (mut inertia, potential) = self.inertia(plane);
-        if inertia.negative > known
-            && potential
-            && let Some(found) = self.in_space(plane)
-        {
-            inertia.negative = found.min(inertia.negative);
-        }
-        (inertia, potential)
-    }
-
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
     fn in_space(&mut self, plane: &mut System<3>) -> Option<usize> {
         let space = self.space.get_or_insert_with(|| {
@@ -67,22 +48,37 @@ impl Lateral {
         space.fading.clone_from(&plane.fading);
         space.hold(flat_rows(plane));
         space.lift(plane);
-        Newton::default().solve(space, Start::nearby()).ok()?;
+        // The pivot of a motion that needs no force is as small as the state is exact.
+        let exact = Newton { increment: 1e-9, ..Newton::default() };
+        exact.solve(space, Start::nearby()).ok()?;
         space.hold(rows);
-        space.set_pivot_noise(SPATIAL_NOISE);
         let own = plane.inertia().negative;
-        let inertia = space.assemble(false);
-        #[cfg(feature = "trace")]
-        eprintln!(
-            "in space {own} {inertia:?} {:?}",
-            (0..2).map(|m| space.packs[m.min(space.packs.len() - 1)].pivots(0)).collect::<Vec<_>>()
-        );
-        Some(inertia.negative.saturating_sub(own))
+        let mut negative = space.assemble(false).negative;
+        if negative > own && space.softest_stiffness().abs() <= NEUTRAL {
+            negative -= 1;
+        }
+        Some(negative.saturating_sub(own))
+    }
+}
+
+impl OutOfPlane<3> for Lateral {
+    /// A count above `known` is confirmed in space.
+    ///
+    /// The lateral tangent is that of a spatial element at a state of the plane one. Where a motion needs no force at
+    /// all (a buckled round strut turns about its axis), the difference of the two discretizations decides its sign.
+    /// The spatial elements keep that symmetry to rounding, so they are asked before the count is believed.
+    fn confirmed(&mut self, plane: &mut System<3>, known: usize) -> (Inertia, bool) {
+        let (mut inertia, potential) = self.inertia(plane);
+        if inertia.negative > known
+            && potential
+            && let Some(found) = self.in_space(plane)
+        {
+            inertia.negative = found.min(inertia.negative);
+        }
+        (inertia, potential)
     }
 
-    /// Pivots of the lateral tangent at the state of the plane system's last assembly, and whether all loads have a
-    /// potential out of the plane.
-    pub fn inertia(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
+    fn inertia(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
         let system = &mut self.system;
         system.state.joints.copy_from_slice(&plane.state.joints);
         system.state.releases.copy_from_slice(&plane.state.releases);
@@ -111,6 +107,18 @@ impl Lateral {
         system.add_springs_and_loads(Some(plane));
         system.finish(&mut inertia);
         (inertia, system.has_potential())
+    }
+
+    fn softest(&mut self) -> Vec<f64> {
+        self.system.softest_motion()
+    }
+
+    fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
+        self.system.singular_test(b)
+    }
+
+    fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]> {
+        self.system.motions_of(solution)
     }
 }
 

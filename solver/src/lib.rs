@@ -30,7 +30,7 @@ use history::{History, Note};
 use joints::{Active, Topology};
 use lateral::Lateral;
 use options::{Options, Progress};
-use path::Path;
+use path::{OutOfPlane, Path};
 use structure::{Dimension, Stability, Step, Structure};
 use system::System;
 
@@ -101,7 +101,7 @@ fn add_lateral(path: &mut Path<'_, 3>, structure: &Structure) {
         return;
     }
     path.stability = Dimension::Space;
-    path.lateral = Some(Box::new(move |system: &mut System<3>, known| lateral.confirmed(system, known)));
+    path.lateral = Some(Box::new(lateral));
 }
 
 /// Finds the motions that the unloaded structure can make without force; empty for a proper structure.

@@ -13,6 +13,9 @@ use faer::{Conj, MatMut, Par, Side};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding: neither sign counts.
 pub const PIVOT_NOISE: f64 = 1e-12;
+/// A negative pivot has to be larger than this: where a motion needs no force, what iteration and elimination leave of
+/// its pivot has either sign.
+const NEGATIVE_NOISE: f64 = 1e-10;
 
 /// What the pivots of a factorization say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -191,7 +194,11 @@ impl Symmetric {
             if ratio <= self.noise || ratio.is_nan() {
                 pivots.neutral += 1;
             } else if pivot < 0.0 {
-                pivots.negative += 1;
+                if ratio <= NEGATIVE_NOISE {
+                    pivots.neutral += 1;
+                } else {
+                    pivots.negative += 1;
+                }
             }
         };
         match symbolic.raw() {

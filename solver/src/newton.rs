@@ -105,13 +105,8 @@ impl Newton {
             let residual = system.residual();
             #[cfg(feature = "trace")]
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
-            // A second increment below the limit is rounding: no iteration makes the residual smaller. Where nothing
-            // is stressed, the residual is small against the stiffness alone, and the increment tells.
-            let still = last <= self.still && residual.largest() < 1.0;
-            let rounding = before <= self.increment && (residual.largest() <= self.residual || still);
-            let settled = residual.largest() <= self.settled;
             let passing = start.passing && last <= 1e3 * self.increment && residual.largest() <= 1e3 * self.settled;
-            let converged = last <= self.increment && (settled || rounding) || passing;
+            let converged = passing || self.is_converged(last, before, residual);
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             if converged && system.violation() <= self.violation {
                 return Ok(Convergence { iterations, inertia, residual, first });
@@ -143,6 +138,17 @@ impl Newton {
             last = size;
         }
         unreachable!("the loop ends at its last iteration")
+    }
+
+    /// Whether an iteration with these last two increments has nothing left to gain.
+    ///
+    /// A second increment below the limit is rounding: no iteration makes the residual smaller. Where nothing is
+    /// stressed, the residual is small against the stiffness alone, and the increment tells.
+    pub fn is_converged(&self, last: f64, before: f64, residual: Residual) -> bool {
+        let still = last <= self.still && residual.largest() < 1.0;
+        let rounding = before <= self.increment && (residual.largest() <= self.residual || still);
+        let settled = residual.largest() <= self.settled;
+        last <= self.increment && (settled || rounding)
     }
 
     /// Linear buckling: the shape of the last equilibrium under a part of the stresses that the first increment foresees.

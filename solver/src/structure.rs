@@ -161,6 +161,43 @@ pub struct Step {
     pub changes: Vec<Change>,
     /// At least so many increments.
     pub min_increments: Option<usize>,
+    pub method: Method,
+    pub branch: Branch,
+    /// Where an arc-length step ends, besides the end of its ramp.
+    pub stop: Option<Stop>,
+}
+
+/// How a step goes along its ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// With the ramp, up to the first limit point.
+    #[default]
+    Newton,
+    /// Along the arc of the path, through limit points.
+    ArcLength,
+    /// With the ramp, and from a lost equilibrium to the next stable one.
+    Jump,
+}
+
+/// Which way a path takes at a bifurcation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Branch {
+    /// Onto the branch that is stable, where there is one.
+    #[default]
+    Stable,
+    /// Straight on, stable or not.
+    Primary,
+}
+
+/// Where an arc-length step ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stop {
+    /// A displacement (0, 1, 2, global axes) or rotation vector (3, 4, 5, radians) of a node reaches a value.
+    At { node: NodeId, component: usize, value: f64 },
+    /// The fraction of the ramp reaches a value, from either side.
+    Fraction(f64),
+    /// So many increments have been made.
+    Increments(usize),
 }
 
 /// A change of what holds a component of a node: 0, 1, 2 displacement, 3, 4, 5 rotation vector (radians).

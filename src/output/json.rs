@@ -53,6 +53,8 @@ struct Step<'a> {
     energy: Option<f64>,
     balance: Option<f64>,
     critical_points: Vec<CriticalPoint<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    jumps: Vec<Jump<'a>>,
     nodes: Map<'a, Node>,
     bodies: Map<'a, Body>,
     members: Map<'a, Member>,
@@ -61,11 +63,24 @@ struct Step<'a> {
     probe_errors: Map<'a, f64>,
 }
 
+/// A snap at constant loads to another equilibrium.
+#[derive(Serialize)]
+struct Jump<'a> {
+    fraction: f64,
+    energy_released: f64,
+    moved: f64,
+    node: &'a str,
+}
+
 #[derive(Serialize)]
 struct CriticalPoint<'a> {
     kind: &'static str,
     fraction: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<f64>,
     node: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    member: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -176,6 +191,7 @@ impl<'a> Step<'a> {
             energy: state.map(|state| state.energy),
             balance: state.map(|state| state.balance),
             critical_points: critical_points(model, step),
+            jumps: jumps(model, step),
             nodes: Map(state.map_or_else(Vec::new, |state| nodes(model, state, step.refined.as_ref()))),
             bodies: Map(state.map_or_else(Vec::new, |state| bodies(model, state))),
             members: Map(state.map_or_else(Vec::new, |state| members(model, state))),
@@ -193,9 +209,21 @@ fn critical_points<'a>(model: &'a Model, step: &StepHistory) -> Vec<CriticalPoin
             CriticalKind::Bifurcation => "bifurcation",
         },
         fraction: point.fraction,
+        error: point.error,
         node: &model.nodes[point.node].name,
+        member: point.member.map(|member| model.members[member].name.as_str()),
     };
     step.critical_points.iter().map(entry).collect()
+}
+
+fn jumps<'a>(model: &'a Model, step: &StepHistory) -> Vec<Jump<'a>> {
+    let entry = |jump: &pennate_solver::history::Jump| Jump {
+        fraction: jump.fraction,
+        energy_released: jump.released,
+        moved: jump.moved,
+        node: &model.nodes[jump.node].name,
+    };
+    step.jumps.iter().map(entry).collect()
 }
 
 fn nodes<'a>(model: &'a Model, state: &Equilibrium, refined: Option<&Equilibrium>) -> Vec<(&'a str, Node)> {

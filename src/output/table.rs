@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use pennate_models::Model;
 use pennate_models::probes::ProbeKind;
-use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Note, StepHistory};
+use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, StepHistory};
 use pennate_solver::structure::Dimension;
 
 use super::text::{Align, columns, estimate, number, percent, shown};
@@ -221,6 +221,9 @@ fn remarks(solution: &Solution) -> String {
         for point in &step.critical_points {
             let _ = writeln!(out, "{}: {}", shown(name), critical_point(&solution.model, point));
         }
+        for jump in &step.jumps {
+            let _ = writeln!(out, "{}: {}", shown(name), jump_in_words(&solution.model, jump));
+        }
         for note in &step.notes {
             let _ = writeln!(out, "{}: {}", shown(name), note_in_words(note));
         }
@@ -240,6 +243,17 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
     let sideways = if point.sideways { " out of the plane" } else { "" };
     let node = shown(&model.nodes[point.node].name);
     format!("{kind}{sideways} at {}, where node {node} moves most.", percent(point.fraction))
+}
+
+fn jump_in_words(model: &Model, jump: &Jump) -> String {
+    let [length, force] = [model.units.symbols()[0], model.units.symbols()[1]];
+    format!(
+        "snapped at {} to the next stable equilibrium: node {} moved by {} {length}, {} {force} {length} of energy were released.",
+        percent(jump.fraction),
+        shown(&model.nodes[jump.node].name),
+        number(jump.moved),
+        number(jump.released),
+    )
 }
 
 fn note_in_words(note: &Note) -> String {

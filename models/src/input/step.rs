@@ -79,10 +79,16 @@ words! {
 }
 
 record! {
-    /// Where an arc-length step ends.
+    /// Where an arc-length step ends before its ramp does: where a component of a node reaches a value, where the ramp
+    /// reaches a fraction, or after so many increments.
     pub struct Stop as "a stop" {
-        node: Spanned<String>,
-        displacement: Component,
-        at: Number,
+        node: Option<Spanned<String>>,
+        /// One of ux uy uz, or of rx ry rz.
+        displacement: Option<Component>,
+        /// Length, or degrees.
+        at: Option<Number>,
+        /// Part of the ramp; may lie outside of 0 to 1.
+        fraction: Option<Number>,
+        increments: Option<Count>,
     }
 }

@@ -1,6 +1,7 @@
 //! From the input as written to the checked model.
 
 mod context;
+mod course;
 mod curve;
 mod joints;
 mod line;

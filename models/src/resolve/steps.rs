@@ -6,12 +6,13 @@ use nalgebra::Vector3;
 use pennate_solver::structure::Change;
 
 use super::context::{Context, Names};
+use super::course::course;
 use super::joints::Bodies;
 use super::properties::Properties;
 use super::topology::JointRotation;
 use crate::error::{InputError, Span};
+use crate::input;
 use crate::input::read::{Map, Named, Number, Spanned, suggest};
-use crate::input::{self, Method};
 use crate::model::{Member, MemberKind, Step, Target};
 use crate::unit::Kind;
 
@@ -48,7 +49,7 @@ pub fn steps(
                     .help("give every step a name of its own"),
             );
         }
-        refuse_missing_methods(&data.value, cx);
+        let (method, branch, stop) = course(&data.value, actors.nodes, cx);
         let mut reader = StepReader {
             actors,
             cx,
@@ -60,34 +61,10 @@ pub fn steps(
         };
         reader.read(&data.value);
         let (targets, changes) = (reader.targets, reader.changes);
-        all.push(Step { name, span, targets, changes, increments: data.value.increments.map(|count| count.0) });
+        let increments = data.value.increments.map(|count| count.0);
+        all.push(Step { name, span, targets, changes, increments, method, branch, stop });
     }
     all
-}
-
-fn refuse_missing_methods(step: &input::Step, cx: &mut Context) {
-    let mut refuse = |what: &str, span: Span, help: &str| {
-        cx.error(InputError::new(format!("{what} is not there yet")).at(span).help(help));
-    };
-    match step.method {
-        Some(Spanned { span, value: Method::ArcLength }) => {
-            refuse(
-                "method = \"arc_length\"",
-                span,
-                "leave method out, or prescribe a displacement to follow a path past a limit point",
-            );
-        }
-        Some(Spanned { span, value: Method::Jump }) => {
-            refuse("method = \"jump\"", span, "leave method out: the step then stops where it loses stability");
-        }
-        _ => {}
-    }
-    if let Some(stop) = &step.stop {
-        refuse("stop", stop.span, "prescribe the displacement instead");
-    }
-    if let Some(branch) = &step.branch {
-        refuse("branch", branch.span, "leave branch out");
-    }
 }
 
 /// The reading of one step.

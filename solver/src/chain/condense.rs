@@ -55,6 +55,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         B::local::<P, true>(&at, &mut k);
         self.energy += k.energy;
 
+        if self.dashpots.stiffness > 0.0 {
+            for i in 0..P - 1 {
+                let node = e * Self::INNER_NODES + i;
+                for d in 0..D {
+                    k.tangent[i][i][d][d] += self.dashpots.inner_stiffness[node][d];
+                    k.gradient[i][d] += self.dashpots.inner_force[node][d];
+                }
+            }
+        }
         let mut turn = None;
         if self.loaded {
             turn = Some(self.load_element(e, &frame, &local, &mut k));
@@ -157,7 +166,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (mut left_rest, mut rest) = (first.r0, first.r1);
         for e in 1..self.frames.len() {
             let next = self.condense_element(e);
-            let pivot = madd(here, next.k00);
+            let mut pivot = madd(here, next.k00);
+            if self.dashpots.stiffness > 0.0 {
+                for d in 0..D {
+                    pivot[d][d] += self.dashpots.stiffnesses[e][d];
+                    rest[d] += self.dashpots.forces[e][d];
+                }
+            }
             let ldl = Ldl::with_noise(&pivot, T::splat(self.noise));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));

@@ -15,16 +15,18 @@ use crate::history::MemberShape;
 use crate::linear::PIVOT_NOISE;
 
 mod condense;
+mod dashpots;
 mod geometry;
 mod lanes;
 mod lateral;
 mod shape;
 mod transfer;
 
+use dashpots::Dashpots;
 use geometry::{Bent, Curve, set_piece};
 
 /// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
-pub const SLOTS: usize = 3;
+pub const SLOTS: usize = 4;
 
 /// Mesh and unloaded geometry of one member, as its chain is built from it.
 #[derive(Clone, Debug)]
@@ -115,6 +117,13 @@ pub trait Pack<const D: usize>: Send {
     fn size(&self, lane: usize) -> Size;
     /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
     fn set_plain(&mut self, plain: bool);
+    /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
+    /// mass; zero takes them away.
+    fn set_dashpots(&mut self, stiffness: f64, slot: usize);
+    /// Mass of the ends for those dashpots: against displacements and against rotations.
+    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2];
+    /// Work of the load along the member from the unloaded state.
+    fn load_work(&self, lane: usize) -> f64;
     /// Part of a diagonal entry below which its pivot has no sign.
     fn set_pivot_noise(&mut self, noise: f64);
     /// Takes positions and local unknowns of a saved state, and a part of the change of the mixed stresses since.
@@ -177,6 +186,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     smallest: T,
     energy: T,
     total_length: T,
+    dashpots: Dashpots<T, D>,
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
@@ -255,6 +265,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             smallest: T::one(),
             energy: o,
             total_length,
+            dashpots: Dashpots::default(),
         }
     }
 
@@ -327,6 +338,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn condense(&mut self) {
+        if self.dashpots.stiffness > 0.0 {
+            self.load_dashpots();
+        }
         T::run(condense::Condense(self));
     }
 
@@ -382,6 +396,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn set_plain(&mut self, plain: bool) {
         self.plain = plain;
+    }
+
+    fn set_dashpots(&mut self, stiffness: f64, slot: usize) {
+        self.dashpots.stiffness = stiffness;
+        self.dashpots.slot = slot;
+    }
+
+    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2] {
+        [self.end_mass(0, lane), self.end_mass(self.frames.len(), lane)]
+    }
+
+    fn load_work(&self, lane: usize) -> f64 {
+        self.load_work_impl(lane)
     }
 
     fn set_pivot_noise(&mut self, noise: f64) {

@@ -1,19 +1,23 @@
 //! One ramp, increment by increment.
 
+use super::critical::After;
 use super::{Count, Path};
 use crate::chain::Size;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Start, Why};
-use crate::system::{Inertia, System};
+use crate::newton::{Newton, Start, Why};
+use crate::structure::{Branch, Method, Stop};
+use crate::system::{Inertia, NEUTRAL, System};
 
 /// Saved states: the last accepted one, and the one before it.
 pub(super) const LAST: usize = 0;
 pub(super) const BEFORE: usize = 1;
 
 /// A rise of the count of negative pivots within less of the ramp than this is a critical point.
-const BRACKET: f64 = 2e-3;
+pub(super) const BRACKET: f64 = 2e-3;
 /// Increments are not shortened below this part of the ramp.
-const SHORTEST: f64 = 1e-4;
+pub(super) const SHORTEST: f64 = 1e-4;
+/// A softest motion of less stiffness than this may be neutral, seen from a state that is not exact.
+const NEARLY_NEUTRAL: f64 = 1e-5;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
 
@@ -25,7 +29,7 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
+    pub fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
         let [from, to] = &self.drives;
         system.fraction = fraction;
         for (value, (from, to)) in system.drives.iter_mut().zip(from.iter().zip(to)) {
@@ -34,6 +38,14 @@ impl Ramp {
         system.prestress = self.prestress[0] + fraction * (self.prestress[1] - self.prestress[0]);
         system.apply_drives();
     }
+}
+
+/// How a ramp is followed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Course {
+    pub method: Method,
+    pub branch: Branch,
+    pub stop: Option<Stop>,
 }
 
 /// Progress of one ramp.
@@ -53,7 +65,7 @@ impl<const D: usize> Path<'_, D> {
         self.base = self.count(&inertia);
     }
 
-    fn count(&mut self, inertia: &Inertia) -> Count {
+    pub(super) fn count(&mut self, inertia: &Inertia) -> Count {
         let known = self.base.lateral;
         let potential = self.system.has_potential();
         let mut count = Count {
@@ -65,8 +77,12 @@ impl<const D: usize> Path<'_, D> {
             smallest: inertia.smallest,
             neutral: inertia.neutral > 0,
         };
+        if count.own > self.base.own && self.system.softest_stiffness().abs() <= NEUTRAL {
+            count.own -= 1;
+            count.neutral = true;
+        }
         if let Some(lateral) = &mut self.lateral {
-            let (inertia, potential) = lateral(&mut self.system, known);
+            let (inertia, potential) = lateral.confirmed(&mut self.system, known);
             count.lateral = inertia.negative;
             count.lateral_potential = potential;
             count.neutral |= inertia.neutral > 0;
@@ -80,10 +96,14 @@ impl<const D: usize> Path<'_, D> {
         ramp: &Ramp,
         record: &mut StepHistory,
         watch: &mut dyn FnMut(f64) -> bool,
-        is_step: bool,
+        course: Option<&Course>,
     ) -> bool {
+        let is_step = course.is_some();
+        let course = course.copied().unwrap_or_default();
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
         let mut fraction = 0.0;
+        // Whether the state before the last one is on the same branch, near enough to extrapolate from.
+        let mut behind = false;
         let mut increment = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
         let mut last_increment = 0.0;
         let (mut first_rate, mut last_rate) = (0.0, 0.0);
@@ -96,7 +116,7 @@ impl<const D: usize> Path<'_, D> {
             let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
             let target = if fraction + step >= 1.0 - 1e-12 { 1.0 } else { fraction + step };
             ramp.apply(&mut self.system, target);
-            let predicted = tally.accepted > 0;
+            let predicted = behind;
             if predicted {
                 self.system.predict(BEFORE, LAST, step / last_increment);
             }
@@ -120,8 +140,17 @@ impl<const D: usize> Path<'_, D> {
                 Ok(found) => {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.iterations;
-                    let count = self.count(&found.inertia);
-                    let rose = count.own > self.base.own || count.lateral > self.base.lateral;
+                    let mut count = self.count(&found.inertia);
+                    let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
+                    if rose && start.passing && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {
+                        // The stiffness of a motion that needs no force is as small as the state is exact.
+                        let exact = Newton { increment: 1e-9, ..self.newton };
+                        if let Ok(better) = exact.solve(&mut self.system, Start::nearby()) {
+                            tally.factorizations += better.iterations;
+                            count = self.count(&better.inertia);
+                            rose = count.own > self.base.own || count.lateral > self.base.lateral;
+                        }
+                    }
                     let guarded = rose && self.guards(&count);
                     let foreseen = if predicted { foreseen } else { found.first };
                     let doubtful = conservative && leapt(self.system.distance(LAST), foreseen);
@@ -130,21 +159,32 @@ impl<const D: usize> Path<'_, D> {
                         increment = (0.4 * step).max(0.9 * BRACKET);
                         continue;
                     }
-                    if guarded || doubtful && self.system.jumped(LAST, BEFORE, tally.accepted > 0) {
+                    if guarded || doubtful && self.system.jumped(LAST, BEFORE, behind) {
                         let sideways = guarded && count.own <= self.base.own;
-                        self.stop_at_critical(record, target, sideways);
-                        self.system.restore(LAST);
-                        ramp.apply(&mut self.system, fraction);
-                        self.settle(record, fraction, &tally);
-                        return false;
+                        let rough = self.rough_stop(target, sideways, behind);
+                        match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
+                            After::Stop => return false,
+                            After::GoOn { at, next, last } => {
+                                fraction = at;
+                                increment = next;
+                                last_increment = last.unwrap_or(0.0);
+                                behind = last.is_some();
+                                retries = 0;
+                                if fraction >= 1.0 {
+                                    return self.arrived(record, &tally);
+                                }
+                                continue;
+                            }
+                        }
                     }
-                    self.note_changes(record, &count, target);
+                    self.note_changes(ramp, record, &count, [fraction, target], &mut tally);
                     self.base = count;
                     last_rate = self.system.distance(LAST).largest() / step;
                     if tally.accepted == 0 {
                         first_rate = last_rate;
                     }
                     self.system.save_as(LAST, BEFORE);
+                    behind = true;
                     fraction = target;
                     last_increment = step;
                     retries = 0;
@@ -158,11 +198,7 @@ impl<const D: usize> Path<'_, D> {
                         return false;
                     }
                     if fraction >= 1.0 {
-                        record.iterations += tally.iterations;
-                        record.factorizations += tally.factorizations;
-                        record.fraction = 1.0;
-                        record.status = Status::Converged;
-                        return true;
+                        return self.arrived(record, &tally);
                     }
                     increment = match found.iterations {
                         0..=6 => 2.0 * step,
@@ -183,10 +219,22 @@ impl<const D: usize> Path<'_, D> {
                     }
                     retries += 1;
                     if increment < SHORTEST || retries > 14 {
-                        self.give_up(record, target, &lost, last_rate > FOLD * first_rate && tally.accepted > 1);
-                        ramp.apply(&mut self.system, fraction);
-                        self.settle(record, fraction, &tally);
-                        return false;
+                        let fold = last_rate > FOLD * first_rate && tally.accepted > 1;
+                        let rough = self.rough_end(target, &lost, fold);
+                        match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
+                            After::Stop => return false,
+                            After::GoOn { at, next, last } => {
+                                fraction = at;
+                                increment = next;
+                                last_increment = last.unwrap_or(0.0);
+                                behind = last.is_some();
+                                retries = 0;
+                                if fraction >= 1.0 {
+                                    return self.arrived(record, &tally);
+                                }
+                                continue;
+                            }
+                        }
                     }
                     if !watch(fraction) {
                         record.status = Status::Interrupted;
@@ -196,6 +244,13 @@ impl<const D: usize> Path<'_, D> {
                 }
             }
         }
+    }
+
+    /// Ends a step at the end of its ramp.
+    fn arrived(&mut self, record: &mut StepHistory, tally: &Tally) -> bool {
+        self.settle(record, 1.0, tally);
+        record.status = Status::Converged;
+        true
     }
 
     /// Whether a rise of the count is to be trusted as a loss of stability.

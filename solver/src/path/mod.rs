@@ -16,28 +16,43 @@ use crate::mechanism;
 use crate::newton::{Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
-use crate::structure::{Dimension, NodeId, Spring, Step};
+use crate::structure::{Dimension, Method, NodeId, Spring, Step};
 use crate::system::{Inertia, System};
 
+mod arc;
+mod critical;
 mod follow;
 mod held;
+mod jump;
 mod report;
+mod trace;
 
-use follow::Ramp;
+use follow::{Course, Ramp};
 pub use held::{first_rows, topology};
 use report::empty_step;
 
 /// Which rows are held, by node and component.
 pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
 
-/// Pivots out of the plane at the last assembly of a plane system, and whether its loads have a potential there; takes
-/// the number of negative ones that is known already.
-pub type LateralInertia<'a, const D: usize> = Box<dyn FnMut(&mut System<D>, usize) -> (Inertia, bool) + 'a>;
+/// What a plane system asks about its stability out of the plane.
+pub trait OutOfPlane<const D: usize> {
+    /// Pivots at the last assembly, and whether the loads have a potential there; a count above `known` is looked at
+    /// twice.
+    fn confirmed(&mut self, plane: &mut System<D>, known: usize) -> (Inertia, bool);
+    /// The same without a second look.
+    fn inertia(&mut self, plane: &mut System<D>) -> (Inertia, bool);
+    /// The softest motion of the last of these.
+    fn softest(&mut self) -> Vec<f64>;
+    /// See [`System::singular_test`].
+    fn singular_test(&mut self, b: &[f64]) -> Option<f64>;
+    /// See [`System::motions_of`].
+    fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]>;
+}
 
 /// Follows the steps of a structure.
 pub struct Path<'a, const D: usize> {
     pub system: System<D>,
-    pub lateral: Option<LateralInertia<'a, D>>,
+    pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
     pub options: Options,
@@ -110,7 +125,7 @@ impl<'a, const D: usize> Path<'a, D> {
                 if prestressed {
                     let longest = 1.0;
                     let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest };
-                    going = self.follow(&ramp, &mut record, &mut watch, steps.is_empty());
+                    going = self.follow(&ramp, &mut record, &mut watch, steps.is_empty().then_some(&Course::default()));
                 }
             }
             if let (Some(step), true) = (steps.get(index), going) {
@@ -128,10 +143,14 @@ impl<'a, const D: usize> Path<'a, D> {
                 }
                 let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
                 let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
-                going = self.follow(&ramp, &mut record, &mut watch, true);
+                let course = Course { method: step.method, branch: step.branch, stop: step.stop };
+                going = match step.method {
+                    Method::ArcLength => self.follow_arc(&ramp, &mut record, &mut watch, &course),
+                    Method::Newton | Method::Jump => self.follow(&ramp, &mut record, &mut watch, Some(&course)),
+                };
             } else if steps.is_empty() && !prestressed {
                 let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
-                going = self.follow(&ramp, &mut record, &mut watch, true);
+                going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()));
             }
             if going && self.options.estimate {
                 let start = Instant::now();

@@ -1,52 +1,64 @@
 //! What a step's history says: states, singular points, and why it stopped.
 
-use super::follow::{BEFORE, LAST, Tally};
+use super::arc::NEXT;
+use super::follow::{BEFORE, LAST, Ramp, Tally};
+use super::trace::Passed;
 use super::{Count, Path};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Increment, Note, Status, StepHistory};
 use crate::newton::{Convergence, Lost, Why};
 use crate::results;
 use crate::structure::{Dimension, NodeId};
+use pennate_elements::small::norm;
 
 impl<const D: usize> Path<'_, D> {
-    /// Singular points that the accepted increment has passed.
-    pub(super) fn note_changes(&mut self, record: &mut StepHistory, count: &Count, fraction: f64) {
-        let fell = count.own < self.base.own || count.lateral < self.base.lateral;
+    /// Singular points that the present state has passed since the last one.
+    pub(super) fn note_changes(
+        &mut self,
+        ramp: &Ramp,
+        record: &mut StepHistory,
+        count: &Count,
+        ends: [f64; 2],
+        tally: &mut Tally,
+    ) {
         let conservative = count.potential && self.base.potential;
         let flipped = !conservative && count.odd != self.base.odd && self.base.potential == count.potential;
-        if (fell && conservative) || flipped {
-            let node = self.mode_node();
-            let sideways = count.own == self.base.own;
-            record.critical_points.push(CriticalPoint { kind: CriticalKind::Bifurcation, fraction, node, sideways });
+        let own = flipped || conservative && count.own != self.base.own;
+        let sideways = count.lateral_potential && self.base.lateral_potential && count.lateral != self.base.lateral;
+        if own || sideways {
+            self.system.save(NEXT);
+            let passed = Passed { limit: false, own, sideways, count: *count };
+            let mut points = self.pinpoint(ramp, ends, None, &passed, tally);
+            self.system.restore(NEXT);
+            ramp.apply(&mut self.system, ends[1]);
+            self.system.assemble(false);
+            if points.is_empty() {
+                points.push(self.rough_point(CriticalKind::Bifurcation, ends[1], !own));
+            }
+            record.critical_points.append(&mut points);
         }
         if count.neutral && !self.base.neutral {
-            record.notes.push(Note::TouchedSingular { fraction });
+            record.notes.push(Note::TouchedSingular { fraction: ends[1] });
         }
     }
 
-    pub(super) fn stop_at_critical(&mut self, record: &mut StepHistory, target: f64, sideways: bool) {
-        let jumped = self.system.jumped(LAST, BEFORE, record.increments.len() > 1);
+    /// What a step ends with at a loss of stability that could not be located.
+    pub(super) fn rough_stop(&mut self, target: f64, sideways: bool, behind: bool) -> Rough {
+        let jumped = self.system.jumped(LAST, BEFORE, behind);
         let kind = if jumped { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
-        let node = self.mode_node();
-        record.critical_points.push(CriticalPoint { kind, fraction: target, node, sideways });
-        record.status = match kind {
-            CriticalKind::LimitPoint => Status::LimitPoint,
-            CriticalKind::Bifurcation => Status::Bifurcation,
-        };
+        let point = self.rough_point(kind, target, sideways);
         let residual = self.system.residual();
-        record.failure = Some(Failure {
+        let failure = Failure {
             tried: target,
-            worst_node: Some(node),
+            worst_node: Some(point.node),
             worst_component: residual.worst_component,
             worst_residual: residual.largest(),
-            cause: match (kind, sideways) {
-                (CriticalKind::LimitPoint, _) => Cause::LimitPoint,
-                (CriticalKind::Bifurcation, false) => Cause::Bifurcation,
-                (CriticalKind::Bifurcation, true) => Cause::SidewaysBifurcation,
-            },
-        });
+            cause: cause_of(kind, sideways),
+        };
+        Rough { status: status_of(kind), point: Some(point), failure }
     }
 
-    pub(super) fn give_up(&mut self, record: &mut StepHistory, target: f64, lost: &Lost, fold: bool) {
+    /// What a step ends with where no equilibrium was found.
+    pub(super) fn rough_end(&mut self, target: f64, lost: &Lost, fold: bool) -> Rough {
         let node = self.system.topology.references.get(lost.residual.worst_joint).copied();
         let cause = if fold {
             Cause::LimitPoint
@@ -55,24 +67,38 @@ impl<const D: usize> Path<'_, D> {
         } else {
             Cause::StepTooSmall
         };
-        record.status = if fold { Status::LimitPoint } else { Status::NotConverged };
-        if fold {
-            let node = self.mode_node();
-            let kind = CriticalKind::LimitPoint;
-            record.critical_points.push(CriticalPoint { kind, fraction: target, node, sideways: false });
-        }
-        record.failure = Some(Failure {
+        let status = if fold { Status::LimitPoint } else { Status::NotConverged };
+        let point = fold.then(|| self.rough_point(CriticalKind::LimitPoint, target, false));
+        let failure = Failure {
             tried: target,
             worst_node: node,
             worst_component: lost.residual.worst_component,
             worst_residual: lost.residual.largest(),
             cause,
-        });
+        };
+        Rough { status, point, failure }
     }
 
-    fn mode_node(&mut self) -> NodeId {
-        let joint = self.system.softest_joint();
-        self.system.topology.references.get(joint).copied().unwrap_or(0)
+    /// A singular point near the last assembly, as far as an increment tells.
+    pub(super) fn rough_point(&mut self, kind: CriticalKind, fraction: f64, sideways: bool) -> CriticalPoint {
+        let mode = self.system.softest_motion();
+        let motions = self.system.motions_of(&mode);
+        let (node, mode) = self.mode_of(&motions);
+        CriticalPoint { kind, fraction, error: None, node, member: None, sideways, mode }
+    }
+
+    /// The node that moves most, and the motion of every node.
+    pub(super) fn mode_of(&self, motions: &[[f64; 6]]) -> (NodeId, Vec<[f64; 6]>) {
+        let system = &self.system;
+        let mode: Vec<[f64; 6]> = system.topology.links.iter().map(|link| system.node_motion(link, motions)).collect();
+        let moves = |m: &[f64; 6]| (norm([m[0], m[1], m[2]]) / system.size).max(1e-3 * norm([m[3], m[4], m[5]]));
+        let mut best = (0, 0.0);
+        for (node, motion) in mode.iter().enumerate() {
+            if moves(motion) > best.1 * (1.0 + 1e-6) {
+                best = (node, moves(motion));
+            }
+        }
+        (best.0, mode)
     }
 
     /// Ends a step at the state it is in.
@@ -95,6 +121,28 @@ impl<const D: usize> Path<'_, D> {
     }
 }
 
+/// How a step ends for want of anything better.
+pub(super) struct Rough {
+    pub status: Status,
+    pub point: Option<CriticalPoint>,
+    pub failure: Failure,
+}
+
+pub(super) fn status_of(kind: CriticalKind) -> Status {
+    match kind {
+        CriticalKind::LimitPoint => Status::LimitPoint,
+        CriticalKind::Bifurcation => Status::Bifurcation,
+    }
+}
+
+pub(super) fn cause_of(kind: CriticalKind, sideways: bool) -> Cause {
+    match (kind, sideways) {
+        (CriticalKind::LimitPoint, _) => Cause::LimitPoint,
+        (CriticalKind::Bifurcation, false) => Cause::Bifurcation,
+        (CriticalKind::Bifurcation, true) => Cause::SidewaysBifurcation,
+    }
+}
+
 pub(super) fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory {
     StepHistory {
         status: Status::NotConverged,
@@ -107,6 +155,7 @@ pub(super) fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory 
         stability,
         negative_pivots: 0,
         critical_points: Vec::new(),
+        jumps: Vec::new(),
         notes,
         failure: None,
     }

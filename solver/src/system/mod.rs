@@ -15,13 +15,16 @@ use crate::packs::{self, Turn};
 use crate::reduce::{self, End, Reduced, ReleaseFactor, ReleaseState};
 use crate::structure::{MemberId, NodeId, SectionState, Spring, Structure};
 
+mod dashpots;
 mod loads;
+mod rates;
 mod scatter;
 mod skew;
 mod springs;
 mod states;
 
 use loads::loaded_nodes;
+pub use rates::{Linearized, NEUTRAL};
 use scatter::{Scatters, add_local, unit_motion};
 use skew::Skew;
 
@@ -121,6 +124,9 @@ pub struct System<const D: usize> {
     pub size: f64,
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
+    dashpots: (f64, usize),
+    /// Mass and inertia of the joints, for dashpots; empty until they are asked for.
+    masses: Vec<[f64; 2]>,
     parallel: bool,
     released_neutral: usize,
     released_negative: usize,
@@ -196,6 +202,8 @@ impl<const D: usize> System<D> {
             moment_scale: 0.0,
             size,
             noise: [0.0; 2],
+            dashpots: (0.0, 0),
+            masses: Vec::new(),
             parallel,
             released_neutral: 0,
             released_negative: 0,
@@ -276,6 +284,16 @@ impl<const D: usize> System<D> {
     ///
     /// With `pending` the motion of held components is part of the right-hand side.
     pub fn assemble(&mut self, pending: bool) -> Inertia {
+        let mut inertia = self.gather(pending);
+        let pivots = self.linear.factorize();
+        self.join(&mut inertia, &pivots);
+        self.factorize_skew(&mut inertia);
+        self.last_inertia = inertia;
+        inertia
+    }
+
+    /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
+    pub fn gather(&mut self, pending: bool) -> Inertia {
         self.condense();
         self.equations.update(&self.topology, &self.state.joints, self.fraction);
         self.linear.clear();
@@ -299,6 +317,7 @@ impl<const D: usize> System<D> {
             self.assemble_spring(index, pending, &mut moved);
         }
         self.assemble_loads();
+        self.assemble_dashpots();
         if self.equations.has_general() {
             let forces = std::mem::take(&mut self.forces);
             self.equations.find_multipliers(&self.topology, &self.state.joints, &forces, self.fraction);
@@ -310,10 +329,6 @@ impl<const D: usize> System<D> {
             self.equations.project(joint, &total, &mut self.rhs);
         }
         self.motions = moved;
-        let pivots = self.linear.factorize();
-        self.join(&mut inertia, &pivots);
-        self.factorize_skew(&mut inertia);
-        self.last_inertia = inertia;
         inertia
     }
 
@@ -603,7 +618,7 @@ impl<const D: usize> System<D> {
         size
     }
 
-    fn node_motion(&self, link: &crate::joints::Link, motions: &[[f64; 6]]) -> [f64; 6] {
+    pub fn node_motion(&self, link: &crate::joints::Link, motions: &[[f64; 6]]) -> [f64; 6] {
         let mut motion = motions[link.joint];
         if link.has_arm() {
             let lever = turn(self.state.joints[link.joint].place.rotation, link.arm);

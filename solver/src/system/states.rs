@@ -65,28 +65,6 @@ impl<const D: usize> System<D> {
         now > (10.0 * then).max(0.05)
     }
 
-    /// The joint that moves most in the softest motion of the last factorization.
-    pub fn softest_joint(&mut self) -> usize {
-        let size = self.linear.size();
-        let mut x: Vec<f64> = (0..size).map(|i| (1.3 * i as f64 + 0.7).sin()).collect();
-        for _ in 0..5 {
-            if !self.linear.solve(&mut x, 1) {
-                break;
-            }
-            let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
-            x.iter_mut().for_each(|x| *x /= length.max(f64::MIN_POSITIVE));
-        }
-        let mut best = (0, 0.0);
-        for joint in 0..self.forces.len() {
-            let m = self.equations.motion(joint, &x, false);
-            let moves = (norm([m[0], m[1], m[2]]) / self.size).max(1e-3 * norm([m[3], m[4], m[5]]));
-            if moves > best.1 {
-                best = (joint, moves);
-            }
-        }
-        best.0
-    }
-
     /// Extrapolates linearly from two saved states.
     pub fn predict(&mut self, before: usize, last: usize, ratio: f64) {
         for joint in 0..self.state.joints.len() {

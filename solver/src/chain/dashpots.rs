@@ -1,0 +1,124 @@
+//! Dashpots on the nodes of a chain: what makes a step of the flow down the energy out of an equilibrium.
+//!
+//! A backward Euler step of the flow M u' = -dE/du from a state u0 is the minimum of E(u) + s/2 (u - u0)' M (u - u0),
+//! with the stiffness s the inverse of the step in time. M has a unit of mass for a unit of length, lumped to the nodes.
+
+use pennate_elements::beam::Beam;
+use pennate_elements::real::Real;
+use pennate_elements::rotation;
+use pennate_elements::small::{dot, sub};
+
+use super::{Chain, lanes};
+
+/// Stiffness and force of the dashpots at the present state.
+#[derive(Debug)]
+pub(super) struct Dashpots<T, const D: usize> {
+    /// For a unit of mass; zero where there are none.
+    pub stiffness: f64,
+    pub slot: usize,
+    /// Diagonals and forces of the nodes between elements, by the element that follows.
+    pub stiffnesses: Vec<[T; D]>,
+    pub forces: Vec<[T; D]>,
+    /// The same of the nodes within elements.
+    pub inner_stiffness: Vec<[T; D]>,
+    pub inner_force: Vec<[T; D]>,
+}
+
+impl<T, const D: usize> Default for Dashpots<T, D> {
+    fn default() -> Self {
+        Self {
+            stiffness: 0.0,
+            slot: 0,
+            stiffnesses: Vec::new(),
+            forces: Vec::new(),
+            inner_stiffness: Vec::new(),
+            inner_force: Vec::new(),
+        }
+    }
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// Mass of an element end, against displacements and against rotations.
+    pub(super) fn end_mass(&self, index: usize, lane: usize) -> [f64; 2] {
+        let part = |element: usize| self.pieces[element].length.lane(lane) / (2.0 * P as f64);
+        let left = if index > 0 { part(index - 1) } else { 0.0 };
+        let right = if index < self.pieces.len() { part(index) } else { 0.0 };
+        let mass = left + right;
+        [mass, mass * (2.0 * mass) * (2.0 * mass)]
+    }
+
+    /// Brings the dashpots to the present state.
+    pub(super) fn load_dashpots(&mut self) {
+        let elements = self.pieces.len();
+        let mut dashpots = std::mem::take(&mut self.dashpots);
+        let zero = [T::zero(); D];
+        dashpots.stiffnesses.resize(elements + 1, zero);
+        dashpots.forces.resize(elements + 1, zero);
+        dashpots.inner_stiffness.resize(elements * Self::INNER_NODES, zero);
+        dashpots.inner_force.resize(elements * Self::INNER_NODES, zero);
+        let saved = &self.saved[dashpots.slot];
+        for lane in 0..T::LANES {
+            for index in 1..elements {
+                let [mass, inertia] = self.end_mass(index, lane);
+                let (now, then) = (B::pose(&self.state.nodes[index], lane), B::pose(&saved.nodes[index], lane));
+                let u = sub(now.displacement, then.displacement);
+                let spin = if D == 3 {
+                    [0.0, 0.0, now.angle - then.angle]
+                } else {
+                    rotation::log(rotation::compose(now.rotation, rotation::inverse(then.rotation)))
+                };
+                let change = [u[0], u[1], u[2], spin[0], spin[1], spin[2]];
+                for d in 0..D {
+                    let component = if D == 6 { d } else { [0, 1, 5][d] };
+                    let weight: f64 = dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { inertia });
+                    dashpots.stiffnesses[index][d].set_lane(lane, weight);
+                    dashpots.forces[index][d].set_lane(lane, weight * change[component]);
+                }
+            }
+            for element in 0..elements {
+                let mass = self.pieces[element].length.lane(lane) / P as f64;
+                for i in 0..Self::INNER_NODES {
+                    let (node, local) = (element * Self::INNER_NODES + i, element * P + i);
+                    for d in 0..D {
+                        let weight: f64 =
+                            dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { mass * mass * mass });
+                        let change = self.state.local[local][d].lane(lane) - saved.local[local][d].lane(lane);
+                        dashpots.inner_stiffness[node][d].set_lane(lane, weight);
+                        dashpots.inner_force[node][d].set_lane(lane, weight * change);
+                    }
+                }
+            }
+        }
+        self.dashpots = dashpots;
+    }
+
+    /// Work of the load along the member from the unloaded state.
+    pub(super) fn load_work_impl(&self, lane: usize) -> f64 {
+        let mut work = 0.0;
+        for (element, piece) in self.pieces.iter().enumerate() {
+            let load = lanes::lane_of(&self.loads[self.segment_of[element]], lane);
+            if load == [0.0; 3] {
+                continue;
+            }
+            let first = B::pose(&self.state.nodes[element], lane);
+            let last = B::pose(&self.state.nodes[element + 1], lane);
+            let left = 1.0 - self.table.integrals.iter().sum::<f64>();
+            let mut mean = [0.0; 3];
+            let mut take = |weight: f64, u: [f64; 3]| {
+                for (m, u) in mean.iter_mut().zip(u) {
+                    *m += weight * u;
+                }
+            };
+            for i in 0..Self::INNER_NODES {
+                let local = self.state.local[element * P + i];
+                let local = std::array::from_fn(|d| local[d].lane(lane));
+                let reference = lanes::lane_of(&self.reference(element, i), lane);
+                take(self.table.integrals[i], B::interior(piece, &first, reference, local, lane).displacement);
+            }
+            take(self.table.integrals[P - 1], last.displacement);
+            take(left, first.displacement);
+            work += piece.length.lane(lane) * dot(load, mean);
+        }
+        work
+    }
+}

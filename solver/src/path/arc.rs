@@ -1,0 +1,259 @@
+//! Points of a path by its arclength: past limit points, through bifurcations, and onto singular points.
+//!
+//! A path is measured by a functional n of the motion since a saved state and of the fraction of the ramp; Newton's
+//! iteration solves for both with the bordered matrix, by two solutions with one factorization (Riks, Int. J. Solids
+//! Struct. 15, 1979; Keller 1977). Singular points are roots of a test function along the path: the rate of the fraction
+//! at a limit point, 1 / (bᵀ K⁻¹ b) at a bifurcation, b near the critical mode.
+
+use super::follow::{LAST, Ramp};
+use crate::newton::{Lost, Newton, Why};
+use crate::system::{Inertia, Residual, System};
+
+/// Slot of the state beyond a singular point.
+pub(super) const NEXT: usize = 3;
+/// Distance of the fractions whose difference stands for the derivative.
+const AHEAD: f64 = 1e-6;
+/// Part of a bracket within which a singular point is found.
+const EXACT: f64 = 1e-9;
+/// Part of a bracket that is good enough where rounding stands in the way of a smaller one.
+const NEARLY: f64 = 1e-5;
+/// Value of the test function, over that at the ends of the bracket, that is zero.
+const SMALL: f64 = 1e-8;
+/// Trials for one singular point.
+const TRIALS: usize = 60;
+
+/// A motion of the joints together with a change of the fraction, or a functional of both.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Direction {
+    pub motions: Vec<[f64; 6]>,
+    pub rate: f64,
+}
+
+/// Weight of displacements and rotations against the fraction: the square of what a unit of the fraction counts for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Metric {
+    displacement: f64,
+    rotation: f64,
+}
+
+impl Metric {
+    /// Joints and fraction count for the same where the joints move as they do here.
+    pub fn balanced(motions: &[[f64; 6]], rate: f64, size: f64) -> Self {
+        let plain = Self { displacement: 1.0 / (size * size), rotation: 1.0 };
+        let moved = plain.product(motions, motions);
+        let factor = if moved > 0.0 && rate != 0.0 { rate * rate / moved } else { 1.0 };
+        Self { displacement: factor * plain.displacement, rotation: factor }
+    }
+
+    fn product(&self, a: &[[f64; 6]], b: &[[f64; 6]]) -> f64 {
+        let part = |a: &[f64; 6], b: &[f64; 6], from: usize| (from..from + 3).map(|c| a[c] * b[c]).sum::<f64>();
+        let sum = |from| a.iter().zip(b).map(|(a, b)| part(a, b, from)).sum::<f64>();
+        self.displacement * sum(0) + self.rotation * sum(3)
+    }
+
+    pub fn inner(&self, a: &Direction, b: &Direction) -> f64 {
+        self.product(&a.motions, &b.motions) + a.rate * b.rate
+    }
+
+    /// The direction, made of length one.
+    pub fn unit(&self, mut direction: Direction) -> Direction {
+        let length = self.inner(&direction, &direction).sqrt().max(f64::MIN_POSITIVE);
+        direction.motions.iter_mut().flatten().for_each(|x| *x /= length);
+        direction.rate /= length;
+        direction
+    }
+
+    /// The functional that measures along a direction.
+    pub fn functional(&self, direction: &Direction) -> Direction {
+        let mut functional = direction.clone();
+        for motion in &mut functional.motions {
+            for (c, x) in motion.iter_mut().enumerate() {
+                *x *= if c < 3 { self.displacement } else { self.rotation };
+            }
+        }
+        functional
+    }
+}
+
+impl Direction {
+    /// Value of this functional.
+    pub fn along(&self, motions: &[[f64; 6]], fraction: f64) -> f64 {
+        let joints: f64 = self.motions.iter().zip(motions).map(|(n, m)| (0..6).map(|c| n[c] * m[c]).sum::<f64>()).sum();
+        joints + self.rate * fraction
+    }
+}
+
+/// An equilibrium on a path.
+#[derive(Debug)]
+pub(super) struct Point {
+    pub fraction: f64,
+    pub iterations: usize,
+    pub inertia: Inertia,
+    pub residual: Residual,
+    /// Motion of the joints for a unit of the fraction, at this state.
+    pub rate: Vec<[f64; 6]>,
+    /// What the functional grows by for a unit of the fraction: without bound at a limit point.
+    pub gain: f64,
+}
+
+/// Whether a point is still on the near side of a singular point, and the value of a test function.
+pub(super) type Judge<'a, const D: usize> = dyn FnMut(&mut System<D>, &Point) -> (bool, Option<f64>) + 'a;
+
+/// What finds points of a path.
+pub(super) struct Tracer<'a, const D: usize> {
+    pub system: &'a mut System<D>,
+    pub newton: Newton,
+    pub ramp: &'a Ramp,
+    /// Factorizations so far.
+    pub factorizations: usize,
+}
+
+impl<const D: usize> Tracer<'_, D> {
+    /// The path's direction at the present state, which is an equilibrium: motion of the joints for a unit of the
+    /// fraction.
+    pub fn rate(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
+        let ramp = self.ramp;
+        let mut apply = |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction);
+        let (linearized, solved) = self.system.linearize(fraction, ahead(fraction), &mut apply);
+        self.factorizations += 1;
+        solved.then_some(linearized.rate_motions)
+    }
+
+    /// Brings the present state to the equilibrium at the distance `s`, measured by `n`, from the last saved one.
+    ///
+    /// `from` is the fraction of the saved state, `guess` that of the present one.
+    pub fn correct(&mut self, n: &Direction, s: f64, from: f64, guess: f64) -> Result<Point, Lost> {
+        let newton = self.newton;
+        let ramp = self.ramp;
+        let mut apply = |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction);
+        let mut fraction = guess;
+        let (mut last, mut before) = (f64::INFINITY, f64::INFINITY);
+        for iterations in 1..=newton.max_iterations {
+            let (linearized, solved) = self.system.linearize(fraction, ahead(fraction), &mut apply);
+            self.factorizations += 1;
+            let residual = linearized.residual;
+            #[cfg(feature = "trace")]
+            eprintln!(
+                "{iterations:3} {:.1e} {:.1e} {last:.1e} at {fraction} {:?}",
+                residual.force, residual.moment, linearized.inertia
+            );
+            let gap = n.along(&self.system.motions_since(LAST), fraction - from) - s;
+            let gain = n.along(&linearized.rate_motions, 1.0);
+            let there = gap.abs() <= 1e-9 * s.abs().max(1e-3);
+            if there && newton.is_converged(last, before, residual) && self.system.violation() <= newton.violation {
+                let (inertia, rate) = (linearized.inertia, linearized.rate_motions);
+                return Ok(Point { fraction, iterations, inertia, residual, rate, gain });
+            }
+            let lost = |why| Err(Lost { iterations, residual, why });
+            let change = -(gap + n.along(&linearized.step_motions, 0.0)) / gain;
+            if !solved || !change.is_finite() {
+                return lost(Why::Singular);
+            }
+            let mut solution = linearized.step;
+            for (x, rate) in solution.iter_mut().zip(&linearized.rate) {
+                *x += change * rate;
+            }
+            fraction += change;
+            let system = &mut *self.system;
+            system.fraction = fraction;
+            system.equations.update(&system.topology, &system.state.joints, fraction);
+            let size = system.move_by(&solution, true).largest().max(change.abs());
+            if !(size <= newton.lost || size <= last) {
+                return lost(Why::Astray);
+            }
+            before = last;
+            last = size;
+        }
+        Err(Lost { iterations: newton.max_iterations, residual: self.system.residual(), why: Why::Slow })
+    }
+
+    /// The singular point between the saved states LAST and NEXT, at fractions `ends`; the system is left there.
+    ///
+    /// The path between them is measured with `metric`; without one, joints and fraction count for the same between the
+    /// two states, which does where no limit point lies there.
+    ///
+    /// `judge` tells for a point whether it is still on the near side, and the value of a test function that is zero
+    /// at the singular point. Where the value has different signs at both ends it decides, else the side does.
+    pub fn singular_point(
+        &mut self,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        judge: &mut Judge<'_, D>,
+    ) -> Option<Point> {
+        self.system.restore(NEXT);
+        let motions = self.system.motions_since(LAST);
+        let rate = ends[1] - ends[0];
+        let metric = metric.unwrap_or_else(|| Metric::balanced(&motions, rate, self.system.size));
+        let secant = Direction { motions, rate };
+        let length = metric.inner(&secant, &secant);
+        let mut n = metric.functional(&secant);
+        n.motions.iter_mut().flatten().for_each(|x| *x /= length);
+        n.rate /= length;
+        let mut at = |tracer: &mut Self, s: f64| {
+            let guess = ends[0] + s * (ends[1] - ends[0]);
+            tracer.ramp.apply(tracer.system, guess);
+            tracer.system.predict(LAST, NEXT, s - 1.0);
+            let point = tracer.correct(&n, s, ends[0], guess).ok()?;
+            let (near, value) = judge(tracer.system, &point);
+            Some((point, near, value))
+        };
+        let (_, near, mut low) = at(self, 0.0)?;
+        let (mut best, far, mut high) = at(self, 1.0)?;
+        if !near || far {
+            return None;
+        }
+        // The count of pivots has noise that a smooth function has not.
+        let first = low.zip(high).filter(|(a, b)| a * b < 0.0);
+        let small = first.map_or(0.0, |(a, b)| SMALL * a.abs().max(b.abs()));
+        let mut bracket = [0.0, 1.0];
+        let mut kept = 0;
+        for _ in 0..TRIALS {
+            let width = bracket[1] - bracket[0];
+            if width <= EXACT {
+                break;
+            }
+            let middle = 0.5 * (bracket[0] + bracket[1]);
+            let s = match (low, high) {
+                (Some(a), Some(b)) if a * b < 0.0 && kept < 4 => {
+                    let s = bracket[0] - a * width / (b - a);
+                    // A root that is known already is straddled, so that the bracket closes from both sides.
+                    s.clamp(bracket[0] + 0.01 * EXACT, bracket[1] - 0.01 * EXACT)
+                }
+                _ => {
+                    kept = 0;
+                    middle
+                }
+            };
+            let Some((point, near, value)) = at(self, s) else {
+                // So near to a singular tangent rounding alone moves the state: what is known is good enough.
+                if width > NEARLY {
+                    return None;
+                }
+                return at(self, bracket[0]).map(|(point, ..)| point);
+            };
+            let near = first.zip(value).map_or(near, |((a, _), v)| v * a > 0.0);
+            let settled = value.is_some_and(|v| v.abs() <= small);
+            let side = usize::from(!near);
+            best = point;
+            bracket[side] = s;
+            if settled {
+                break;
+            }
+            // Illinois: an end that stays twice counts for half as much.
+            let (this, other) = if near { (&mut low, &mut high) } else { (&mut high, &mut low) };
+            *this = value;
+            if bracket[1] - bracket[0] > 0.5 * width {
+                kept += 1;
+                *other = other.map(|x| 0.5 * x);
+            } else {
+                kept = 0;
+            }
+        }
+        Some(best)
+    }
+}
+
+/// A difference that stays within the tables of muscles.
+fn ahead(fraction: f64) -> f64 {
+    if fraction > 0.5 { -AHEAD } else { AHEAD }
+}

@@ -1,0 +1,125 @@
+//! From a lost equilibrium to the next stable one.
+//!
+//! The network flows down its energy at constant loads, as it would in a viscous fluid: backward Euler steps, each the
+//! minimum of the energy plus that of dashpots from the last state. Every such minimum lowers the energy, whatever the
+//! step, and steps grow until the dashpots are gone (the proximal point algorithm: Rockafellar, SIAM J. Control Optim.
+//! 14, 1976).
+
+use super::Path;
+use super::arc::NEXT;
+use super::follow::{BRACKET, LAST, Ramp, Tally};
+use crate::history::{CriticalKind, CriticalPoint, Jump};
+use crate::newton::{Newton, Start};
+use pennate_elements::small::norm;
+
+/// Steps of the flow at most.
+const STEPS: usize = 400;
+/// A step of the flow moves no farther than this, in radians or lengths.
+const FAR: f64 = 0.4;
+/// The state that follows a step without dashpots lies within this of it, or is another one.
+const SAME: f64 = 0.1;
+/// Displacement over the size of the network that nothing holds.
+const ENDLESS: f64 = 100.0;
+/// Part of the mode, in lengths or radians, by which a bifurcation is left.
+const PUSH: f64 = 1e-3;
+
+/// How a jump ends.
+pub(super) enum Landing {
+    /// In a stable equilibrium at this fraction.
+    Stable { fraction: f64, jump: Jump },
+    /// Nowhere: the energy falls without bound.
+    Endless,
+    /// Nowhere that was found.
+    Lost,
+}
+
+impl<const D: usize> Path<'_, D> {
+    /// From a singular point, the present state, to the next stable equilibrium at loads a little beyond it.
+    pub(super) fn jump(&mut self, ramp: &Ramp, point: &CriticalPoint, tally: &mut Tally) -> Landing {
+        let fraction = (point.fraction + BRACKET).min(1.0);
+        let mode = self.system.softest_motion();
+        if point.kind == CriticalKind::Bifurcation {
+            let push: Vec<f64> = mode.iter().map(|x| PUSH * x).collect();
+            self.system.move_by(&push, false);
+        }
+        self.system.save(LAST);
+        ramp.apply(&mut self.system, fraction);
+        self.system.gather(false);
+        let before = self.system.potential_energy();
+        let landing = self.flow(tally);
+        self.system.set_dashpots(0.0, NEXT);
+        match landing {
+            Some(true) => {
+                let after = self.system.potential_energy();
+                let (node, moved) = self.farthest();
+                let jump = Jump { fraction, released: before - after, moved, node };
+                Landing::Stable { fraction, jump }
+            }
+            Some(false) => Landing::Endless,
+            None => Landing::Lost,
+        }
+    }
+
+    /// Flows down the energy at the present loads; true where a stable equilibrium was reached, false where there is no
+    /// end to it.
+    fn flow(&mut self, tally: &mut Tally) -> Option<bool> {
+        let newton = Newton { increment: 1e-6, settled: 1e-7, lost: FAR, max_iterations: 12, ..self.newton };
+        let mut stiffness = self.first_dashpots();
+        self.system.save(NEXT);
+        for _ in 0..STEPS {
+            self.system.set_dashpots(stiffness, NEXT);
+            let found = newton.solve(&mut self.system, Start::nearby());
+            let moved = self.system.distance(NEXT).largest();
+            let descended = matches!(&found, Ok(found) if found.inertia.negative == 0) && moved <= FAR;
+            tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+            if !descended {
+                stiffness *= 5.0;
+                self.system.restore(NEXT);
+                continue;
+            }
+            self.system.save(NEXT);
+            if self.system.motions_since(LAST).iter().any(|m| norm([m[0], m[1], m[2]]) > ENDLESS * self.system.size) {
+                return Some(false);
+            }
+            stiffness *= match found.map_or(9, |found| found.iterations) {
+                0..=4 => 0.1,
+                5..=6 => 0.3,
+                _ => 0.7,
+            };
+            if moved > SAME {
+                continue;
+            }
+            // So near that the dashpots may no longer be needed.
+            self.system.set_dashpots(0.0, NEXT);
+            let settled = self.newton.solve(&mut self.system, Start::nearby());
+            tally.factorizations += settled.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+            if let Ok(settled) = settled
+                && self.system.distance(NEXT).largest() <= SAME
+            {
+                let count = self.count(&settled.inertia);
+                if count.own == 0 && count.lateral <= self.base.lateral {
+                    self.base = count;
+                    return Some(true);
+                }
+            }
+            self.system.restore(NEXT);
+        }
+        None
+    }
+
+    /// Dashpots that are soft against the unloaded network.
+    fn first_dashpots(&mut self) -> f64 {
+        let rest = self.system.rest_stiffness_of_displacements();
+        1e-3 * rest / self.system.size
+    }
+
+    fn farthest(&self) -> (usize, f64) {
+        let motions = self.system.motions_since(LAST);
+        let links = &self.system.topology.links;
+        let far = |node: usize| {
+            let m = self.system.node_motion(&links[node], &motions);
+            norm([m[0], m[1], m[2]])
+        };
+        (0..links.len()).map(|node| (node, far(node))).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    }
+}

@@ -1,0 +1,262 @@
+//! Along a path by its arclength: increments that adapt, and what they pass.
+
+use super::arc::{Direction, Metric, NEXT, Point, Tracer};
+use super::follow::{BEFORE, LAST, Ramp, Tally};
+use super::{Count, Path};
+use crate::history::{CriticalKind, CriticalPoint};
+use crate::newton::Lost;
+
+/// Cosine of the angle by which the path may turn in one increment.
+const STRAIGHT: f64 = 0.85;
+/// An increment of the arc is not made shorter than this part of the first.
+const SHORTEST_ARC: f64 = 1e-7;
+
+/// Where a walk along a path is.
+pub(super) struct Walk {
+    pub fraction: f64,
+    /// Fraction of the state before the last one.
+    pub before: f64,
+    /// Unit tangent at the last state, forward.
+    tangent: Direction,
+    pub metric: Metric,
+    /// Next increment of the arc, the last one, and the first.
+    pub next: f64,
+    last: Option<f64>,
+    first: f64,
+    pub longest: f64,
+}
+
+/// What lies between two states.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    /// Count at the second.
+    pub count: Count,
+    pub limit: bool,
+    pub own: bool,
+    pub sideways: bool,
+}
+
+impl Passed {
+    pub fn any(&self) -> bool {
+        self.limit || self.own || self.sideways
+    }
+}
+
+impl<const D: usize> Path<'_, D> {
+    fn tracer<'b>(&'b mut self, ramp: &'b Ramp) -> Tracer<'b, D> {
+        Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 }
+    }
+
+    /// Starts a walk at the last saved state, towards larger fractions; `None` where the path has no direction there.
+    ///
+    /// `reach` is the part of the ramp that the first increment is to make.
+    pub(super) fn walk(&mut self, ramp: &Ramp, fraction: f64, reach: f64, tally: &mut Tally) -> Option<Walk> {
+        self.system.restore(LAST);
+        let mut tracer = self.tracer(ramp);
+        let rate = tracer.rate(fraction);
+        tally.factorizations += tracer.factorizations;
+        let rate = rate?;
+        let metric = Metric::balanced(&rate, 1.0, self.system.size);
+        let tangent = Direction { motions: rate, rate: 1.0 };
+        let first = reach * metric.inner(&tangent, &tangent).sqrt();
+        let tangent = metric.unit(tangent);
+        let longest = f64::INFINITY;
+        Some(Walk { fraction, before: fraction, tangent, metric, next: first, last: None, first, longest })
+    }
+
+    /// One increment of a walk: the state is at its end then, and not saved yet.
+    ///
+    /// An increment that passes more than one singular point is shortened as long as that separates them.
+    pub(super) fn stride(&mut self, walk: &mut Walk, ramp: &Ramp, tally: &mut Tally) -> Result<(Point, Passed), Lost> {
+        loop {
+            let s = walk.next.min(walk.longest);
+            let short = s <= 1e-3 * walk.first;
+            let n = walk.metric.functional(&walk.tangent);
+            let mut guess = walk.fraction;
+            self.system.restore(LAST);
+            if let Some(last) = walk.last {
+                guess += (walk.fraction - walk.before) * s / last;
+                ramp.apply(&mut self.system, guess);
+                self.system.predict(BEFORE, LAST, s / last);
+            } else {
+                guess += s * walk.tangent.rate;
+            }
+            let mut tracer = self.tracer(ramp);
+            let found = tracer.correct(&n, s, walk.fraction, guess);
+            let spent = tracer.factorizations;
+            tally.factorizations += spent;
+            tally.iterations += spent;
+            let point = match found {
+                Ok(point) => point,
+                Err(lost) => {
+                    walk.next = 0.4 * s;
+                    if walk.next < SHORTEST_ARC * walk.first {
+                        return Err(lost);
+                    }
+                    continue;
+                }
+            };
+            let ahead = Direction { motions: point.rate.clone(), rate: 1.0 };
+            let mut ahead = walk.metric.unit(ahead);
+            let mut along = walk.metric.inner(&ahead, &walk.tangent);
+            if along < 0.0 {
+                along = -along;
+                ahead.motions.iter_mut().flatten().for_each(|x| *x = -*x);
+                ahead.rate = -ahead.rate;
+            }
+            if along < STRAIGHT && !short {
+                walk.next = 0.4 * s;
+                continue;
+            }
+            let count = self.count(&point.inertia);
+            let base = self.base;
+            let limit = ahead.rate * walk.tangent.rate < 0.0;
+            let conservative = count.potential && base.potential;
+            let changed = if conservative {
+                count.own.abs_diff(base.own)
+            } else {
+                usize::from(count.odd != base.odd && count.potential == base.potential)
+            };
+            let aside = if count.lateral_potential { count.lateral.abs_diff(base.lateral) } else { 0 };
+            let events = (changed + aside).max(usize::from(limit));
+            let torn = limit && changed == 0 || events > 1;
+            if torn && !short {
+                walk.next = 0.4 * s;
+                continue;
+            }
+            let own = changed > usize::from(limit);
+            let iterations = point.iterations;
+            let passed = Passed { count, limit, own, sideways: aside > 0 };
+            if passed.any() {
+                // The bracket of what was passed is this increment.
+                self.system.save(NEXT);
+            }
+            walk.last = Some(s);
+            walk.before = walk.fraction;
+            walk.fraction = point.fraction;
+            walk.tangent = ahead;
+            walk.next = s * match iterations {
+                0..=4 => 2.0,
+                5..=6 => 1.3,
+                7..=8 => 1.0,
+                _ => 0.6,
+            };
+            return Ok((point, passed));
+        }
+    }
+
+    /// The singular points between the saved states LAST and NEXT, at these fractions; the state is left at the last
+    /// of them.
+    pub(super) fn pinpoint(
+        &mut self,
+        ramp: &Ramp,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        passed: &Passed,
+        tally: &mut Tally,
+    ) -> Vec<CriticalPoint> {
+        let mut found = Vec::new();
+        for kind in [CriticalKind::LimitPoint, CriticalKind::Bifurcation] {
+            for sideways in [false, true] {
+                let wanted = match (kind, sideways) {
+                    (CriticalKind::LimitPoint, false) => passed.limit,
+                    (CriticalKind::LimitPoint, true) => false,
+                    (CriticalKind::Bifurcation, false) => passed.own,
+                    (CriticalKind::Bifurcation, true) => passed.sideways,
+                };
+                if wanted && let Some(point) = self.pinpoint_one(ramp, ends, metric, passed, (kind, sideways), tally) {
+                    found.push(point);
+                }
+            }
+        }
+        found.sort_by(|a, b| ((a.fraction - b.fraction) * (ends[1] - ends[0])).total_cmp(&0.0));
+        // A network that buckles in its plane and out of it at once, as a round column does, buckles in its plane.
+        found.dedup_by(|later, first| {
+            let same = (later.fraction - first.fraction).abs() < 1e-7 * later.fraction.abs().max(1e-3);
+            if same && first.sideways {
+                std::mem::swap(later, first);
+            }
+            same && later.sideways
+        });
+        found
+    }
+
+    fn pinpoint_one(
+        &mut self,
+        ramp: &Ramp,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        passed: &Passed,
+        (kind, sideways): (CriticalKind, bool),
+        tally: &mut Tally,
+    ) -> Option<CriticalPoint> {
+        // The mode, from the far end of the bracket.
+        self.system.restore(NEXT);
+        ramp.apply(&mut self.system, ends[1]);
+        let inertia = self.system.assemble(false);
+        let mut lateral = self.lateral.take();
+        let mode = match (&mut lateral, sideways) {
+            (Some(lateral), true) => {
+                lateral.inertia(&mut self.system);
+                lateral.softest()
+            }
+            _ => self.system.softest_motion(),
+        };
+        let (base, count) = (self.base, passed.count);
+        let conservative = base.potential && count.potential;
+        let far = inertia.negative;
+        let lateral_far = lateral.as_mut().map_or(0, |lateral| lateral.inertia(&mut self.system).0.negative);
+        let mut near_gain = None;
+        let mut tracer = Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 };
+        let found = tracer.singular_point(ends, metric, &mut |system, point| match (kind, sideways) {
+            (CriticalKind::LimitPoint, _) => {
+                let gain = 1.0 / point.gain;
+                let first = *near_gain.get_or_insert(gain);
+                (gain * first > 0.0, Some(gain))
+            }
+            (CriticalKind::Bifurcation, true) => match &mut lateral {
+                Some(lateral) => {
+                    let (inertia, _) = lateral.inertia(system);
+                    let rises = count.lateral > base.lateral;
+                    let near = if rises { inertia.negative < lateral_far } else { inertia.negative > lateral_far };
+                    (near, lateral.singular_test(&mode))
+                }
+                None => (false, None),
+            },
+            (CriticalKind::Bifurcation, false) => {
+                let near = if !conservative {
+                    let odd = (point.inertia.negative % 2 == 1) != point.inertia.skew_negative;
+                    odd == base.odd
+                } else if count.own > base.own {
+                    point.inertia.negative < far
+                } else {
+                    point.inertia.negative > far
+                };
+                (near, system.singular_test(&mode))
+            }
+        });
+        tally.factorizations += tracer.factorizations;
+        let point = found.map(|point| {
+            let motions = match (&mut lateral, sideways) {
+                (Some(lateral), true) => {
+                    let mode = lateral.softest();
+                    lateral.motions_of(&mode)
+                }
+                _ => {
+                    let mode = self.system.softest_motion();
+                    self.system.motions_of(&mode)
+                }
+            };
+            let (node, mode) = self.mode_of(&motions);
+            CriticalPoint { kind, fraction: point.fraction, error: None, node, member: None, sideways, mode }
+        });
+        self.lateral = lateral;
+        point
+    }
+
+    /// Keeps the present state as the last one of a walk.
+    pub(super) fn keep(&mut self, count: Count) {
+        self.base = count;
+        self.system.save_as(LAST, BEFORE);
+    }
+}

@@ -1,0 +1,106 @@
+//! Limit points and bifurcations of the references, from their network files with default settings.
+
+use std::path::{Path, PathBuf};
+
+use pennate::accuracy::solve_to_accuracy;
+use pennate::solution::Solution;
+use pennate_models::read;
+use pennate_solver::history::{CriticalKind, Status};
+use pennate_solver::options::Options;
+use serde_json::Value;
+
+/// Error of a critical load, over the load.
+const LOAD: f64 = 1e-6;
+/// Error of the state at the critical load, over the largest displacement there.
+const STATE: f64 = 1e-5;
+
+fn validation(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(path)
+}
+
+fn reference(case: &str) -> Value {
+    let text = std::fs::read_to_string(validation(case).join("reference.json")).expect("a reference");
+    serde_json::from_str(&text).expect("a reference in JSON")
+}
+
+fn solve(file: &str, settings: &[(&str, &str)]) -> Solution {
+    let settings: Vec<_> = settings.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    let model = read(&validation(file), &settings).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = Options { estimate: true, ..Options::default() };
+    solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
+}
+
+/// The displacement of a node at the last increment of the first step.
+fn last_displacement(solution: &Solution, node: &str) -> [f64; 3] {
+    let index = solution.model.nodes.iter().position(|n| n.name == node).expect("the node");
+    solution.history.steps[0].increments.last().expect("a state").state.nodes[index].displacement
+}
+
+#[track_caller]
+fn assert_state(solution: &Solution, node: &str, expected: &Value) {
+    let now = last_displacement(solution, node);
+    let expected: [f64; 3] = serde_json::from_value(expected.clone()).expect("a displacement");
+    let largest = expected.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+    for (now, expected) in now.iter().zip(expected) {
+        assert!((now - expected).abs() <= STATE * largest, "{node}: {now} instead of {expected}");
+    }
+}
+
+#[track_caller]
+fn assert_load(now: f64, expected: f64) {
+    let error = (now / expected - 1.0).abs();
+    println!("{now} against {expected}: {error:.1e}");
+    assert!(error <= LOAD, "{now} instead of {expected}");
+}
+
+/// A case: file, settings, load at the end of the ramp, what it ends with, and the node that the reference shows.
+type Case<'a> = (&'a str, &'a [(&'a str, &'a str)], f64, Status, &'a str, usize);
+
+#[track_caller]
+fn stops_at(case: &str, pointers: [&str; 2], (file, settings, load, status, node, result): Case<'_>) {
+    let solution = solve(&format!("{case}/{file}"), settings);
+    let step = &solution.history.steps[0];
+    assert_eq!(step.status, status);
+    let data = &reference(case)["results"][result]["quantities"];
+    let expected = data.pointer(pointers[0]).and_then(Value::as_f64).expect("a load");
+    let point = step.critical_points.last().expect("a critical point");
+    assert_load(load * point.fraction, expected);
+    assert_eq!(point.fraction, step.fraction);
+    assert_state(&solution, node, data.pointer(pointers[1]).expect("a state"));
+}
+
+#[test]
+fn lees_frame_williams_toggle_and_the_deep_arch_end_at_their_limit_points() {
+    let limit = Status::LimitPoint;
+    stops_at("05_lee_frame", ["/load", "/load_point/displacement"], ("lee_frame.toml", &[], 2.0, limit, "P", 0));
+    let stiff = [("stiff", "1e4")];
+    stops_at("05_lee_frame", ["/load", "/load_point/displacement"], ("lee_frame.toml", &stiff, 2.0, limit, "P", 2));
+    stops_at("06_williams_toggle", ["/load", "/apex/displacement"], ("toggle_load.toml", &[], 40.0, limit, "C", 0));
+    stops_at("07_deep_arch_215", ["/load", "/apex/displacement"], ("arch.toml", &[], 900.0, limit, "P", 0));
+}
+
+/// Both legs lie in a plane and are loaded in it; what is lost is their stability out of it.
+#[test]
+fn the_right_angle_frame_buckles_sideways() {
+    let pointers = ["/critical_load_factor", "/planar_displacement"];
+    let lost = Status::Bifurcation;
+    let case = "08_right_angle_frame";
+    stops_at(case, pointers, ("cantilever.toml", &[], 1.5, lost, "T", 0));
+    stops_at(case, pointers, ("cantilever.toml", &[("P", "-1")], -1.0, lost, "T", 1));
+    stops_at(case, pointers, ("hinged.toml", &[], 700.0, lost, "C", 2));
+    stops_at(case, pointers, ("hinged.toml", &[("M", "-700")], -700.0, lost, "C", 3));
+}
+
+#[test]
+fn the_arc_length_passes_both_limit_points_of_lees_frame() {
+    let solution = solve("05_lee_frame/path.toml", &[]);
+    let step = &solution.history.steps[0];
+    assert_eq!((step.status, step.fraction), (Status::Converged, 1.0));
+    let kinds: Vec<_> = step.critical_points.iter().map(|point| point.kind).collect();
+    assert_eq!(kinds, [CriticalKind::LimitPoint; 2]);
+    let data = reference("05_lee_frame");
+    for (point, result) in step.critical_points.iter().zip(0..) {
+        assert_load(2.0 * point.fraction, data["results"][result]["quantities"]["load"].as_f64().expect("a load"));
+    }
+    assert_eq!(step.stable, Some(true));
+}
