@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use pennate_models::scenes::{self, SCENES};
 use pennate_models::{Mesh, Model, discretize};
@@ -14,8 +15,9 @@ use crate::accuracy::Verdict;
 use crate::diagnostics::{Message, Severity, show, show_errors, show_warnings};
 use crate::output::files::check_writable;
 use crate::output::{json, table, write_files};
-use crate::progress::Bar;
+use crate::progress::{Bar, Counter};
 use crate::solution::Solution;
+use crate::sweep::{self, Sweep};
 use crate::{Input, Job, Refusal, explain, read, run};
 
 /// How a command ends.
@@ -89,6 +91,36 @@ pub fn check(input: &Input) -> Exit {
         many => format!("{many} steps"),
     };
     print(|out| writeln!(out, "{}; {count}; ready to be solved", table::summary(&model)))
+}
+
+/// `pennate sweep`: many combinations of parameters, into one table and one plot.
+pub fn sweep(sweep: &Sweep) -> Exit {
+    if let Err(error) = check_writable(&sweep.directory) {
+        return could_not(&error);
+    }
+    let start = Instant::now();
+    let interrupted = listen_for_interrupt();
+    let bar = Counter::new(sweep.vary.iter().fold(sweep.files.len(), |count, vary| count * vary.values.len()));
+    let outcome = sweep::run(sweep, &interrupted, &|count| bar.advance(count));
+    bar.clear();
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(sweep::Failure::Input(errors)) => return refuse(&Refusal::Input(errors)),
+        Err(sweep::Failure::Write(error)) => return could_not(&error),
+    };
+    let picture = sweep.directory.join("sweep.svg");
+    let drawn = sweep::plot::draw(&outcome, &sweep.vary, &picture);
+    let exit = print(|out| out.write_all(sweep::report::report(&outcome, start.elapsed()).as_bytes()));
+    if let Err(error) = drawn {
+        let title = format!("cannot draw {}: {error}", picture.display());
+        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+        return Exit::NotSolved;
+    }
+    match (outcome.interrupted, outcome.rows.iter().all(|row| row.status == sweep::CONVERGED)) {
+        (true, _) => Exit::Interrupted,
+        (false, true) => exit,
+        (false, false) => Exit::NotSolved,
+    }
 }
 
 /// `pennate schema`: the JSON Schema of the network file.

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use pennate::commands::{self, Destination};
+use pennate::sweep::vary::Vary;
 use pennate::{Input, Job};
 
 /// Analyses networks of soft pneumatic muscles and compliant members.
@@ -21,6 +22,8 @@ enum Command {
     Solve(Solve),
     /// Read and check a network: everything short of solving.
     Check(Network),
+    /// Solve a network for many values of its parameters, into one table and one plot.
+    Sweep(Sweep),
     /// Print the JSON Schema of the network file.
     Schema,
     /// Write the network file of a scene of the dissertation to standard output; list the scenes without a name.
@@ -58,6 +61,28 @@ struct Solve {
 }
 
 #[derive(Args)]
+struct Sweep {
+    /// Network files; each is swept.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Values of a parameter, from:to:step or a list, with a unit if need be; may be repeated.
+    #[arg(long, value_name = "NAME=VALUES", required = true)]
+    vary: Vec<Vary>,
+    /// Give a parameter one other value; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    settings: Vec<(String, String)>,
+    /// Write sweep.csv and sweep.svg into this directory; what it holds of this sweep is not solved again.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Discretization error asked for, relative to the largest value of its kind.
+    #[arg(long, value_name = "ERROR", default_value = "1e-6", value_parser = accuracy)]
+    accuracy: f64,
+    /// Solves at a time; one for each core by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Args)]
 struct Scene {
     /// Name of the scene.
     name: Option<String>,
@@ -80,6 +105,14 @@ fn main() -> ExitCode {
             commands::solve(&job, &destination)
         }
         Command::Check(network) => commands::check(&network.into()),
+        Command::Sweep(arguments) => commands::sweep(&pennate::sweep::Sweep {
+            files: arguments.files,
+            vary: arguments.vary,
+            settings: arguments.settings,
+            accuracy: arguments.accuracy,
+            threads: arguments.threads.map(usize::from),
+            directory: arguments.output,
+        }),
         Command::Schema => commands::schema(),
         Command::Scene(Scene { name: Some(name), settings }) => commands::scene(&name, &settings),
         Command::Scene(Scene { name: None, .. }) => commands::scenes(),

@@ -41,6 +41,34 @@ impl Bar {
     }
 }
 
+/// Counts solves of a sweep, on a terminal only.
+pub struct Counter {
+    start: Instant,
+    bar: ProgressBar,
+}
+
+impl Counter {
+    /// A bar of so many solves that is not shown yet.
+    pub fn new(count: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{pos} of {len} [{bar:40}] {elapsed}, {eta} to go");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+        Self { start: Instant::now(), bar }
+    }
+
+    /// So many more are done.
+    pub fn advance(&self, count: usize) {
+        if self.bar.is_hidden() && stderr().is_terminal() && self.start.elapsed() >= PATIENCE {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.inc(count as u64);
+    }
+
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 impl Default for Bar {
     fn default() -> Self {
         Self::new()

@@ -43,25 +43,51 @@ pub use model::Model;
 
 use error::Source;
 
+/// The text of a network file, from which models with different parameters can be made.
+#[derive(Clone, Debug)]
+pub struct Document {
+    source: Source,
+    language: input::tree::Language,
+    /// Where files that the network refers to are looked for.
+    directory: PathBuf,
+}
+
+impl Document {
+    /// Opens a network file, TOML or JSON by its extension.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn open(path: &Path) -> Result<Self, InputErrors> {
+        let name = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => {
+                let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+                let language = resolve::language(path, &text);
+                Ok(Self { source: Source { name, path: path.to_owned(), text }, language, directory })
+            }
+            Err(error) => {
+                let error = InputError::new(format!("{name} cannot be read: {error}"))
+                    .help("give the path of a network file, .toml or .json");
+                Err(InputErrors { errors: vec![error], sources: Vec::new() })
+            }
+        }
+    }
+
+    /// The checked model, after setting parameters (name, text).
+    ///
+    /// # Errors
+    /// Everything found wrong, with its place.
+    pub fn model(&self, settings: &[(String, String)]) -> Result<Model, InputErrors> {
+        resolve::read(self.source.clone(), self.language, &self.directory, settings)
+    }
+}
+
 /// Reads and checks a network file, TOML or JSON by its extension, after setting parameters (name, text).
 ///
 /// # Errors
 /// Everything found wrong, with its place.
 pub fn read(path: &Path, settings: &[(String, String)]) -> Result<Model, InputErrors> {
-    let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) => {
-            let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-            let language = resolve::language(path, &text);
-            let source = Source { name, path: path.to_owned(), text };
-            resolve::read(source, language, &directory, settings)
-        }
-        Err(error) => {
-            let error = InputError::new(format!("{name} cannot be read: {error}"))
-                .help("give the path of a network file, .toml or .json");
-            Err(InputErrors { errors: vec![error], sources: Vec::new() })
-        }
-    }
+    Document::open(path)?.model(settings)
 }
 
 /// Reads and checks a network from a text; `name` stands in messages and tells the language by its extension.

@@ -87,6 +87,11 @@ pub fn columns(align: &[Align], rows: &[Vec<String>]) -> String {
     out
 }
 
+/// A time in seconds, in words.
+pub fn duration(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.2} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,266 @@
+//! Sweeps: one network for many values of its parameters, solved side by side, in one table.
+
+pub mod plot;
+pub mod report;
+pub mod table;
+pub mod vary;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use pennate_models::error::InputError;
+use pennate_models::{Document, InputErrors, Model};
+use pennate_solver::history::Status;
+use pennate_solver::options::Options;
+use rayon::prelude::*;
+
+use crate::accuracy::{Verdict, solve_to_accuracy};
+use crate::explain;
+use crate::output::files::{WriteError, make_directory};
+use crate::solution::{Solution, status_name};
+
+use self::table::{Columns, Journal, Manifest, Row};
+use self::vary::Vary;
+
+/// What to solve, for which parameters, and where the table goes.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// Network files; with several of them each is swept.
+    pub files: Vec<PathBuf>,
+    pub vary: Vec<Vary>,
+    /// Parameters set to one value throughout.
+    pub settings: Vec<(String, String)>,
+    pub accuracy: f64,
+    /// Solves at a time; one for each core by default.
+    pub threads: Option<usize>,
+    pub directory: PathBuf,
+}
+
+/// Why a sweep has no table.
+#[derive(Debug)]
+pub enum Failure {
+    Input(InputErrors),
+    Write(WriteError),
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
+        Self::Write(error)
+    }
+}
+
+/// What came of a sweep.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    pub columns: Columns,
+    /// In the order of the files and of the combinations.
+    pub rows: Vec<Row>,
+    /// Rows that an earlier run had solved.
+    pub reused: usize,
+    pub interrupted: bool,
+    /// What the probes measure.
+    pub units: Vec<String>,
+}
+
+/// Rows that converged have this status.
+pub const CONVERGED: &str = "converged";
+
+/// A combination of one file.
+struct Case<'a> {
+    document: &'a Document,
+    keys: Vec<String>,
+    settings: Vec<(String, String)>,
+}
+
+/// Solves all combinations that an earlier run in the same directory has not solved; `advance` hears of each.
+///
+/// # Errors
+/// A file that cannot be read, a parameter that it does not have, a directory that cannot be written.
+pub fn run(sweep: &Sweep, interrupted: &AtomicBool, advance: &(dyn Fn(usize) + Sync)) -> Result<Outcome, Failure> {
+    let documents: Vec<Document> =
+        sweep.files.iter().map(|file| Document::open(file)).collect::<Result<_, _>>().map_err(Failure::Input)?;
+    let models: Vec<Model> = documents
+        .iter()
+        .map(|document| document.model(&sweep.settings))
+        .collect::<Result<_, _>>()
+        .map_err(Failure::Input)?;
+    check_names(sweep, &models).map_err(Failure::Input)?;
+    let columns = columns(sweep, &models);
+    let cases = cases(sweep, &documents).map_err(Failure::Input)?;
+    let manifest = manifest(sweep, &models);
+    make_directory(&sweep.directory)?;
+    let mut known = table::earlier(&sweep.directory, &manifest, &columns);
+    let wanted: HashMap<&[String], usize> =
+        cases.iter().enumerate().map(|(index, case)| (case.keys.as_slice(), index)).collect();
+    known.retain(|keys, _| wanted.contains_key(keys.as_slice()));
+    let reused = known.len();
+    let journal = Mutex::new(Journal::begin(&sweep.directory, &manifest, &columns, known.values())?);
+    let open: Vec<&Case> = cases.iter().filter(|case| !known.contains_key(&case.keys)).collect();
+    advance(reused);
+    let trouble = Mutex::new(None);
+    let solve = || -> Vec<Row> {
+        open.par_iter()
+            .filter_map(|case| {
+                if interrupted.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let row = solve_case(case, &columns, sweep.accuracy, interrupted)?;
+                let added = journal.lock().ok()?.add(&row);
+                if let (Err(error), Ok(mut trouble)) = (added, trouble.lock()) {
+                    *trouble = Some(error);
+                }
+                advance(1);
+                Some(row)
+            })
+            .collect()
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(sweep.threads.unwrap_or(0)).build();
+    let solved = match pool {
+        Ok(pool) => pool.install(solve),
+        Err(_) => solve(), // no threads to be had: one after the other
+    };
+    if let Ok(Some(source)) = trouble.into_inner() {
+        return Err(Failure::Write(WriteError { path: sweep.directory.join("sweep.csv"), source }));
+    }
+    let mut rows: Vec<Row> = known.into_values().chain(solved).collect();
+    rows.sort_by_key(|row| wanted.get(row.keys.as_slice()).copied());
+    table::write_table(&sweep.directory, &columns, rows.iter())?;
+    let interrupted = rows.len() < cases.len();
+    let units = models.first().map(units).unwrap_or_default();
+    Ok(Outcome { columns, rows, reused, interrupted, units })
+}
+
+/// Every varied parameter is one of every file, and is varied once.
+fn check_names(sweep: &Sweep, models: &[Model]) -> Result<(), InputErrors> {
+    let mut errors = Vec::new();
+    for (index, vary) in sweep.vary.iter().enumerate() {
+        for (model, file) in models.iter().zip(&sweep.files) {
+            if model.parameters.iter().all(|(name, _)| *name != vary.name) {
+                let known: Vec<String> = model.parameters.iter().map(|(name, _)| format!("'{name}'")).collect();
+                let error = InputError::new(format!("{} has no parameter '{}' to vary", file.display(), vary.name));
+                errors.push(error.help(match known.is_empty() {
+                    true => "define it under [parameters], and use it in expressions \"= …\"".to_owned(),
+                    false => format!("its parameters: {}", known.join(", ")),
+                }));
+            }
+        }
+        let set = sweep.settings.iter().any(|(name, _)| *name == vary.name);
+        if set || sweep.vary[..index].iter().any(|other| other.name == vary.name) {
+            let message = format!("parameter '{}' is given values twice", vary.name);
+            errors.push(InputError::new(message).help("vary it once, or set it"));
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(InputErrors { errors, sources: Vec::new() }) }
+}
+
+/// Files that share probes make one table; a probe of some of them only stays empty in the rows of the others.
+fn columns(sweep: &Sweep, models: &[Model]) -> Columns {
+    let mut keys: Vec<String> = sweep.vary.iter().map(|vary| vary.name.clone()).collect();
+    if models.len() > 1 {
+        keys.insert(0, "file".to_owned());
+    }
+    let mut probes = Vec::new();
+    for model in models {
+        for name in probe_columns(model) {
+            if !probes.contains(&name) {
+                probes.push(name);
+            }
+        }
+    }
+    Columns { keys, probes }
+}
+
+/// A probe after each step; with one step just the probe.
+fn probe_columns(model: &Model) -> Vec<String> {
+    let steps = model.step_names();
+    let one = |step: &str| model.probes.names.iter().map(|name| format!("{name}@{step}")).collect::<Vec<_>>();
+    match steps.len() {
+        1 => model.probes.names.clone(),
+        _ => steps.iter().flat_map(|step| one(step)).collect(),
+    }
+}
+
+fn units(model: &Model) -> Vec<String> {
+    let one: Vec<String> = (0..model.probes.len())
+        .map(|index| crate::output::table::unit(model, model.probes.kind(index)).to_owned())
+        .collect();
+    one.iter().cycle().take(one.len() * model.step_names().len()).cloned().collect()
+}
+
+fn cases<'a>(sweep: &Sweep, documents: &'a [Document]) -> Result<Vec<Case<'a>>, InputErrors> {
+    let combinations = vary::combinations(&sweep.vary).map_err(|message| InputErrors {
+        errors: vec![InputError::new(message).help("vary less at once")],
+        sources: Vec::new(),
+    })?;
+    let one = |(document, file): (&'a Document, &PathBuf)| {
+        let name = (documents.len() > 1).then(|| file.display().to_string());
+        let case = move |values: &Vec<String>| {
+            let varied = sweep.vary.iter().zip(values).map(|(vary, value)| (vary.name.clone(), value.clone()));
+            Case {
+                document,
+                keys: name.iter().chain(values).cloned().collect(),
+                settings: sweep.settings.iter().cloned().chain(varied).collect(),
+            }
+        };
+        combinations.iter().map(case).collect::<Vec<_>>()
+    };
+    Ok(documents.iter().zip(&sweep.files).flat_map(one).collect())
+}
+
+fn manifest(sweep: &Sweep, models: &[Model]) -> Manifest {
+    let sources = models.iter().flat_map(|model| &model.sources);
+    let mut sources: Vec<(String, String)> = sources.map(|source| (source.name.clone(), source.text.clone())).collect();
+    sources.dedup();
+    sources.extend(sweep.settings.iter().map(|(name, value)| (format!("--set {name}"), value.clone())));
+    Manifest {
+        format: "pennate-sweep/1".to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        accuracy: sweep.accuracy,
+        sources,
+    }
+}
+
+/// Solves one combination; `None` where the user did not want to wait for it.
+fn solve_case(case: &Case, columns: &Columns, accuracy: f64, interrupted: &AtomicBool) -> Option<Row> {
+    let row = Row { keys: case.keys.clone(), probes: vec![None; columns.probes.len()], ..Row::default() };
+    let refused = |reason: String| Row { status: "wrong_input".to_owned(), reason, ..row.clone() };
+    let model = match case.document.model(&case.settings) {
+        Ok(model) => model,
+        Err(errors) => return Some(refused(errors.errors[0].message.clone())),
+    };
+    let options = Options { estimate: true, ..Options::default() };
+    let mut go_on = |_: &_| !interrupted.load(Ordering::Relaxed);
+    match solve_to_accuracy(model, accuracy, &options, &mut go_on) {
+        Err((model, pennate_solver::error::SolveError::Mechanism(motions))) => {
+            let motion = motions.first().map(|motion| explain::mechanism(&model, motion).title);
+            Some(refused(motion.unwrap_or_else(|| "the network is a mechanism".to_owned())))
+        }
+        Ok(solution) => solved_row(&solution, row, columns),
+    }
+}
+
+fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Row> {
+    let status = solution.status();
+    if status == Status::Interrupted || solution.accuracy.verdict == Verdict::Interrupted {
+        return None;
+    }
+    let names = probe_columns(&solution.model);
+    let count = solution.model.probes.len();
+    // What stands behind a step that was not finished belongs to another state than the column says.
+    let whole = solution.history.steps.iter().take_while(|step| step.status == Status::Converged).count();
+    for (step, probes) in solution.probes.steps.iter().take(whole).enumerate() {
+        for (name, value) in names[step * count..].iter().zip(probes.last().unwrap_or_default()) {
+            if let Some(column) = columns.probes.iter().position(|column| column == name) {
+                row.probes[column] = value.is_finite().then_some(*value);
+            }
+        }
+    }
+    row.status = status_name(status).to_owned();
+    row.error = solution.accuracy.estimated;
+    let steps = solution.history.steps.iter().enumerate();
+    let mut failures = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
+    row.reason = failures.next().map(|message| message.title).unwrap_or_default();
+    Some(row)
+}

@@ -1,0 +1,89 @@
+//! Sweeps as a user meets them: the table, what failed in it, and going on later.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use pennate_models::scenes;
+
+fn sweep(file: &Path, out: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pennate"));
+    command.stdin(Stdio::null()).arg("sweep").arg(file).arg("-o").arg(out).args(arguments);
+    command.output().unwrap()
+}
+
+fn dyad(directory: &Path) -> std::path::PathBuf {
+    let file = directory.join("dyad.toml");
+    fs::write(&file, scenes::write("dyad", &[]).unwrap()).unwrap();
+    file
+}
+
+#[test]
+fn what_cannot_be_solved_is_a_row_with_its_reason() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (dyad(directory.path()), directory.path().join("out"));
+    let run = sweep(&file, &out, &["--vary", "chi=30:60:15 deg", "--vary", "pressure=10,30"]);
+    assert_eq!(run.status.code(), Some(1), "{run:?}");
+    let table = fs::read_to_string(out.join("sweep.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows.len(), 7);
+    assert_eq!(rows[0], "chi,pressure,status,stroke,foot,error,reason");
+    assert!(rows[1].starts_with("30 deg,10,converged,20.4"), "{table}");
+    assert!(rows[2].starts_with("30 deg,30,wrong_input,,,,"), "{table}");
+    assert!(rows[2].contains("beyond the table of muscle 'silicone'"), "{table}");
+    assert!(rows[5].starts_with("60 deg,10,converged,"), "{table}");
+    let printed = String::from_utf8(run.stdout).unwrap();
+    assert!(printed.starts_with("3 solved, 3 not solved. Took"), "{printed}");
+    assert!(fs::read_to_string(out.join("sweep.svg")).unwrap().contains("chi (deg)"));
+}
+
+#[test]
+fn a_sweep_goes_on_where_it_was_stopped() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (dyad(directory.path()), directory.path().join("out"));
+    let vary = ["--vary", "chi=20:60:5"];
+    assert_eq!(sweep(&file, &out, &vary).status.code(), Some(0));
+    let whole = fs::read_to_string(out.join("sweep.csv")).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    // As if it had been cut off after three of nine, in the middle of a row.
+    fs::write(out.join("sweep.csv"), format!("{}\n35,conv", lines[..4].join("\n"))).unwrap();
+    let again = sweep(&file, &out, &vary);
+    let printed = String::from_utf8(again.stdout).unwrap();
+    assert!(printed.starts_with("9 solved, 0 not solved; 3 of them taken from an earlier run."), "{printed}");
+    assert_eq!(fs::read_to_string(out.join("sweep.csv")).unwrap(), whole);
+    // Another network: nothing of the table holds.
+    fs::write(&file, scenes::write("dyad", &[("pressure".into(), "15".into())]).unwrap()).unwrap();
+    let other = String::from_utf8(sweep(&file, &out, &vary).stdout).unwrap();
+    assert!(other.starts_with("9 solved, 0 not solved. Took"), "{other}");
+}
+
+#[test]
+fn one_thread_and_many_write_the_same_table() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = dyad(directory.path());
+    let table = |threads: &str| {
+        let out = directory.path().join(threads);
+        let run = sweep(&file, &out, &["--vary", "chi=20:60:4", "--vary", "L=100,130", "--threads", threads]);
+        assert_eq!(run.status.code(), Some(0), "{run:?}");
+        fs::read(out.join("sweep.csv")).unwrap()
+    };
+    assert_eq!(table("1"), table("4"));
+}
+
+#[test]
+fn parameters_that_are_not_there_are_refused_before_anything_is_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (dyad(directory.path()), directory.path().join("out"));
+    for (arguments, message) in [
+        (["--vary", "beta=10:60:5"].as_slice(), "has no parameter 'beta' to vary"),
+        (&["--vary", "chi=10:60:5", "--set", "chi=20"], "'chi' is given values twice"),
+        (&["--vary", "chi=1:10000:1", "--vary", "L=1:10000:1"], "more than 1000000 combinations"),
+        (&["--vary", "chi=10:60"], "expected, such as beta=10:60:2"),
+    ] {
+        let run = sweep(&file, &out, arguments);
+        assert_eq!(run.status.code(), Some(2), "{run:?}");
+        let shown = String::from_utf8(run.stderr).unwrap();
+        assert!(shown.contains(message), "{shown}");
+        assert!(!out.exists());
+    }
+}
