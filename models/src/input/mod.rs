@@ -39,9 +39,38 @@ record! {
         supports: Option<Map<Spanned<Support>>>,
         rigid_bodies: Option<Map<Spanned<RigidBody>>>,
         springs: Option<Map<Spanned<Spring>>>,
+        /// Copies of all this, or of some members.
+        patterns: Option<Vec<Spanned<Pattern>>>,
         steps: Option<Vec<Spanned<Step>>>,
         /// Numbers wanted by name, at every increment.
         probes: Option<Map<Spanned<Probe>>>,
+    }
+}
+
+record! {
+    /// Copies, each moved from the one before by one turn and one translation; copy k of a name is name-k.
+    pub struct Pattern as "a pattern" {
+        /// How many there are in the end, the original among them.
+        count: Spanned<Count>,
+        /// Members and groups that are copied, with their nodes, bodies and springs; all by default.
+        members: Option<Spanned<Vec<Spanned<String>>>>,
+        translation: Option<Spanned<Vec<Number>>>,
+        rotation: Option<Spanned<PatternRotation>>,
+        /// Nodes of a copy nearer than this to others are these; 1e-9 of the network's size by default.
+        merge: Option<Number>,
+        /// true: supports of copied nodes and springs to the ground are copied too.
+        supports: Option<bool>,
+    }
+}
+
+record! {
+    /// A turn from one copy to the next.
+    pub struct PatternRotation as "a rotation" {
+        angle: Number,
+        /// Direction of the axis; global z by default.
+        axis: Option<Spanned<Vec<Number>>>,
+        /// A point of the axis; the origin by default.
+        point: Option<Spanned<Vec<Number>>>,
     }
 }
 

@@ -9,6 +9,7 @@ mod members;
 mod motions;
 mod muscles;
 mod parameters;
+mod patterns;
 mod plane;
 mod probes;
 mod properties;
@@ -81,6 +82,11 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     };
     let none = Map::default();
     cx.set_parameters(network.parameters.as_ref().unwrap_or(&none), settings);
+    let expanded = match &network.patterns {
+        Some(_) if cx.errors.is_empty() => Some(patterns::expand(network, cx)?),
+        _ => None,
+    };
+    let network = expanded.as_ref().unwrap_or(network);
     let none = Map::default();
     let node_map = network.nodes.as_ref().unwrap_or(&none);
     let names = Names::new("node", node_map.iter().map(|named| named.name.as_str()));

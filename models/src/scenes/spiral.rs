@@ -59,61 +59,61 @@ fn build(settings: &Settings, file: &mut NetworkFile) -> Result<(), Refused> {
     parts::strip(file, "beam", "10", "4", "two parallel beams");
     parts::strip(file, "knee", "8", "1.5", "legs of the dyads");
     parts::silicone(file);
-    file.node("R0", ["0", "0", "0"], "centre of the base");
-    let cells = settings.count("cells");
-    let mut rings: Vec<Vec<String>> = vec![Vec::new(); cells + 1];
-    for index in 1..=cells {
-        cell(index, file);
-        rings[index - 1].extend(SEATS.map(|(seat, ..)| format!("{seat}l{index}")));
-        rings[index].extend(SEATS.map(|(seat, ..)| format!("{seat}u{index}")));
-    }
-    for (index, seats) in rings.iter().enumerate() {
-        let quoted: Vec<String> = seats.iter().map(|name| format!("\"{name}\"")).collect();
-        let value = format!("{{ nodes = [{}], reference = \"R{index}\" }}", quoted.join(", "));
-        file.line("rigid_bodies", format!("ring{index}"), value, "");
+    cell(file);
+    for (ring, level) in [("ring0", "l"), ("ring1", "u")] {
+        let seats: Vec<String> = SEATS.iter().map(|(seat, ..)| format!("\"{seat}{level}\"")).collect();
+        let centre = ring.replace("ring", "R");
+        let value = format!("{{ nodes = [{}], reference = \"{centre}\" }}", seats.join(", "));
+        file.line("rigid_bodies", ring, value, "");
     }
     file.support("R0", "\"clamped\"", "");
+    let cells = settings.count("cells");
+    if cells > 1 {
+        file.pattern(&[
+            "# The upper ring of a cell is the lower ring of the next.".to_owned(),
+            format!("count = {cells}"),
+            "translation = [0, 0, \"= H\"]".to_owned(),
+            "rotation = { angle = \"= offset\" }".to_owned(),
+        ]);
+    }
     parts::inflate(file);
     file.probe("tilt", "{ body = \"ring1\", normal = [0, 0, 1] }", "of the first cell, degrees");
     for (probe, axis) in [("ux", "ux"), ("uz", "uz")] {
         file.probe(probe, &format!("{{ node = \"R1\", displacement = \"{axis}\" }}"), "");
     }
+    let last = if cells > 1 { format!("R1-{cells}") } else { "R1".to_owned() };
     for axis in ["x", "y", "z"] {
-        file.probe(axis, &format!("{{ node = \"R{cells}\", position = \"{axis}\" }}"), "of the last ring");
+        file.probe(axis, &format!("{{ node = \"{last}\", position = \"{axis}\" }}"), "of the last ring");
     }
     Ok(())
 }
 
-/// One cell: its nodes, turned about the axis, and its members.
-fn cell(index: usize, file: &mut NetworkFile) {
-    let turn = format!("{} * offset", index - 1);
-    let mut node = |name: String, x: &str, y: &str, z: &str| {
-        let across = format!("= {x} * cos({turn}) - {y} * sin({turn})");
-        let along = format!("= {x} * sin({turn}) + {y} * cos({turn})");
-        file.node(name, [&across, &along, &format!("= {z}")], "");
-    };
-    let (low, middle, high) =
-        (format!("{} * H", index - 1), format!("{} * H", index as f64 - 0.5), format!("{index} * H"));
-    node(format!("hub{index}"), "xh", "0", &middle);
-    for (seat, x, y) in SEATS {
-        node(format!("{seat}l{index}"), x, y, &low);
-        node(format!("{seat}u{index}"), x, y, &high);
+/// The first cell: its nodes and its members.
+fn cell(file: &mut NetworkFile) {
+    file.node("R0", ["0", "0", "0"], "centre of the base");
+    file.node("R1", ["0", "0", "= H"], "centre of the upper ring");
+    file.node("hub", ["= xh", "0", "= H / 2"], "");
+    for (level, height, remark) in [("l", "0", "lower seats"), ("u", "= H", "upper seats")] {
+        for (index, (seat, x, y)) in SEATS.into_iter().enumerate() {
+            let [x, y] = [x, y].map(|place| match place.parse::<f64>() {
+                Ok(_) => place.to_owned(),
+                Err(_) => format!("= {place}"),
+            });
+            file.node(format!("{seat}{level}"), [&x, &y, height], if index == 0 { remark } else { "" });
+        }
     }
-    node(format!("k1_{index}"), "60", "30", &middle);
-    node(format!("k2_{index}"), "60", "-30", &middle);
-    file.node(format!("R{index}"), ["0", "0", &format!("= {high}")], "");
-    let name = |part: &str| format!("{part}{index}");
+    file.node("k1", ["60", "30", "= H / 2"], "knees of the dyads of beams");
+    file.node("k2", ["60", "-30", "= H / 2"], "");
     for seat in ["s1l", "s2l", "s1u", "s2u", "f1l", "f2l", "f1u", "f2u"] {
-        file.member(format!("m{}", name(seat)), [&name("hub"), &name(seat)], parts::MUSCLE);
+        file.member(format!("m_{seat}"), ["hub", seat], parts::MUSCLE);
     }
-    // Axis 2 in the plane of bending: radial, as the cell is turned.
-    let radial = format!("orientation = [\"= cos({turn})\", \"= sin({turn})\", 0]");
+    // Axis 2 in the plane of bending.
     for side in ["1", "2"] {
-        let beam = format!("section = \"beam\", material = \"abs\", {radial}");
-        file.member(name(&format!("beam{side}_")), [&name(&format!("b{side}l")), &name(&format!("b{side}u"))], &beam);
-        let knee = format!("section = \"knee\", material = \"abs\", {radial}");
-        let middle = name(&format!("k{side}_"));
-        file.member(name(&format!("lower{side}_")), [&name(&format!("d{side}l")), &middle], &knee);
-        file.member(name(&format!("upper{side}_")), [&middle, &name(&format!("d{side}u"))], &knee);
+        let beam = "section = \"beam\", material = \"abs\", orientation = [1, 0, 0]";
+        file.member(format!("beam{side}"), [&format!("b{side}l"), &format!("b{side}u")], beam);
+        let knee = "section = \"knee\", material = \"abs\", orientation = [1, 0, 0]";
+        let middle = format!("k{side}");
+        file.member(format!("lower{side}"), [&format!("d{side}l"), &middle], knee);
+        file.member(format!("upper{side}"), [&middle, &format!("d{side}u")], knee);
     }
 }

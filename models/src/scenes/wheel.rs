@@ -32,6 +32,7 @@ pub const WHEEL: Scene = Scene {
             "force on a load-bearing point",
             Default::Quantity(20.0, Dimension::Force, Range { low: Bound::Closed(0.0), high: Bound::None }),
         ),
+        Parameter::new("path", "when edges would lean to one side", Default::Choice(&["stable", "symmetric"])),
         Parameter::new("layers", "such layers over the width of the wheel", Default::Count(3, 1, 20)),
     ],
     build,
@@ -68,7 +69,13 @@ fn build(settings: &Settings, file: &mut NetworkFile) -> Result<(), Refused> {
         format!("force = {{ P1 = [\"= {part}load * cos(60) / {layers}\", \"= {part}load * sin(60) / {layers}\"] }}")
     };
     file.step("stand on a load-bearing point", &[&force("-")]);
-    file.step("stand on a farthest point", &[&force("0 * "), "displace_by = { Q1 = { ux = \"= -press\" } }"]);
+    let press = "displace_by = { Q1 = { ux = \"= -press\" } }";
+    let mut lines = vec![force("0 * "), press.to_owned()];
+    if settings.word("path") == "symmetric" {
+        lines.push("branch = \"primary\"".to_owned());
+    }
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    file.step("stand on a farthest point", &lines);
     file.probe("inward", "{ node = \"Q1\", displacement = [-1, 0] }", "of a farthest point");
     file.probe("sunk", "{ node = \"P1\", displacement = [\"= -cos(60)\", \"= -sin(60)\"] }", "of a load-bearing point");
     file.probe("one_layer", "{ node = \"Q1\", reaction = [-1, 0] }", "");

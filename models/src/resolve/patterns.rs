@@ -1,0 +1,544 @@
+//! Patterns: what the file describes once, repeated with a step of translation and rotation.
+//!
+//! Copy k of a name is `name-k`; the original is the first. Copy k of a later pattern is `name-1-k`, and of copy j of
+//! the pattern before it `name-j-k`. Nodes of a copy that fall on nodes there are become
+//! these, and rigid bodies that come to share a node become one.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::{Rotation3, Unit, Vector3};
+
+use super::context::Context;
+use super::curve;
+use crate::error::{InputError, Span};
+use crate::input::read::{Count, Named, Number, Spanned, Written, suggest};
+use crate::input::{
+    EndRelease, Fix, Member, Network, Pattern, Releases, RigidBody, Spring, SpringStiffness, Support, SupportWord,
+    TurnedSupport,
+};
+use crate::unit::Kind;
+
+/// Default of the merge tolerance over the size of the network.
+const MERGE: f64 = 1e-9;
+
+/// The network with all its patterns carried out; `None` where one of them is wrong.
+pub fn expand(network: &Network, cx: &mut Context) -> Option<Network> {
+    let mut network = network.clone();
+    let mut numbers = Numbers::default();
+    for pattern in network.patterns.take().unwrap_or_default() {
+        repeat(&mut network, &pattern, &mut numbers, cx)?;
+        numbers.patterns += 1;
+    }
+    Some(network)
+}
+
+/// The motion that brings the original to a copy: x ↦ R x + t.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    rotation: Rotation3<f64>,
+    translation: Vector3<f64>,
+}
+
+/// One step of a pattern: a turn about an axis through a point, then a translation.
+struct Step {
+    axis: Unit<Vector3<f64>>,
+    angle: f64,
+    point: Vector3<f64>,
+    translation: Vector3<f64>,
+}
+
+impl Step {
+    fn read(pattern: &Pattern, cx: &mut Context) -> Option<Self> {
+        let translation = match &pattern.translation {
+            Some(list) => cx.vector(list, Kind::Length, "the translation of a pattern")?.into(),
+            None => Vector3::zeros(),
+        };
+        let mut step = Self { axis: Vector3::z_axis(), angle: 0.0, point: Vector3::zeros(), translation };
+        if let Some(rotation) = pattern.rotation.as_ref().map(|rotation| &rotation.value) {
+            step.angle = cx.number(&rotation.angle, Kind::Angle)?;
+            if let Some(axis) = &rotation.axis {
+                step.axis = Unit::new_normalize(cx.direction(axis, "the axis of a pattern")?);
+            }
+            if let Some(point) = &rotation.point {
+                step.point = cx.vector(point, Kind::Length, "the point of a pattern's axis")?.into();
+            }
+        }
+        Some(step)
+    }
+
+    fn turns(&self) -> bool {
+        self.angle != 0.0
+    }
+
+    /// The motion of so many steps; angles are multiplied, so that a full turn comes back to its start.
+    fn times(&self, count: usize) -> Motion {
+        let turn = |times: usize| Rotation3::from_axis_angle(&self.axis, self.angle * times as f64);
+        let rotation = turn(count);
+        let along: Vector3<f64> = (0..count).map(|index| turn(index) * self.translation).sum();
+        Motion { rotation, translation: self.point - rotation * self.point + along }
+    }
+}
+
+/// What a pattern copies: indices in the network.
+struct Selection {
+    members: Vec<usize>,
+    nodes: Vec<usize>,
+    bodies: Vec<usize>,
+    springs: Vec<usize>,
+}
+
+fn repeat(network: &mut Network, pattern: &Spanned<Pattern>, numbers: &mut Numbers, cx: &mut Context) -> Option<()> {
+    let step = Step::read(&pattern.value, cx)?;
+    let count = pattern.value.count.value.0;
+    if !step.turns() && step.translation == Vector3::zeros() {
+        cx.error(
+            InputError::new("a pattern neither moves nor turns its copies")
+                .at(pattern.span)
+                .help("add translation = [x, y, z] or rotation = { angle = 10 }"),
+        );
+        return None;
+    }
+    let places = places(network, cx)?;
+    let selection = Selection::new(network, &pattern.value, cx)?;
+    check_size(network, &selection, count, pattern.span, cx)?;
+    let merge = match &pattern.value.merge {
+        Some(merge) => cx.not_negative(merge, Kind::Length, "the merge tolerance of a pattern")?,
+        None => MERGE * size(&places),
+    };
+    let mut copier = Copier { network, places, grid: Grid::new(merge), step: &step, numbers, fused: HashMap::new() };
+    for index in 0..copier.places.len() {
+        copier.grid.add(copier.places[index], index);
+    }
+    for copy in 2..=count {
+        copier.copy(&selection, copy, pattern.value.supports == Some(true), cx)?;
+    }
+    copier.fuse_bodies(cx)?;
+    check_names(network, pattern.span, cx)
+}
+
+/// Positions of all nodes.
+fn places(network: &Network, cx: &mut Context) -> Option<Vec<Vector3<f64>>> {
+    let place = |named: &Named<Spanned<Vec<Number>>>| {
+        cx.vector(&named.value, Kind::Length, &format!("node '{}'", named.name)).map(Vector3::from)
+    };
+    network.nodes.iter().flatten().map(place).collect()
+}
+
+fn size(places: &[Vector3<f64>]) -> f64 {
+    let start = places.first().copied().unwrap_or_default();
+    let (low, high) = places.iter().fold((start, start), |(low, high), place| (low.inf(place), high.sup(place)));
+    (high - low).norm()
+}
+
+impl Selection {
+    /// The members named by the pattern with their nodes, and the bodies and springs among these; or all there is.
+    fn new(network: &Network, pattern: &Pattern, cx: &mut Context) -> Option<Self> {
+        let node_index: HashMap<&str, usize> =
+            network.nodes.iter().flatten().enumerate().map(|(index, named)| (named.name.as_str(), index)).collect();
+        let count = |length: Option<usize>| (0..length.unwrap_or(0)).collect::<Vec<_>>();
+        let all = Self {
+            members: count(network.members.as_ref().map(|map| map.0.len())),
+            nodes: count(network.nodes.as_ref().map(|map| map.0.len())),
+            bodies: count(network.rigid_bodies.as_ref().map(|map| map.0.len())),
+            springs: count(network.springs.as_ref().map(|map| map.0.len())),
+        };
+        let Some(wanted) = &pattern.members else { return Some(all) };
+        let members: Vec<&Named<Spanned<Member>>> = network.members.iter().flatten().collect();
+        let fits = |member: &Named<Spanned<Member>>, name: &str| {
+            member.name == name || member.value.value.group.as_ref().is_some_and(|group| group.value == name)
+        };
+        for name in &wanted.value {
+            if !members.iter().any(|member| fits(member, &name.value)) {
+                let known = members.iter().map(|member| member.name.as_str());
+                cx.error(
+                    InputError::new(format!("a pattern repeats '{}', which is no member and no group", name.value))
+                        .at(name.span)
+                        .help(suggest(&name.value, known, "members")),
+                );
+                return None;
+            }
+        }
+        let chosen = |&index: &usize| wanted.value.iter().any(|name| fits(members[index], &name.value));
+        let members_chosen: Vec<usize> = all.members.into_iter().filter(chosen).collect();
+        let ends = members_chosen.iter().flat_map(|&index| &members[index].value.value.nodes.value);
+        let mut nodes: HashSet<usize> = ends.filter_map(|name| node_index.get(name.value.as_str()).copied()).collect();
+        let bodies: Vec<(usize, Vec<usize>)> = network
+            .rigid_bodies
+            .iter()
+            .flatten()
+            .map(|body| body_nodes(&body.value.value).filter_map(|name| node_index.get(name).copied()).collect())
+            .enumerate()
+            .collect();
+        let touched = |body: &&(usize, Vec<usize>)| body.1.iter().any(|node| nodes.contains(node));
+        let bodies: Vec<&(usize, Vec<usize>)> = bodies.iter().filter(touched).collect();
+        nodes.extend(bodies.iter().flat_map(|body| &body.1));
+        let inside = |name: &Spanned<String>| node_index.get(name.value.as_str()).is_some_and(|at| nodes.contains(at));
+        let springs: Vec<&Named<Spanned<Spring>>> = network.springs.iter().flatten().collect();
+        let springs_chosen =
+            all.springs.into_iter().filter(|&index| spring_nodes(&springs[index].value.value).all(inside));
+        Some(Self {
+            members: members_chosen,
+            bodies: bodies.iter().map(|body| body.0).collect(),
+            springs: springs_chosen.collect(),
+            nodes: all.nodes.into_iter().filter(|node| nodes.contains(node)).collect(),
+        })
+    }
+}
+
+fn body_nodes(body: &RigidBody) -> impl Iterator<Item = &str> {
+    body.nodes.value.iter().chain(&body.reference).map(|name| name.value.as_str())
+}
+
+fn spring_nodes(spring: &Spring) -> impl Iterator<Item = &Spanned<String>> {
+    spring.node.iter().chain(spring.nodes.iter().flat_map(|nodes| &nodes.value))
+}
+
+fn check_size(network: &Network, selection: &Selection, count: usize, span: Span, cx: &mut Context) -> Option<()> {
+    let there =
+        network.members.as_ref().map_or(0, |map| map.0.len()) + network.nodes.as_ref().map_or(0, |map| map.0.len());
+    let one = selection.members.len() + selection.nodes.len();
+    if there.saturating_add(one.saturating_mul(count)) <= Count::LIMIT {
+        return Some(());
+    }
+    cx.error(
+        InputError::new(format!("a pattern makes more than {} nodes and members", Count::LIMIT))
+            .at(span)
+            .help("ask for fewer copies"),
+    );
+    None
+}
+
+/// Makes copies and keeps what they need to know of each other.
+struct Copier<'a> {
+    network: &'a mut Network,
+    /// Positions of the nodes of the network.
+    places: Vec<Vector3<f64>>,
+    grid: Grid,
+    step: &'a Step,
+    numbers: &'a mut Numbers,
+    /// Bodies that came to share a node: the later by the earlier.
+    fused: HashMap<usize, usize>,
+}
+
+impl Copier<'_> {
+    fn copy(&mut self, selection: &Selection, copy: usize, supports: bool, cx: &mut Context) -> Option<()> {
+        let motion = self.step.times(copy - 1);
+        let renamed = self.nodes(selection, copy, motion);
+        for &index in &selection.members {
+            let original = self.network.members.as_ref()?.0[index].clone();
+            let member = self.member(original, copy, motion, &renamed, cx)?;
+            self.network.members.as_mut()?.0.push(member);
+        }
+        for &index in &selection.bodies {
+            let mut body = self.network.rigid_bodies.as_ref()?.0[index].clone();
+            body.name = self.numbers.copied(&body.name, copy);
+            body.value.value.nodes.value.iter_mut().for_each(|name| rename(name, &renamed));
+            body.value.value.reference.iter_mut().for_each(|name| rename(name, &renamed));
+            self.network.rigid_bodies.as_mut()?.0.push(body);
+        }
+        for &index in &selection.springs {
+            let mut spring = self.network.springs.as_ref()?.0[index].clone();
+            let data = &mut spring.value.value;
+            // A spring to the ground is a support.
+            if data.node.is_some() && !supports {
+                continue;
+            }
+            if matches!(data.stiffness.value, SpringStiffness::Components(_)) && self.step.turns() {
+                cx.error(
+                    InputError::new(format!("a pattern turns the spring '{}', whose axes are global", spring.name))
+                        .at(spring.span)
+                        .help("repeat it by translation alone, or write the springs of the copies yourself"),
+                );
+                return None;
+            }
+            data.node.iter_mut().for_each(|name| rename(name, &renamed));
+            data.nodes.iter_mut().flat_map(|nodes| &mut nodes.value).for_each(|name| rename(name, &renamed));
+            spring.name = self.numbers.copied(&spring.name, copy);
+            self.network.springs.as_mut()?.0.push(spring);
+        }
+        if supports { self.supports(&renamed, motion, cx) } else { Some(()) }
+    }
+
+    /// Adds the nodes of a copy that are not there yet; returns all of its names by those of the original.
+    fn nodes(&mut self, selection: &Selection, copy: usize, motion: Motion) -> HashMap<String, String> {
+        let mut renamed = HashMap::new();
+        let Some(nodes) = self.network.nodes.as_mut() else { return renamed };
+        for &index in &selection.nodes {
+            let place = motion.rotation * self.places[index] + motion.translation;
+            let original = &nodes.0[index];
+            let there = self.grid.find(place, &self.places);
+            let name = there.map_or_else(|| self.numbers.copied(&original.name, copy), |at| nodes.0[at].name.clone());
+            renamed.insert(original.name.clone(), name.clone());
+            if there.is_none() {
+                let span = original.value.span;
+                let coordinates = place.iter().map(|&x| bare(x, span)).collect();
+                let node = Named { name, span: original.span, value: Spanned { span, value: coordinates } };
+                self.grid.add(place, nodes.0.len());
+                self.places.push(place);
+                nodes.0.push(node);
+            }
+        }
+        renamed
+    }
+
+    fn member(
+        &mut self,
+        mut member: Named<Spanned<Member>>,
+        copy: usize,
+        motion: Motion,
+        renamed: &HashMap<String, String>,
+        cx: &mut Context,
+    ) -> Option<Named<Spanned<Member>>> {
+        let data = &mut member.value.value;
+        if self.step.turns() {
+            let owner = format!("member '{}'", member.name);
+            // The default of axis 2 is global and would not turn with the copy.
+            let second = self.second_axis(data, &owner, member.span, cx)?;
+            let turn = |list: &mut Spanned<Vec<Number>>, cx: &mut Context| {
+                let direction = cx.direction(list, &format!("a direction of {owner}"))?;
+                list.value = (motion.rotation * direction).iter().map(|&x| bare(x, list.span)).collect();
+                Some(())
+            };
+            match &mut data.orientation {
+                Some(orientation) => turn(orientation, cx)?,
+                None => {
+                    let turned = (motion.rotation * second).iter().map(|&x| bare(x, member.span)).collect();
+                    data.orientation = Some(Spanned { span: member.span, value: turned });
+                }
+            }
+            if let Some(tangent) = &mut data.tangent {
+                turn(tangent, cx)?;
+            }
+            if let Some(Spanned { value: Releases { start, end }, .. }) = &mut data.release {
+                for release in [start, end].into_iter().flatten() {
+                    if let EndRelease::Hinge(hinge) = &mut release.value {
+                        turn(&mut hinge.hinge, cx)?;
+                    }
+                }
+            }
+        }
+        if let Some(point) = &mut data.arc {
+            let place =
+                Vector3::from(cx.vector(point, Kind::Length, &format!("the arc of member '{}'", member.name))?);
+            let moved = motion.rotation * place + motion.translation;
+            point.value = moved.iter().map(|&x| bare(x, point.span)).collect();
+        }
+        data.nodes.value.iter_mut().for_each(|name| rename(name, renamed));
+        member.name = self.numbers.copied(&member.name, copy);
+        Some(member)
+    }
+
+    /// Axis 2 at the start of a member that leaves it to the default.
+    fn second_axis(&self, data: &Member, owner: &str, span: Span, cx: &mut Context) -> Option<Vector3<f64>> {
+        let end = |index: usize| {
+            let name = data.nodes.value.get(index)?;
+            let at = self.network.nodes.iter().flatten().position(|node| node.name == name.value)?;
+            Some(self.places[at])
+        };
+        let tangent = match (&data.tangent, &data.arc, end(0), end(1)) {
+            (Some(tangent), ..) => Some(cx.direction(tangent, &format!("the tangent of {owner}"))?),
+            (None, Some(point), Some(start), Some(end)) => {
+                let point = cx.vector(point, Kind::Length, &format!("the arc of {owner}"))?.into();
+                curve::arc(start, point, end).map(|arc| arc.tangent)
+            }
+            (None, None, Some(start), Some(end)) => (end - start).try_normalize(0.0),
+            _ => None,
+        };
+        let frame = tangent.and_then(|tangent| curve::frame(tangent, None));
+        if frame.is_none() {
+            cx.error(
+                InputError::new(format!("a pattern cannot turn {owner}, which has no direction"))
+                    .at(span)
+                    .help("name two nodes at different places; an arc needs a third one beside their line"),
+            );
+        }
+        Some(frame?.column(1).into_owned())
+    }
+
+    /// Copies the supports of nodes, unless the copy of the node has one already.
+    fn supports(&mut self, renamed: &HashMap<String, String>, motion: Motion, cx: &mut Context) -> Option<()> {
+        let Some(supports) = self.network.supports.as_mut() else { return Some(()) };
+        let mut there: HashSet<String> = supports.iter().map(|named| named.name.clone()).collect();
+        let originals: Vec<Named<Spanned<Support>>> =
+            supports.iter().filter(|named| renamed.contains_key(&named.name)).cloned().collect();
+        for mut named in originals {
+            let name = renamed[&named.name].clone();
+            if !there.insert(name.clone()) {
+                continue;
+            }
+            named.name = name;
+            if self.step.turns() {
+                named.value.value = turned(&named, motion, cx)?;
+            }
+            supports.0.push(named);
+        }
+        Some(())
+    }
+
+    /// Makes one body of those that share nodes; their masses add.
+    fn fuse_bodies(&mut self, cx: &mut Context) -> Option<()> {
+        let Some(bodies) = self.network.rigid_bodies.as_mut() else { return Some(()) };
+        let mut owner: HashMap<String, usize> = HashMap::new();
+        for index in 0..bodies.0.len() {
+            let names: Vec<String> = body_nodes(&bodies.0[index].value.value).map(str::to_owned).collect();
+            let first = names.iter().filter_map(|name| owner.get(name)).map(|&body| root(&self.fused, body)).min();
+            let keeper = first.unwrap_or(index);
+            if keeper != index {
+                self.fused.insert(index, keeper);
+            }
+            for name in names {
+                if let Some(other) = owner.insert(name, keeper).map(|body| root(&self.fused, body))
+                    && other != keeper
+                {
+                    self.fused.insert(other, keeper);
+                }
+            }
+        }
+        for index in (0..bodies.0.len()).rev() {
+            let keeper = root(&self.fused, index);
+            if keeper == index {
+                continue;
+            }
+            let body = bodies.0.remove(index).value.value;
+            let into = &mut bodies.0[keeper].value.value;
+            let mut known: HashSet<String> = body_nodes(into).map(str::to_owned).collect();
+            let names = body.nodes.value.into_iter().chain(body.reference);
+            into.nodes.value.extend(names.filter(|name| known.insert(name.value.clone())));
+            into.mass = match (into.mass.take(), body.mass) {
+                (Some(a), Some(b)) => {
+                    let sum = cx.number(&a, Kind::Mass)? + cx.number(&b, Kind::Mass)?;
+                    Some(bare(sum, a.span))
+                }
+                (a, b) => a.or(b),
+            };
+        }
+        self.fused.clear();
+        Some(())
+    }
+}
+
+fn root(fused: &HashMap<usize, usize>, mut body: usize) -> usize {
+    while let Some(&earlier) = fused.get(&body) {
+        body = earlier;
+    }
+    body
+}
+
+/// A support in the axes of a copy.
+fn turned(named: &Named<Spanned<Support>>, motion: Motion, cx: &mut Context) -> Option<Support> {
+    let (fix, x_axis) = match &named.value.value {
+        Support::Fix(Fix::Word(word @ (SupportWord::Clamped | SupportWord::Pinned))) => {
+            return Some(Support::Fix(Fix::Word(*word)));
+        }
+        Support::Fix(fix) => (fix.clone(), Vector3::x()),
+        Support::Turned(support) => {
+            let direction = match &support.x_axis {
+                Some(list) => cx.direction(list, "the x axis of a support")?,
+                None => Vector3::x(),
+            };
+            (support.fix.clone(), direction)
+        }
+    };
+    if (motion.rotation * Vector3::z() - Vector3::z()).norm() > 1e-12 {
+        cx.error(
+            InputError::new(format!("a pattern tilts the support of node '{}', whose z axis is global", named.name))
+                .at(named.value.span)
+                .help("write the supports of the copies yourself, or turn about z"),
+        );
+        return None;
+    }
+    let turned = (motion.rotation * x_axis).iter().map(|&x| bare(x, named.value.span)).collect();
+    let x_axis = Some(Spanned { span: named.value.span, value: turned });
+    Some(Support::Turned(TurnedSupport { fix, x_axis }))
+}
+
+/// Names of copies may be taken already.
+fn check_names(network: &Network, span: Span, cx: &mut Context) -> Option<()> {
+    let mut fine = true;
+    let nodes = network.nodes.iter().flatten().map(|named| named.name.as_str());
+    let members = network.members.iter().flatten().map(|named| named.name.as_str());
+    let bodies = network.rigid_bodies.iter().flatten().map(|named| named.name.as_str());
+    let springs = network.springs.iter().flatten().map(|named| named.name.as_str());
+    let lists: [(&str, Vec<&str>); 4] = [
+        ("node", nodes.collect()),
+        ("member", members.collect()),
+        ("rigid body", bodies.collect()),
+        ("spring", springs.collect()),
+    ];
+    for (what, names) in lists {
+        let mut known = HashSet::new();
+        if let Some(twice) = names.into_iter().find(|name| !known.insert(*name)) {
+            cx.error(
+                InputError::new(format!("the copies of a pattern give a second {what} '{twice}'"))
+                    .at(span)
+                    .help(format!("copies are called name-2, name-3 and so on; call the {what} of the file otherwise")),
+            );
+            fine = false;
+        }
+    }
+    fine.then_some(())
+}
+
+/// The numbers that copies got.
+#[derive(Default)]
+struct Numbers {
+    /// Patterns that were carried out.
+    patterns: usize,
+    /// How many of them gave a name a number.
+    given: HashMap<String, usize>,
+}
+
+impl Numbers {
+    /// Name of a copy: one number for each pattern, 1 for those that left the original alone.
+    fn copied(&mut self, name: &str, copy: usize) -> String {
+        // A name of the file that looks like a copy is refused once all names are there.
+        let given = self.given.get(name).copied().unwrap_or(0);
+        let copied = format!("{name}{}-{copy}", "-1".repeat(self.patterns.saturating_sub(given)));
+        self.given.insert(copied.clone(), self.patterns + 1);
+        copied
+    }
+}
+
+fn rename(name: &mut Spanned<String>, renamed: &HashMap<String, String>) {
+    if let Some(new) = renamed.get(&name.value) {
+        name.value.clone_from(new);
+    }
+}
+
+fn bare(value: f64, span: Span) -> Number {
+    Spanned { span, value: Written::Bare(value) }
+}
+
+/// Nodes by cells of a grid: what is near lies in the same cell or beside it.
+struct Grid {
+    reach: f64,
+    cells: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl Grid {
+    fn new(reach: f64) -> Self {
+        Self { reach, cells: HashMap::new() }
+    }
+
+    fn cell(&self, place: Vector3<f64>) -> [i64; 3] {
+        let width = if self.reach > 0.0 { 2.0 * self.reach } else { 1.0 };
+        #[expect(clippy::cast_possible_truncation, reason = "saturates, and then only costs time")]
+        <[f64; 3]>::from(place).map(|x| (x / width).floor() as i64)
+    }
+
+    fn add(&mut self, place: Vector3<f64>, node: usize) {
+        self.cells.entry(self.cell(place)).or_default().push(node);
+    }
+
+    /// The nearest node within reach.
+    fn find(&self, place: Vector3<f64>, places: &[Vector3<f64>]) -> Option<usize> {
+        let [x, y, z] = self.cell(place);
+        let around = (0..27).map(|offset: i64| {
+            let [dx, dy, dz] = [offset % 3 - 1, offset / 3 % 3 - 1, offset / 9 - 1];
+            [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)]
+        });
+        let near = around.filter_map(|cell| self.cells.get(&cell)).flatten().copied();
+        let distance = |node: usize| (places[node] - place).norm();
+        near.filter(|&node| distance(node) <= self.reach).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+    }
+}
