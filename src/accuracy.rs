@@ -88,14 +88,17 @@ pub fn solve_to_accuracy(
         let start = Instant::now();
         let solved = pennate_solver::solve(&structure, &steps, options, observe);
         let spent = start.elapsed();
-        let history = match solved {
+        let mut history = match solved {
             Ok(history) => history,
             Err(error) => return Err((Box::new(model), error)),
         };
         timing.estimate += history.estimate;
         timing.solve += spent.saturating_sub(history.estimate);
         let probes = ProbeTable::new(&model, &history);
-        let error = relative_error(&model, &structure, &history, &probes);
+        if let Some((before, coarse, ..)) = &best {
+            estimate_critical_points(coarse, &mut history, before.elements(), &mesh);
+        }
+        let error = largest_of(relative_error(&model, &structure, &history, &probes), critical_error(&history));
         let judged = judge(&model, &mesh, &history, error, asked, rounds, best.as_ref());
         let verdict = match judged {
             Judgement::Refine(finer) => {
@@ -134,7 +137,9 @@ fn judge(
         if history.steps.iter().any(|step| step.status == Status::Interrupted) {
             return Judgement::End(Verdict::Interrupted);
         }
-        if progress_of(history) < progress_of(before) - MESH_SCATTER {
+        // A finer mesh that finds a singular point on the way is right; one that finds nothing at all is lost.
+        let lost = history.steps.iter().any(|step| step.status == Status::NotConverged);
+        if lost && progress_of(history) < progress_of(before) - MESH_SCATTER {
             return Judgement::End(Verdict::PathLost);
         }
     }
@@ -144,6 +149,14 @@ fn judge(
     if !complete && gained && rounds < MAX_ROUNDS {
         let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(2 * rounds, segments)).collect();
         let finer = mesh.refined(model, &factors);
+        if finer != *mesh {
+            return Judgement::Refine(finer);
+        }
+    }
+    // A singular point is known as well as the last mesh moved it, where the mesh before it found it too.
+    let unknown = history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none());
+    if unknown && rounds < 4 {
+        let finer = mesh.refined(model, &vec![2; mesh.refinement.len()]);
         if finer != *mesh {
             return Judgement::Refine(finer);
         }
@@ -163,6 +176,31 @@ fn judge(
         return Judgement::End(if at_limit { Verdict::TooFine } else { Verdict::Forced });
     }
     if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
+}
+
+/// Estimates the errors of singular points from how far they lie from those of a coarser mesh.
+fn estimate_critical_points(coarse: &History, fine: &mut History, elements: usize, mesh: &Mesh) {
+    let ratio = mesh.elements() as f64 / elements.max(1) as f64;
+    let gain = ratio.powi(2 * i32::try_from(mesh.order).unwrap_or(1)) - 1.0;
+    for (before, now) in coarse.steps.iter().zip(&mut fine.steps) {
+        if before.critical_points.len() != now.critical_points.len() || gain <= 0.0 {
+            continue;
+        }
+        for (before, now) in before.critical_points.iter().zip(&mut now.critical_points) {
+            now.error = (before.kind == now.kind).then(|| (now.fraction - before.fraction).abs() / gain);
+        }
+    }
+}
+
+/// The largest error of a singular point over the largest fraction of a ramp where there is one.
+fn critical_error(history: &History) -> Option<f64> {
+    let points = || history.steps.iter().flat_map(|step| &step.critical_points);
+    let largest = points().map(|point| point.fraction.abs()).fold(0.0, f64::max);
+    points().filter_map(|point| point.error).reduce(f64::max).map(|error| error / largest.max(f64::MIN_POSITIVE))
+}
+
+fn largest_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.into_iter().chain(b).reduce(f64::max)
 }
 
 /// How far along its steps a run came: those done, and the fraction of the next.

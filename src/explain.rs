@@ -97,7 +97,12 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
             format!("step '{name}' finds no equilibrium beyond {reached} of its ramp")
         }
     };
-    let place = failure.worst_node.map_or_else(|| "a node".to_owned(), |node| node_name(model, node));
+    let inside = step.critical_points.last().and_then(|point| point.member);
+    let place = match (inside, failure.worst_node) {
+        (Some(member), _) => format!("member {}", shown(&model.members[member].name)),
+        (None, Some(node)) => node_name(model, node),
+        (None, None) => "a node".to_owned(),
+    };
     let mut notes = Vec::new();
     notes.extend(reached_values(model, index, step));
     notes.extend(looks_like(failure.cause, &place));
@@ -224,7 +229,7 @@ fn reached_values(model: &Model, index: usize, step: &StepHistory) -> Option<Str
         }
     }
     let mut values: Vec<String> = groups.into_iter().map(in_words).collect();
-    values.extend(now.changes.iter().filter_map(|change| prescribed_value(model, step, change)));
+    values.extend(now.changes.iter().filter_map(|change| prescribed_value(model, index, step, change)));
     (!values.is_empty()).then(|| format!("reached: {}", list(&values, NAMES)))
 }
 
@@ -258,7 +263,7 @@ fn target_in_words<'a>(model: &'a Model, target: &Target) -> (String, &'a str, O
     }
 }
 
-fn prescribed_value(model: &Model, step: &StepHistory, change: &Change) -> Option<String> {
+fn prescribed_value(model: &Model, index: usize, step: &StepHistory, change: &Change) -> Option<String> {
     let (node, component) = match *change {
         Change::Prescribe { node, component, .. } | Change::MoveBy { node, component, .. } => (node, component),
         Change::Hold { .. } | Change::Free { .. } => return None,
@@ -273,7 +278,11 @@ fn prescribed_value(model: &Model, step: &StepHistory, change: &Change) -> Optio
     let now = last_state(step)?.nodes[node];
     let (value, unit) = match component {
         0..3 => (now.displacement[component], model.units.symbols()[0]),
-        _ => (now.rotation[component - 3].to_degrees(), "deg"),
+        // The rotation vector of the state is reduced to half a turn.
+        _ => match *change {
+            Change::Prescribe { to, .. } if index == 0 => ((step.fraction * to).to_degrees(), "deg"),
+            _ => (now.rotation[component - 3].to_degrees(), "deg"),
+        },
     };
     Some(format!("{} of {} = {} {unit}", COMPONENTS[component], shown(&model.nodes[node].name), number(value)))
 }

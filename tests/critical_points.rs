@@ -104,3 +104,73 @@ fn the_arc_length_passes_both_limit_points_of_lees_frame() {
     }
     assert_eq!(step.stable, Some(true));
 }
+
+/// The rod buckles between its ends, where nothing moves in the mode: two modes at once, since it is round.
+#[test]
+fn a_twisted_rod_buckles_between_its_ends() {
+    let data = reference("11_twist_buckling");
+    for (settings, result) in [(&[][..], 0), (&[("EA", "1e10"), ("GA", "1e10")][..], 1)] {
+        let solution = solve("11_twist_buckling/twist.toml", settings);
+        let step = &solution.history.steps[0];
+        assert_eq!(step.status, Status::Bifurcation);
+        let point = step.critical_points.last().expect("a critical point");
+        assert_eq!(point.member, Some(0));
+        let expected = &data["results_reissner"][result]["quantities"]["critical_end_rotation"];
+        assert_load(720f64.to_radians() * point.fraction, expected.as_f64().expect("an angle"));
+    }
+}
+
+/// The straight column stays an equilibrium; the way on is the buckled one, in the plane and in space.
+#[test]
+fn a_perfect_column_follows_its_stable_branch() {
+    for times in ["1.2", "4"] {
+        let solution = solve("columns/cantilever.toml", &[("times", times)]);
+        let step = &solution.history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+        assert_eq!(step.critical_points.len(), 1);
+        assert_eq!(step.critical_points[0].kind, CriticalKind::Bifurcation);
+        let times: f64 = times.parse().expect("a number");
+        assert_load(times * step.critical_points[0].fraction, 1.0);
+        // The elastica: load over Euler's load = (2 K(sin(angle / 2)) / pi)^2.
+        let index = solution.model.nodes.iter().position(|n| n.name == "T").expect("the tip");
+        let turned = step.increments.last().expect("a state").state.nodes[index].rotation_total;
+        let expected = (2.0 / std::f64::consts::PI * complete_elliptic((0.5 * turned).sin())).powi(2);
+        assert!((times / expected - 1.0).abs() < 1e-5, "{times} against {expected}");
+    }
+}
+
+/// K(k) by the arithmetic-geometric mean.
+fn complete_elliptic(k: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
+    for _ in 0..40 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    std::f64::consts::FRAC_PI_2 / a
+}
+
+/// Reference 10, reached without a kick and without a node in the middle.
+#[test]
+fn a_clamped_column_buckles_between_its_ends() {
+    let solution = solve("columns/clamped.toml", &[]);
+    let step = &solution.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+    assert_eq!(step.critical_points[0].member, Some(0));
+    let state = &step.increments.last().expect("a state").state;
+    assert_load(-state.nodes[1].reaction_force[0], 41.103135822);
+    assert_eq!(state.members.len(), 1);
+}
+
+/// From the first limit point of Lee's frame to the stable path beyond the second, under the same load.
+#[test]
+fn a_jump_lands_where_the_arc_length_arrives() {
+    let jumped = solve("05_lee_frame/jump.toml", &[]);
+    let followed = solve("05_lee_frame/path.toml", &[]);
+    let step = &jumped.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+    assert_eq!(step.jumps.len(), 1);
+    assert!(step.jumps[0].released > 0.0);
+    let (a, b) = (last_displacement(&jumped, "P"), last_displacement(&followed, "P"));
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() < 1e-4, "{a} against {b}");
+    }
+}

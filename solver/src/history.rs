@@ -9,6 +9,8 @@ use crate::structure::{Dimension, MemberId, NodeId};
 pub struct History {
     pub steps: Vec<StepHistory>,
     pub mesh: MeshSize,
+    /// Members that lost their stability between their ends, where the motions of the joints do not show it.
+    pub inside: Vec<MemberId>,
     /// Time that the refined states took (those of [`StepHistory::refined`]).
     pub estimate: Duration,
 }
@@ -62,6 +64,8 @@ pub struct StepHistory {
 pub enum Note {
     /// The path touched a singular state at this fraction and went on without a change of sign.
     TouchedSingular { fraction: f64 },
+    /// A moment in space has no potential: a node that it turns over and over takes energy from it without end.
+    EndlessMoment { node: NodeId },
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
 }

@@ -38,6 +38,7 @@ impl Lateral {
             // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
             let packs = packs::space(&structure, 4);
             let mut space = System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false);
+            space.auxiliary = packs::EXACTING;
             space.hold(Vec::new());
             space.assemble(false);
             space.note_rest();
@@ -54,6 +55,8 @@ impl Lateral {
         space.hold(rows);
         let own = plane.inertia().negative;
         let mut negative = space.assemble(false).negative;
+        #[cfg(feature = "trace")]
+        eprintln!("in space {negative} negative, {own} in the plane, softest {:e}", space.softest_stiffness());
         if negative > own && space.softest_stiffness().abs() <= NEUTRAL {
             negative -= 1;
         }
@@ -93,7 +96,12 @@ impl OutOfPlane<3> for Lateral {
             for segment in 0..plane.structure.members[index].segments.len() {
                 let slot = &plane.members[index];
                 let length = plane.packs[slot.pack].element_length(slot.lane, segment);
-                stiffness.push(finite_stiffness(&plane.section(index, segment).section, length, &slot.turn));
+                stiffness.push(finite_stiffness(
+                    &plane.section(index, segment).section,
+                    length,
+                    &slot.turn,
+                    plane.auxiliary,
+                ));
             }
             let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
             let (ends, negative, smallest) = plane.packs[pack].lateral(lane, &stiffness);

@@ -19,6 +19,7 @@ pub mod packs;
 pub mod path;
 pub mod reduce;
 pub mod results;
+mod split;
 pub mod structure;
 pub mod system;
 
@@ -31,6 +32,7 @@ use joints::{Active, Topology};
 use lateral::Lateral;
 use options::{Options, Progress};
 use path::{OutOfPlane, Path};
+use split::Split;
 use structure::{Dimension, Stability, Step, Structure};
 use system::System;
 
@@ -52,15 +54,33 @@ pub fn solve(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<History, SolveError> {
     let structure = Arc::new(structure.clone());
-    let topology = path::topology(&structure, steps);
+    let history = follow(&structure, steps, options, observe)?;
+    if history.inside.is_empty() {
+        return Ok(history);
+    }
+    let split = Split::new(&structure, steps, &history.inside);
+    match follow(&split.structure, &split.steps, options, observe) {
+        Ok(better) => Ok(split.joined(better)),
+        // A bar that spins about itself between two pins is a mechanism in halves.
+        Err(SolveError::Mechanism(_)) => Ok(history),
+    }
+}
+
+fn follow(
+    structure: &Arc<Structure>,
+    steps: &[Step],
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<History, SolveError> {
+    let topology = path::topology(structure, steps);
     match structure.dimension {
         Dimension::Space => {
-            let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space)?;
+            let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space)?;
             Ok(path.run(steps, observe))
         }
         Dimension::Plane => {
-            let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane)?;
-            add_lateral(&mut path, &structure);
+            let mut path = prepare(structure, &topology, steps, options, PLANE, packs::plane)?;
+            add_lateral(&mut path, structure);
             Ok(path.run(steps, observe))
         }
     }

@@ -4,7 +4,7 @@ use crate::chain::Size;
 use crate::system::{Inertia, Residual, System};
 
 /// Slot for a state that is put aside within an iteration.
-const DETOUR: usize = 2;
+pub const DETOUR: usize = 2;
 /// Part of the loads at which linear buckling tells that they are too much for one increment.
 const FORESEEN: f64 = 0.3;
 

@@ -12,9 +12,13 @@ use pennate_elements::space::Space;
 use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
 use crate::structure::{Dimension, Member, SectionState, Structure};
 
-/// Auxiliary stiffness of a held strain over the largest bending stiffness per squared element length. Results do not
-/// depend on it; much less costs iterations, much more costs digits.
-const AUXILIARY: f64 = 1e4;
+/// Auxiliary stiffness of a held strain over the largest bending stiffness per squared element length.
+///
+/// No equilibrium depends on it, but its stability does: a critical load is low by the load over this stiffness. Much
+/// more costs digits of the tangent.
+pub const AUXILIARY: f64 = 1e7;
+/// The same where a critical load is looked for, and digits of the tangent matter less.
+pub const EXACTING: f64 = 1e8;
 
 /// Builds the chains of one kind of beam; `enrich` is added to the order.
 ///
@@ -133,13 +137,13 @@ impl Turn {
     }
 }
 
-/// Stiffness, rest strains and multipliers of a section for elements of one length.
-pub fn moduli(state: &SectionState, element_length: f64, turn: &Turn) -> Moduli<f64, 6> {
+/// Stiffness, rest strains and multipliers of a section for elements of one length; `auxiliary` as [`AUXILIARY`].
+pub fn moduli(state: &SectionState, element_length: f64, turn: &Turn, auxiliary: f64) -> Moduli<f64, 6> {
     let section = &state.section;
     let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
-    let auxiliary = AUXILIARY * ei2.max(ei3) / (element_length * element_length);
+    let auxiliary = auxiliary * ei2.max(ei3) / (element_length * element_length);
     let curvature = turn.vector(state.curvature);
     Moduli {
         stiffness: raw.map(|k| if k.is_finite() { k } else { auxiliary }),

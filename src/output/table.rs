@@ -225,7 +225,7 @@ fn remarks(solution: &Solution) -> String {
             let _ = writeln!(out, "{}: {}", shown(name), jump_in_words(&solution.model, jump));
         }
         for note in &step.notes {
-            let _ = writeln!(out, "{}: {}", shown(name), note_in_words(note));
+            let _ = writeln!(out, "{}: {}", shown(name), note_in_words(&solution.model, note));
         }
     }
     if let Some(why) = &solution.model.why_space {
@@ -241,8 +241,12 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
         CriticalKind::Bifurcation => "bifurcation",
     };
     let sideways = if point.sideways { " out of the plane" } else { "" };
-    let node = shown(&model.nodes[point.node].name);
-    format!("{kind}{sideways} at {}, where node {node} moves most.", percent(point.fraction))
+    let place = match point.member {
+        Some(member) => format!("member {}", shown(&model.members[member].name)),
+        None => format!("node {}", shown(&model.nodes[point.node].name)),
+    };
+    let error = point.error.map_or_else(String::new, |error| format!(" (error {})", estimate(error)));
+    format!("{kind}{sideways} at fraction {:.9}{error}, where {place} moves most.", point.fraction)
 }
 
 fn jump_in_words(model: &Model, jump: &Jump) -> String {
@@ -256,8 +260,13 @@ fn jump_in_words(model: &Model, jump: &Jump) -> String {
     )
 }
 
-fn note_in_words(note: &Note) -> String {
+fn note_in_words(model: &Model, note: &Note) -> String {
     match note {
+        Note::EndlessMoment { node } => format!(
+            "the moment on node {} has no potential: a node that turns over and over takes energy from it without end, so \
+             the energy falls without bound and the equilibrium found is one of many; whether it is stable is not defined.",
+            shown(&model.nodes[*node].name)
+        ),
         Note::TouchedSingular { fraction } => {
             format!("touched a singular state at {} and went on, its stability unchanged.", percent(*fraction))
         }

@@ -7,13 +7,13 @@ use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, apply, axpy, scale};
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Curve<T, const P: usize> {
+pub(crate) struct Curve<T, const P: usize> {
     pub frames: [M3<T>; P],
     pub nodes: [V3<T>; P],
 }
 
 /// A piece of constant curvature.
-pub(super) struct Bent {
+pub(crate) struct Bent {
     pub length: f64,
     pub curvature: V3<f64>,
 }

@@ -23,7 +23,8 @@ mod shape;
 mod transfer;
 
 use dashpots::Dashpots;
-use geometry::{Bent, Curve, set_piece};
+pub(crate) use geometry::Bent;
+use geometry::{Curve, set_piece};
 
 /// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
 pub const SLOTS: usize = 4;

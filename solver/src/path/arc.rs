@@ -139,8 +139,7 @@ impl<const D: usize> Tracer<'_, D> {
             );
             let gap = n.along(&self.system.motions_since(LAST), fraction - from) - s;
             let gain = n.along(&linearized.rate_motions, 1.0);
-            let there = gap.abs() <= 1e-9 * s.abs().max(1e-3);
-            if there && newton.is_converged(last, before, residual) && self.system.violation() <= newton.violation {
+            if newton.is_converged(last, before, residual) && self.system.violation() <= newton.violation {
                 let (inertia, rate) = (linearized.inertia, linearized.rate_motions);
                 return Ok(Point { fraction, iterations, inertia, residual, rate, gain });
             }
@@ -197,7 +196,8 @@ impl<const D: usize> Tracer<'_, D> {
             let (near, value) = judge(tracer.system, &point);
             Some((point, near, value))
         };
-        let (_, near, mut low) = at(self, 0.0)?;
+        let (first, near, mut low) = at(self, 0.0)?;
+        let start = first.fraction;
         let (mut best, far, mut high) = at(self, 1.0)?;
         if !near || far {
             return None;
@@ -206,6 +206,7 @@ impl<const D: usize> Tracer<'_, D> {
         let first = low.zip(high).filter(|(a, b)| a * b < 0.0);
         let small = first.map_or(0.0, |(a, b)| SMALL * a.abs().max(b.abs()));
         let mut bracket = [0.0, 1.0];
+        let mut fractions = [start, best.fraction];
         let mut kept = 0;
         for _ in 0..TRIALS {
             let width = bracket[1] - bracket[0];
@@ -225,15 +226,18 @@ impl<const D: usize> Tracer<'_, D> {
                 }
             };
             let Some((point, near, value)) = at(self, s) else {
-                // So near to a singular tangent rounding alone moves the state: what is known is good enough.
+                // So near to a singular tangent rounding alone moves the state: what is known on the near side is good
+                // enough, and the fraction follows by interpolation.
                 if width > NEARLY {
                     return None;
                 }
-                return at(self, bracket[0]).map(|(point, ..)| point);
+                let fraction = fractions[0] + (s - bracket[0]) / width * (fractions[1] - fractions[0]);
+                return at(self, bracket[0]).map(|(point, ..)| Point { fraction, ..point });
             };
             let near = first.zip(value).map_or(near, |((a, _), v)| v * a > 0.0);
             let settled = value.is_some_and(|v| v.abs() <= small);
             let side = usize::from(!near);
+            fractions[side] = point.fraction;
             best = point;
             bracket[side] = s;
             if settled {

@@ -6,7 +6,7 @@ use super::jump::Landing;
 use super::report::{Rough, cause_of, status_of};
 use super::{Count, Path};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Status, StepHistory};
-use crate::newton::{Convergence, Start};
+use crate::newton::{Convergence, DETOUR, Start};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::System;
 
@@ -113,7 +113,15 @@ impl<const D: usize> Path<'_, D> {
                 let last = ends[1] - ends[0];
                 return Some(After::GoOn { at: ends[1], next: (2.0 * last).max(BRACKET), last: Some(last) });
             }
+            if !point.sideways {
+                self.system.save(DETOUR);
+                self.note_inside(ramp, ends);
+                self.system.restore(DETOUR);
+                ramp.apply(&mut self.system, point.fraction);
+                self.system.assemble(false);
+            }
             if !point.sideways
+                && self.inside.is_empty()
                 && let Some(at) = self.switch(ramp, point.fraction, tally)
             {
                 let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
@@ -139,6 +147,19 @@ impl<const D: usize> Path<'_, D> {
             self.system.assemble(false);
         }
         None
+    }
+
+    /// Notes the members that have more negative pivots between their ends at NEXT than at LAST.
+    fn note_inside(&mut self, ramp: &Ramp, ends: [f64; 2]) {
+        let system = &mut self.system;
+        let mut pivots = [(LAST, ends[0]), (NEXT, ends[1])].map(|(slot, fraction)| {
+            system.restore(slot);
+            ramp.apply(system, fraction);
+            system.gather(false);
+            system.members.iter().map(|m| system.packs[m.pack].pivots(m.lane).0).collect::<Vec<_>>()
+        });
+        let far = std::mem::take(&mut pivots[1]);
+        self.inside = (0..far.len()).filter(|&member| far[member] > pivots[0][member]).collect();
     }
 
     /// From a bifurcation, the present state, onto the branch that is stable and leads on; the fraction there.

@@ -16,7 +16,7 @@ use crate::mechanism;
 use crate::newton::{Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
-use crate::structure::{Dimension, Method, NodeId, Spring, Step};
+use crate::structure::{Dimension, MemberId, Method, NodeId, Spring, Step};
 use crate::system::{Inertia, System};
 
 mod arc;
@@ -61,6 +61,8 @@ pub struct Path<'a, const D: usize> {
     held: HeldRows,
     newton: Newton,
     base: Count,
+    /// Members that lost their stability between their ends.
+    inside: Vec<MemberId>,
     /// Pivots of the unloaded structure, as long as its assembly is the last one.
     at_rest: Option<Inertia>,
 }
@@ -90,6 +92,7 @@ impl<'a, const D: usize> Path<'a, D> {
             held: HeldRows::new(),
             newton: Newton::default(),
             base: Count::default(),
+            inside: Vec::new(),
             at_rest: None,
         };
         for support in &structure.supports {
@@ -152,6 +155,9 @@ impl<'a, const D: usize> Path<'a, D> {
                 let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
                 going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()));
             }
+            if let Some(node) = self.system.endless_moment() {
+                record.notes.push(Note::EndlessMoment { node });
+            }
             if going && self.options.estimate {
                 let start = Instant::now();
                 record.refined = self.refine();
@@ -159,6 +165,7 @@ impl<'a, const D: usize> Path<'a, D> {
             }
             history.steps.push(record);
         }
+        history.inside = std::mem::take(&mut self.inside);
         history
     }
 

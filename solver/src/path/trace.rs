@@ -5,6 +5,7 @@ use super::follow::{BEFORE, LAST, Ramp, Tally};
 use super::{Count, Path};
 use crate::history::{CriticalKind, CriticalPoint};
 use crate::newton::Lost;
+use crate::packs;
 
 /// Cosine of the angle by which the path may turn in one increment.
 const STRAIGHT: f64 = 0.85;
@@ -190,6 +191,7 @@ impl<const D: usize> Path<'_, D> {
         (kind, sideways): (CriticalKind, bool),
         tally: &mut Tally,
     ) -> Option<CriticalPoint> {
+        self.system.auxiliary = packs::EXACTING;
         // The mode, from the far end of the bracket.
         self.system.restore(NEXT);
         ramp.apply(&mut self.system, ends[1]);
@@ -251,6 +253,9 @@ impl<const D: usize> Path<'_, D> {
             CriticalPoint { kind, fraction: point.fraction, error: None, node, member: None, sideways, mode }
         });
         self.lateral = lateral;
+        self.system.auxiliary = packs::AUXILIARY;
+        ramp.apply(&mut self.system, point.as_ref().map_or(ends[1], |point| point.fraction));
+        self.system.assemble(false);
         point
     }
 

@@ -55,7 +55,7 @@ impl<const D: usize> System<D> {
             for (segment, description) in member.segments.iter().enumerate() {
                 let section = structure.laws[description.law].at(control);
                 let length = chain.element_length(slot.lane, segment);
-                let moduli = packs::moduli(&section, length, &slot.turn);
+                let moduli = packs::moduli(&section, length, &slot.turn, self.auxiliary);
                 self.noise[0] = self.noise[0].max(1e-10 * moduli.stiffness[0]);
                 self.noise[1] = self.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);
                 chain.set_moduli(slot.lane, segment, &moduli);
@@ -151,6 +151,17 @@ impl<const D: usize> System<D> {
     /// Whether every load has a potential, at the present state.
     pub fn has_potential(&self) -> bool {
         self.skew.joints.is_empty()
+    }
+
+    /// A node whose moment has no potential at the last assembly.
+    pub fn endless_moment(&self) -> Option<NodeId> {
+        let loaded = |node: &NodeId| {
+            let load = &self.loads[*node];
+            let joint = self.topology.links[*node].joint;
+            (load.moment != [0.0; 3] || load.follower_moment != [0.0; 3])
+                && self.skew.joints.iter().any(|(skew, _)| *skew == joint)
+        };
+        (0..self.loads.len()).find(|node| loaded(node))
     }
 
     /// Whether the loads at the present drives have a potential; leaves forces and matrix to the next assembly.

@@ -125,6 +125,8 @@ pub struct System<const D: usize> {
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
     dashpots: (f64, usize),
+    /// See [`packs::AUXILIARY`]; counts from the next [`System::apply_drives`].
+    pub auxiliary: f64,
     /// Mass and inertia of the joints, for dashpots; empty until they are asked for.
     masses: Vec<[f64; 2]>,
     parallel: bool,
@@ -203,6 +205,7 @@ impl<const D: usize> System<D> {
             size,
             noise: [0.0; 2],
             dashpots: (0.0, 0),
+            auxiliary: packs::AUXILIARY,
             masses: Vec::new(),
             parallel,
             released_neutral: 0,
@@ -687,7 +690,7 @@ fn end_tangents(member: &crate::structure::Member) -> [V3<f64>; 2] {
 }
 
 /// Section with every stiffness finite, for a tangent that is no residual (out of the plane).
-pub fn finite_stiffness(section: &Section, element_length: f64, turn: &Turn) -> [f64; 6] {
+pub fn finite_stiffness(section: &Section, element_length: f64, turn: &Turn, auxiliary: f64) -> [f64; 6] {
     let state = SectionState { section: *section, strain: 0.0, curvature: [0.0; 3] };
-    packs::moduli(&state, element_length, turn).stiffness
+    packs::moduli(&state, element_length, turn, auxiliary).stiffness
 }
