@@ -62,6 +62,7 @@ pub fn discretize(model: &Model, mesh: &Mesh) -> (Structure, Vec<Step>) {
             .collect(),
         springs: model.springs.iter().map(|spring| spring.spring.clone()).collect(),
         drives: drives.all,
+        compliances: model.probes.compliances(),
     };
     (structure, steps)
 }

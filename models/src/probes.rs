@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 use pennate_solver::history::Equilibrium;
-use pennate_solver::structure::NodeId;
+use pennate_solver::structure::{ComplianceOf, NodeId};
 
 use crate::expression::Expression;
 
@@ -64,6 +64,14 @@ pub enum Probe {
         member: usize,
         place: AxialPlace,
     },
+    /// Force (or moment) along a direction of a node for a unit of displacement (or a radian) along it, with everything
+    /// else free to follow; or the inverse of that. `index` counts the probes of this kind.
+    Stiffness {
+        index: usize,
+        node: NodeId,
+        along: [f64; 6],
+        inverse: bool,
+    },
     /// An expression of other values.
     Expression {
         expression: Expression,
@@ -113,6 +121,20 @@ impl Probes {
         self.probes.len()
     }
 
+    /// Whether a probe is one of stiffness or compliance.
+    pub fn is_stiffness(&self, probe: usize) -> bool {
+        matches!(self.probes[probe], Probe::Stiffness { .. })
+    }
+
+    /// The nodes whose compliance the probes ask for, in the order of their indices.
+    pub fn compliances(&self) -> Vec<ComplianceOf> {
+        let of = |probe: &Probe| match *probe {
+            Probe::Stiffness { node, along, .. } => Some(ComplianceOf { node, along }),
+            _ => None,
+        };
+        self.probes.iter().filter_map(of).collect()
+    }
+
     /// Kind of the quantity that a probe gives.
     pub fn kind(&self, probe: usize) -> ProbeKind {
         match self.probes[probe] {
@@ -120,7 +142,7 @@ impl Probes {
             Probe::Rotation { .. } | Probe::Angle { .. } | Probe::Tilt { .. } => ProbeKind::Rotation,
             Probe::ReactionForce { .. } | Probe::AxialForce { .. } => ProbeKind::Force,
             Probe::ReactionMoment { .. } => ProbeKind::Moment,
-            Probe::Expression { .. } => ProbeKind::Other,
+            Probe::Stiffness { .. } | Probe::Expression { .. } => ProbeKind::Other,
         }
     }
 
@@ -170,6 +192,12 @@ impl Probes {
                 AxialPlace::Middle => state.members[member].axial_force,
                 AxialPlace::End => state.members[member].axial_force_ends[1],
             },
+            Probe::Stiffness { index, along, inverse, .. } => {
+                let compliance = state.compliances.get(index).map_or(f64::NAN, |columns| {
+                    (0..6).map(|c| (0..6).map(|r| along[r] * columns[c][r]).sum::<f64>() * along[c]).sum()
+                });
+                if inverse { compliance } else { 1.0 / compliance }
+            }
             Probe::Expression { .. } => f64::NAN,
         }
     }

@@ -449,7 +449,6 @@ fn probes_ask_for_one_thing() {
 
 #[test]
 fn what_is_not_there_yet_says_so() {
-    case("displacement = \"ux\"", "stiffness = \"ux\"", "stiffness are not there yet", 30, 31, "displacement");
     case(
         "material = \"abs\" }",
         "material = \"abs\", formulation = \"corotational\" }",

@@ -87,6 +87,9 @@ pub struct Equilibrium {
     pub members: Vec<MemberState>,
     /// Force of an axial spring (positive in tension), else the norm of the force; in the order of the springs.
     pub springs: Vec<f64>,
+    /// Displacement and rotation of the nodes of [`crate::structure::Structure::compliances`] for unit forces and moments
+    /// on them, by columns, with everything else free to follow; global axes.
+    pub compliances: Vec<[[f64; 6]; 6]>,
     /// Strain energy, springs included.
     pub energy: f64,
     /// Norm of the condensed residual over the largest force (moments apart; the larger of both).

@@ -1,10 +1,10 @@
 //! From the state of a system to the quantities of a user.
 
 use pennate_elements::rotation::{log, turn};
-use pennate_elements::small::{V3, add, dot, norm};
+use pennate_elements::small::{V3, add, cross, dot, norm};
 
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState};
-use crate::joints::EndKind;
+use crate::joints::{EndKind, Held, HeldKind};
 use crate::structure::{Dimension, Drive, Spring};
 use crate::system::System;
 
@@ -66,7 +66,66 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
     }
     let residual = system.residual();
     let balance = balance(system, &nodes);
-    Equilibrium { nodes, members, springs: system.spring_forces.clone(), energy, residual: residual.largest(), balance }
+    let compliances = Vec::new();
+    let springs = system.spring_forces.clone();
+    Equilibrium { nodes, members, springs, compliances, energy, residual: residual.largest(), balance }
+}
+
+/// Compliances of the nodes that a structure asks for, at the state of the last assembly.
+///
+/// A row that holds a node along the direction asked for is taken away for that; the last assembly is the same again
+/// afterwards.
+pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
+    let structure = system.structure.clone();
+    structure
+        .compliances
+        .iter()
+        .map(|wanted| {
+            let all = system.equations.held.clone();
+            let stays = |held: &&Held| held.node != wanted.node || !holds_along(held, &wanted.along);
+            let left: Vec<Held> = all.iter().filter(stays).copied().collect();
+            if left.len() == all.len() {
+                return compliance(system, wanted.node);
+            }
+            system.hold(left);
+            system.assemble(false);
+            let found = compliance(system, wanted.node);
+            system.hold(all);
+            system.assemble(false);
+            found
+        })
+        .collect()
+}
+
+fn holds_along(held: &Held, along: &[f64; 6]) -> bool {
+    let (axis, offset) = match held.kind {
+        HeldKind::Translation { direction } => (direction, 0),
+        HeldKind::Rotation { axis } => (axis, 3),
+    };
+    (0..3).map(|c| axis[c] * along[offset + c]).sum::<f64>().abs() > 1e-9
+}
+
+fn compliance<const D: usize>(system: &mut System<D>, node: usize) -> [[f64; 6]; 6] {
+    let link = system.topology.links[node];
+    let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+    let mut columns = [[0.0; 6]; 6];
+    for &component in &system.equations.active.clone() {
+        let mut force = [0.0; 6];
+        force[component] = 1.0;
+        let turning = cross(lever, [force[0], force[1], force[2]]);
+        for c in 0..3 {
+            force[3 + c] += turning[c];
+        }
+        let mut response = vec![0.0; system.rhs.len()];
+        system.equations.project(link.joint, &force, &mut response);
+        if system.solve_in_place(&mut response) {
+            let motions = system.motions_of(&response);
+            columns[component] = system.node_motion(&link, &motions);
+        } else {
+            columns[component] = [f64::NAN; 6];
+        }
+    }
+    columns
 }
 
 /// Sum of all external forces over the largest of them.

@@ -48,6 +48,17 @@ pub struct Structure {
     pub bodies: Vec<RigidBody>,
     pub springs: Vec<Spring>,
     pub drives: Vec<Drive>,
+    /// Nodes whose compliance is wanted at every accepted state.
+    pub compliances: Vec<ComplianceOf>,
+}
+
+/// A node whose compliance is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ComplianceOf {
+    pub node: NodeId,
+    /// A direction of displacement (0, 1, 2) or rotation (3, 4, 5) in global axes that is let go where something holds
+    /// it: what holds the node along it is what would feel its stiffness.
+    pub along: [f64; 6],
 }
 
 /// A member: segments in a row from one node to another, meshed by elements of one order.

@@ -61,6 +61,9 @@ struct Step<'a> {
     springs: Map<'a, Spring>,
     probes: Map<'a, f64>,
     probe_errors: Map<'a, f64>,
+    /// Of the probes of stiffness: displacement and rotation for unit forces and moments, by columns.
+    #[serde(skip_serializing_if = "Map::is_empty")]
+    compliances: Map<'a, [[f64; 6]; 6]>,
 }
 
 /// A snap at constant loads to another equilibrium.
@@ -144,6 +147,12 @@ struct Seconds {
 /// Named values in the order of the input file.
 struct Map<'a, T>(Vec<(&'a str, T)>);
 
+impl<T> Map<'_, T> {
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
 impl<T: Serialize> Serialize for Map<'_, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
@@ -198,6 +207,7 @@ impl<'a> Step<'a> {
             springs: Map(state.map_or_else(Vec::new, |state| springs(model, state))),
             probes: named(probes.last().map(<[f64]>::to_vec)),
             probe_errors: named(probes.errors()),
+            compliances: Map(state.map_or_else(Vec::new, |state| compliances(model, state))),
         }
     }
 }
@@ -214,6 +224,11 @@ fn critical_points<'a>(model: &'a Model, step: &StepHistory) -> Vec<CriticalPoin
         member: point.member.map(|member| model.members[member].name.as_str()),
     };
     step.critical_points.iter().map(entry).collect()
+}
+
+fn compliances<'a>(model: &'a Model, state: &Equilibrium) -> Vec<(&'a str, [[f64; 6]; 6])> {
+    let names = (0..model.probes.len()).filter(|&probe| model.probes.is_stiffness(probe));
+    names.map(|probe| model.probes.names[probe].as_str()).zip(state.compliances.iter().copied()).collect()
 }
 
 fn jumps<'a>(model: &'a Model, step: &StepHistory) -> Vec<Jump<'a>> {

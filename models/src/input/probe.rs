@@ -37,7 +37,10 @@ record! {
         position: Option<Spanned<Direction<PositionWord>>>,
         rotation: Option<Spanned<RotationProbe>>,
         reaction: Option<Spanned<Direction<Component>>>,
+        /// Force or moment for a unit of displacement or a radian, everything else free to follow.
         stiffness: Option<Spanned<Direction<Component>>>,
+        /// The inverse of that.
+        compliance: Option<Spanned<Direction<Component>>>,
         /// A direction of the body; the probe is the angle by which it has turned.
         normal: Option<Spanned<Vec<Number>>>,
         distance: Option<Spanned<bool>>,

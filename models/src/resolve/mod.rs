@@ -129,7 +129,8 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let mut probes = probes::probes(network.probes.as_ref(), &observed, cx);
     let nodes: Vec<Node> = nodes.into_iter().collect::<Option<_>>()?;
     let members: Vec<Member> = members.into_iter().collect::<Option<_>>()?;
-    let out = plane::leaves_plane(&nodes, &members, &supports, &steps);
+    let out = plane::leaves_plane(&nodes, &members, &supports, &steps)
+        .or_else(|| plane::probe_leaves(&probes, network.probes.as_ref()));
     let dimension = dimension(network.dimension, out.as_ref(), cx);
     check_planar_only(&members, &planar_only, dimension, out.as_ref(), cx);
     let judged_in_plane =

@@ -3,10 +3,13 @@
 //! Springs never leave it: their components are those of the global axes.
 
 use nalgebra::Vector3;
-use pennate_solver::structure::{Change, Release, Support};
+use pennate_solver::structure::{Change, ComplianceOf, Release, Support};
 
 use crate::error::Span;
+use crate::input;
+use crate::input::read::{Map, Spanned};
 use crate::model::{Member, Node, SegmentLaw, Step, Target};
+use crate::probes::Probes;
 
 /// Below this sine a direction counts as lying in the plane, or along z.
 const FLAT: f64 = 1e-9;
@@ -33,6 +36,16 @@ pub fn leaves_plane(
         return Some((format!("the support of node '{}' is turned out of the plane", nodes[support.node].name), *span));
     }
     steps.iter().find_map(|step| Some((format!("step '{}' {}", step.name, step_leaves(step)?), step.span)))
+}
+
+/// A stiffness wanted out of the plane is that of the network in space.
+pub fn probe_leaves(probes: &Probes, written: Option<&Map<Spanned<input::Probe>>>) -> Option<Reason> {
+    let out = |of: &ComplianceOf| of.along[2..5].iter().any(|&part| part != 0.0);
+    let wanted = probes.compliances();
+    let names = (0..probes.len()).filter(|&probe| probes.is_stiffness(probe));
+    let (index, _) = names.zip(&wanted).find(|(_, of)| out(of))?;
+    let span = written?.0.get(index)?.span;
+    Some((format!("probe '{}' asks for a stiffness out of the plane", probes.names[index]), span))
 }
 
 fn along_z(vector: [f64; 3]) -> bool {

@@ -39,7 +39,14 @@ pub fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observed<'_>,
             input::Probe::Quantity(table) => quantity(named, table, observed, cx),
         })
         .collect();
-    let Some(probes) = probes.into_iter().collect::<Option<Vec<Probe>>>() else { return Probes::default() };
+    let Some(mut probes) = probes.into_iter().collect::<Option<Vec<Probe>>>() else { return Probes::default() };
+    let indices = probes.iter_mut().filter_map(|probe| match probe {
+        Probe::Stiffness { index, .. } => Some(index),
+        _ => None,
+    });
+    for (index, next) in indices.zip(0..) {
+        *index = next;
+    }
     let order = order(&probes, &entries, cx).unwrap_or_default();
     Probes { names: names.iter().map(str::to_owned).collect(), probes, order, in_plane: false }
 }
@@ -148,32 +155,26 @@ fn quantity(
     cx: &mut Context,
 ) -> Option<Probe> {
     let owner = format!("probe '{}'", named.name);
-    if let Some(stiffness) = &table.stiffness {
-        cx.error(
-            InputError::new("probes of stiffness are not there yet")
-                .at(stiffness.span)
-                .help("measure a displacement, and divide a force by it in an expression"),
-        );
-        return None;
-    }
     let of_node =
         [table.displacement.is_some(), table.position.is_some(), table.rotation.is_some(), table.reaction.is_some()];
+    let compliant = usize::from(table.stiffness.is_some()) + usize::from(table.compliance.is_some());
     let quantities = of_node.iter().filter(|&&given| given).count();
     let others = [table.normal.is_some(), table.distance.is_some(), table.axial_force.is_some()];
     let other_count = others.iter().filter(|&&given| given).count();
     let places = [table.node.is_some(), table.nodes.is_some(), table.body.is_some(), table.member.is_some()];
     let place_count = places.iter().filter(|&&given| given).count();
     let fitting = match (&table.node, &table.nodes, &table.body, &table.member) {
-        (Some(_), ..) => quantities == 1 && other_count == 0,
-        (_, Some(_), ..) => quantities == 0 && other_count == 1 && others[1],
+        (Some(_), ..) => quantities + compliant == 1 && other_count == 0,
+        (_, Some(_), ..) => quantities + compliant == 0 && other_count == 1 && others[1],
+        (_, _, Some(_), _) if compliant == 1 => quantities == 0 && other_count == 0,
         (_, _, Some(_), _) => quantities == 0 && other_count == 1 && others[0],
-        (_, _, _, Some(_)) => quantities == 0 && other_count == 1 && others[2],
+        (_, _, _, Some(_)) => quantities + compliant == 0 && other_count == 1 && others[2],
         _ => false,
     };
     if place_count != 1 || !fitting {
         cx.error(
             InputError::new(format!("{owner} does not ask for one quantity of one thing")).at(named.value.span).help(
-                "{ node, displacement | position | rotation | reaction }, { nodes, distance = true }, { body, normal } or { member, axial_force }",
+                "{ node, displacement | position | rotation | reaction | stiffness }, { nodes, distance = true }, { body, normal } or { member, axial_force }",
             ),
         );
         return None;
@@ -184,6 +185,11 @@ fn quantity(
     }
     if let Some(list) = &table.nodes {
         return distance(list, table, observed, &owner, cx);
+    }
+    if let (Some(body), 1) = (&table.body, compliant) {
+        let names = Names::new("rigid body", observed.bodies.bodies.iter().map(|body| body.name.as_str()));
+        let index = names.find(&body.value, body.span, &owner, cx)?;
+        return stiffness(observed.bodies.bodies[index].reference, table, &owner, cx);
     }
     if let (Some(body), Some(normal)) = (&table.body, &table.normal) {
         let names = Names::new("rigid body", observed.bodies.bodies.iter().map(|body| body.name.as_str()));
@@ -267,6 +273,9 @@ fn node_quantity(
             component => Probe::Rotation { node, axis: component as usize },
         });
     }
+    if table.stiffness.is_some() || table.compliance.is_some() {
+        return stiffness(node, table, owner, cx);
+    }
     let reaction = table.reaction.as_ref()?;
     Some(match &reaction.value {
         Direction::Word(component) if component.index() < 3 => {
@@ -275,6 +284,18 @@ fn node_quantity(
         Direction::Word(component) => Probe::ReactionMoment { node, axis: component.index() - 3 },
         Direction::Vector(list) => Probe::ReactionForce { node, direction: along(list, reaction.span, owner, cx)? },
     })
+}
+
+fn stiffness(node: usize, table: &ProbeTable, owner: &str, cx: &mut Context) -> Option<Probe> {
+    let inverse = table.stiffness.is_none();
+    let asked = table.stiffness.as_ref().or(table.compliance.as_ref())?;
+    let mut direction = [0.0; 6];
+    match &asked.value {
+        Direction::Word(component) => direction[component.index()] = 1.0,
+        Direction::Vector(list) => direction[..3].copy_from_slice(&along(list, asked.span, owner, cx)?),
+    }
+    // The indices are set when all probes are known.
+    Some(Probe::Stiffness { index: 0, node, along: direction, inverse })
 }
 
 fn along(list: &[input::read::Number], span: Span, owner: &str, cx: &mut Context) -> Option<[f64; 3]> {

@@ -230,6 +230,8 @@ impl<'a, const D: usize> Path<'a, D> {
         refined.hold_like(&self.system);
         refined.prolong(&self.system);
         self.newton.solve(refined, Start::nearby()).ok()?;
-        Some(results::equilibrium(refined))
+        let mut state = results::equilibrium(refined);
+        state.compliances = results::compliances(refined);
+        Some(state)
     }
 }

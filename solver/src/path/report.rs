@@ -112,6 +112,7 @@ impl<const D: usize> Path<'_, D> {
     pub(super) fn accept(&mut self, record: &mut StepHistory, fraction: f64, found: &Convergence, _tally: &Tally) {
         let mut state = results::equilibrium(&mut self.system);
         state.residual = found.residual.largest();
+        state.compliances = results::compliances(&mut self.system);
         let shapes = if self.options.shapes { results::shapes(&self.system) } else { Vec::new() };
         record.increments.push(Increment { fraction, state, shapes });
         record.negative_pivots = self.base.own + self.base.lateral;

@@ -48,6 +48,7 @@ pub fn cantilever(dimension: Dimension, length: f64, section: Section, elements:
         bodies: vec![],
         springs: vec![],
         drives: vec![],
+        compliances: vec![],
     }
 }
 
