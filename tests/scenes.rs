@@ -1,15 +1,21 @@
 //! The scenes of the dissertation: values of an independent solver, and the trends that need no tuning.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use pennate::solution::Solution;
 
+#[path = "../validation/scenes/figures.rs"]
+mod figures;
+#[path = "../validation/scenes/run.rs"]
+mod run;
 #[path = "../validation/scenes/tables.rs"]
 mod tables;
 
-use tables::{solve, value};
+use run::{solve, value};
 
 fn set(settings: &[(&str, &str)]) -> Vec<(String, String)> {
     settings.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
@@ -153,4 +159,42 @@ fn the_stage_is_softest_beside_its_greatest_stroke() {
     };
     let (softest, farthest) = (at(|a, b| a < b, "stiffness", "push"), at(|a, b| a > b, "stroke", "high"));
     assert!((farthest - softest).abs() <= 3.0 && softest > 20.0 && softest < 40.0, "{softest}, {farthest}");
+}
+
+/// `pennate scene NAME | pennate solve -`, and what is refused.
+#[test]
+fn the_command_writes_what_solve_reads() {
+    let pennate = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pennate"));
+        command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let written = pennate(&["scene", "motor", "--set", "zeta=30"]).wait_with_output().unwrap();
+    assert_eq!(written.status.code(), Some(0));
+    let mut solve = pennate(&["solve", "-", "--json"]);
+    solve.stdin.take().unwrap().write_all(&written.stdout).unwrap();
+    let solved = solve.wait_with_output().unwrap();
+    let results: serde_json::Value = serde_json::from_slice(&solved.stdout).unwrap();
+    near(results["steps"][0]["probes"]["turn"].as_f64().unwrap(), 46.67, 0.02);
+    let list = String::from_utf8(pennate(&["scene"]).wait_with_output().unwrap().stdout).unwrap();
+    for scene in pennate_models::scenes::SCENES {
+        assert!(list.contains(scene.name), "{list}");
+    }
+    let refused = pennate(&["scene", "motor", "--set", "zeta=90"]).wait_with_output().unwrap();
+    assert_eq!((refused.status.code(), refused.stdout.as_slice()), (Some(2), [].as_slice()));
+    let shown = String::from_utf8(refused.stderr).unwrap();
+    assert!(shown.contains("zeta must be at least 0 and less than 90 deg"), "{shown}");
+}
+
+/// Every figure of the table for people names a scene, a parameter and a probe that there are.
+#[test]
+fn reported_figures_are_found() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/scenes/reported.toml");
+    for figure in figures::read(&path) {
+        match figure.found() {
+            Ok(found) => assert!(found.is_finite(), "{}: {found}", figure.what),
+            Err(why) => assert_eq!((figure.what.as_str(), why.as_str()), ("dyad, pinned: the same", "limit_point")),
+        }
+        assert!(!figure.reported.is_empty() && !figure.certainty.is_empty());
+    }
 }

@@ -1,13 +1,9 @@
-//! Tables of figures that the scenes are compared with, and the solving of their rows.
+//! Tables of figures that the scenes are compared with.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::{Solution, status_name};
 use pennate_models::scenes;
-use pennate_solver::history::Status;
-use pennate_solver::options::Options;
 use serde::Deserialize;
 
 /// Part of a prototype's value by which it may be off.
@@ -94,28 +90,4 @@ fn expected(name: &str, cell: &str, relative: f64) -> Expected {
     let decimals = cell.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let half_digit = 0.5 * 0.1_f64.powi(decimals as i32);
     Expected { probe: probe.to_owned(), step, value, tolerance: half_digit.max(relative * value.abs()) }
-}
-
-/// Solves a scene; a step that does not converge is an error.
-pub fn solve(scene: &str, settings: &[(String, String)], accuracy: f64) -> Result<Solution, String> {
-    let text = scenes::write(scene, settings).map_err(|errors| errors.to_string())?;
-    let model = pennate_models::read_text(scene, &text, &[]).map_err(|errors| errors.to_string())?;
-    let options = Options { estimate: true, ..Options::default() };
-    let solution = solve_to_accuracy(model, accuracy, &options, &mut |_| true);
-    let solution = solution.map_err(|_| "it is a mechanism".to_owned())?;
-    match solution.status() {
-        Status::Converged => Ok(solution),
-        status => Err(status_name(status).to_owned()),
-    }
-}
-
-/// Value of a probe after a step, or after the last one.
-pub fn value(solution: &Solution, probe: &str, step: Option<&str>) -> f64 {
-    let at = solution.model.probes.names.iter().position(|name| name == probe);
-    let at = at.unwrap_or_else(|| panic!("no probe '{probe}'"));
-    let steps = solution.model.step_names();
-    let step = step.map_or(steps.len() - 1, |name| {
-        steps.iter().position(|step| *step == name).unwrap_or_else(|| panic!("no step '{name}'"))
-    });
-    solution.probes.steps[step].last().map_or(f64::NAN, |values| values[at])
 }
