@@ -48,13 +48,18 @@ fn row(figure: &Figure) -> String {
             let found = if found.abs() < 0.05 * 0.1_f64.powi(decimals as i32) { 0.0 } else { found };
             let difference = match reported == 0.0 {
                 true => "–".to_owned(),
-                false => format!("{:+.1} %", 100.0 * (found / reported - 1.0)),
+                false => percent(100.0 * (found / reported - 1.0)),
             };
             (format!("{found:.*}", decimals + 1), difference)
         }
         Err(why) => (why, "–".to_owned()),
     };
     format!("| {} | {} | {found} | {difference} | {} |", figure.what, figure.reported, figure.certainty)
+}
+
+/// A difference with its sign; next to nothing has none.
+fn percent(difference: f64) -> String {
+    if difference.abs() < 0.05 { "0.0 %".to_owned() } else { format!("{difference:+.1} %") }
 }
 
 /// Every scene as it is without settings: its mesh and the wall-clock time of reading and solving it.

@@ -7,7 +7,7 @@ use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, StepHistory};
 use pennate_solver::structure::Dimension;
 
-use super::text::{Align, columns, estimate, number, percent, shown};
+use super::text::{Align, columns, duration, estimate, number, percent, shown};
 use crate::accuracy::Verdict;
 use crate::explain::{force_unit, moment_unit};
 use crate::solution::{NodeError, Solution, diagonal, largest_force, last_state, norm, status_name};
@@ -153,7 +153,8 @@ impl Scales {
     }
 }
 
-fn unit(model: &Model, kind: ProbeKind) -> &'static str {
+/// Unit of what a probe gives.
+pub fn unit(model: &Model, kind: ProbeKind) -> &'static str {
     match kind {
         ProbeKind::Displacement => model.units.symbols()[0],
         ProbeKind::Rotation => "deg",
@@ -277,8 +278,7 @@ fn note_in_words(model: &Model, note: &Note) -> String {
 fn accuracy(solution: &Solution) -> String {
     let accuracy = solution.accuracy;
     let time = solution.timing.solve.as_secs_f64() + solution.timing.estimate.as_secs_f64();
-    let time = if time < 1.0 { format!("{:.2} ms", 1e3 * time) } else { format!("{time:.2} s") };
-    let took = format!("Took {time}");
+    let took = format!("Took {}", duration(time));
     let Some(error) = accuracy.estimated else {
         return format!("{took}; no error estimate, because no step reached its end.");
     };

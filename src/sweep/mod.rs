@@ -11,7 +11,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pennate_models::error::InputError;
-use pennate_models::probes::ProbeKind;
 use pennate_models::{Document, InputErrors, Model};
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;
@@ -185,13 +184,7 @@ fn probe_columns(model: &Model) -> Vec<String> {
 
 /// Units of the probe columns.
 fn units(model: &Model) -> Vec<String> {
-    let unit = |index: usize| match model.probes.kind(index) {
-        ProbeKind::Displacement => model.units.symbols()[0],
-        ProbeKind::Rotation => "deg",
-        ProbeKind::Force => explain::force_unit(model),
-        ProbeKind::Moment => explain::moment_unit(model),
-        ProbeKind::Other => "",
-    };
+    let unit = |index: usize| crate::output::table::unit(model, model.probes.kind(index));
     let one: Vec<String> = (0..model.probes.len()).map(|index| unit(index).to_owned()).collect();
     one.iter().cycle().take(one.len() * model.step_names().len()).cloned().collect()
 }
