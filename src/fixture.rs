@@ -159,6 +159,7 @@ fn state(fraction: f64) -> Equilibrium {
         nodes: (0..3).map(node).collect(),
         members: vec![MemberState { length: 10.5, axial_force: 2.0, control: 0.3, ..MemberState::default() }],
         springs: vec![0.125],
+        compliances: Vec::new(),
         energy: 1.0 / 3.0,
         residual: 1e-13,
         balance: 1e-14,

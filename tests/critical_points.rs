@@ -174,3 +174,28 @@ fn a_jump_lands_where_the_arc_length_arrives() {
         assert!((a - b).abs() < 1e-4, "{a} against {b}");
     }
 }
+
+/// A prototype gave 6.61 N for the greatest load of the guided chain, 194 mm after the snap at 6.67 N, and the first
+/// increment beyond its loss of symmetry without guides at 3.4 N.
+#[test]
+fn a_chain_of_muscles_leans_over_or_snaps() {
+    let load = 6.8;
+    let pressed = |solution: &Solution| {
+        let inflated = &solution.history.steps[0].increments.last().expect("a state").state;
+        let pressed = &solution.history.steps[1].increments.last().expect("a state").state;
+        let end = solution.model.nodes.iter().position(|node| node.name == "Q").expect("the end");
+        inflated.nodes[end].displacement[1] - pressed.nodes[end].displacement[1]
+    };
+    let guided = solve("wheel_chain/guided.toml", &[]);
+    let step = &guided.history.steps[1];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+    let largest = step.critical_points.iter().map(|point| load * point.fraction).fold(0.0, f64::max);
+    assert!((largest / 6.61 - 1.0).abs() < 0.03, "{largest}");
+    assert!(!step.jumps.is_empty() && step.jumps.iter().all(|jump| jump.released > 0.0));
+    assert!((pressed(&guided) / 194.0 - 1.0).abs() < 0.02, "{}", pressed(&guided));
+
+    let free = solve("wheel_chain/free.toml", &[]);
+    let point = &free.history.steps[1].critical_points[0];
+    assert_eq!(point.kind, CriticalKind::Bifurcation);
+    assert!((2.5..3.4).contains(&(load * point.fraction)), "{}", load * point.fraction);
+}

@@ -8,6 +8,15 @@ pub const DETOUR: usize = 2;
 /// Part of the loads at which linear buckling tells that they are too much for one increment.
 const FORESEEN: f64 = 0.3;
 
+/// An increment larger than this part of the one before comes little nearer.
+const SLOW: f64 = 0.5;
+/// So many of them are no way to an equilibrium nearby.
+const WANDERING: usize = 3;
+/// An increment larger by this factor than the one before leads away.
+const AWAY: f64 = 2.0;
+/// Increments smaller than this are near, whatever their rate.
+const NEAR: f64 = 1e-2;
+
 /// When an iteration is converged and when it is given up.
 #[derive(Clone, Copy, Debug)]
 pub struct Newton {
@@ -49,6 +58,8 @@ pub struct Convergence {
     pub residual: Residual,
     /// Size of the first increment.
     pub first: Size,
+    /// Whether the iteration came little nearer three times, or went away once: it may have arrived anywhere.
+    pub wandered: bool,
 }
 
 /// An iteration that was given up.
@@ -99,6 +110,8 @@ impl Newton {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
         let mut first = Size::default();
+        let mut slow = 0;
+        let mut astray = false;
         for iterations in 1..=self.max_iterations {
             let pending = iterations == 1 || system.equations.has_general();
             let inertia = system.assemble(pending);
@@ -109,7 +122,7 @@ impl Newton {
             let converged = passing || self.is_converged(last, before, residual);
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             if converged && system.violation() <= self.violation {
-                return Ok(Convergence { iterations, inertia, residual, first });
+                return Ok(Convergence { iterations, inertia, residual, first, wandered: astray || slow >= WANDERING });
             }
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
                 return Err(Lost { iterations, residual, why: Why::Unstable });
@@ -133,6 +146,10 @@ impl Newton {
             // The negation catches a NaN too.
             if !(size <= self.lost || size <= last) {
                 return lost(Why::Astray);
+            }
+            if size > NEAR {
+                slow += usize::from(size > SLOW * last);
+                astray |= size > AWAY * last;
             }
             before = last;
             last = size;

@@ -134,6 +134,10 @@ impl<const D: usize> Path<'_, D> {
             match self.jump(ramp, point, tally) {
                 Landing::Stable { fraction, jump } => {
                     record.jumps.push(jump);
+                    if self.base.lateral > 0 {
+                        let aside = self.rough_point(CriticalKind::Bifurcation, fraction, true);
+                        record.critical_points.push(aside);
+                    }
                     self.system.save(LAST);
                     let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
                     self.accept(record, fraction, &found, tally);

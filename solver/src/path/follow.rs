@@ -18,6 +18,8 @@ pub(super) const BRACKET: f64 = 2e-3;
 pub(super) const SHORTEST: f64 = 1e-4;
 /// A softest motion of less stiffness than this may be neutral, seen from a state that is not exact.
 const NEARLY_NEUTRAL: f64 = 1e-5;
+/// An iteration that wandered is not believed on an increment longer than this.
+const LONG: f64 = 0.01;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
 
@@ -153,6 +155,11 @@ impl<const D: usize> Path<'_, D> {
                     }
                     let guarded = rose && self.guards(&count);
                     let foreseen = if predicted { foreseen } else { found.first };
+                    if conservative && found.wandered && step > LONG {
+                        self.system.restore(LAST);
+                        increment = 0.5 * step;
+                        continue;
+                    }
                     let doubtful = conservative && leapt(self.system.distance(LAST), foreseen);
                     if (guarded || doubtful) && step > BRACKET {
                         self.system.restore(LAST);

@@ -97,7 +97,8 @@ impl<const D: usize> Path<'_, D> {
                 && self.system.distance(NEXT).largest() <= SAME
             {
                 let count = self.count(&settled.inertia);
-                if count.own == 0 && count.lateral <= self.base.lateral {
+                // Out of a plane network's plane there is nowhere to go: what is lost there is said.
+                if count.own == 0 {
                     self.base = count;
                     return Some(true);
                 }

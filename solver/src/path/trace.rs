@@ -171,13 +171,15 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         found.sort_by(|a, b| ((a.fraction - b.fraction) * (ends[1] - ends[0])).total_cmp(&0.0));
-        // A network that buckles in its plane and out of it at once, as a round column does, buckles in its plane.
+        // What lies at one place is one point: a network that buckles in its plane and out of it at once, as a round column
+        // does, buckles in its plane, and a branch that turns back where it leaves another is a bifurcation.
         found.dedup_by(|later, first| {
             let same = (later.fraction - first.fraction).abs() < 1e-7 * later.fraction.abs().max(1e-3);
-            if same && first.sideways {
+            let rank = |point: &CriticalPoint| (point.sideways, point.kind == CriticalKind::LimitPoint);
+            if same && rank(first) > rank(later) {
                 std::mem::swap(later, first);
             }
-            same && later.sideways
+            same
         });
         found
     }
