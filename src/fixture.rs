@@ -88,6 +88,7 @@ fn section() -> pennate_elements::section::Section {
         ei2: 1.0,
         ei3: 1.0,
         mass_per_length: 0.0,
+        rotary_inertia: [0.0; 2],
     }
 }
 

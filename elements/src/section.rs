@@ -21,4 +21,6 @@ pub struct Section {
     pub ei3: f64,
     /// Mass per unit of unloaded length.
     pub mass_per_length: f64,
+    /// Rotatory inertia ρI about axes 2 and 3 per unit of unloaded length; about axis 1 it is their sum.
+    pub rotary_inertia: [f64; 2],
 }

@@ -157,7 +157,7 @@ impl SectionLaw for ProportionalLaw {
 struct Laws {
     all: Vec<Arc<dyn SectionLaw>>,
     muscles: HashMap<(usize, bool), usize>,
-    fixed: HashMap<[u64; 11], usize>,
+    fixed: HashMap<[u64; 13], usize>,
 }
 
 impl Laws {
@@ -189,6 +189,8 @@ impl Laws {
             section.ei2,
             section.ei3,
             section.mass_per_length,
+            section.rotary_inertia[0],
+            section.rotary_inertia[1],
             law.strain,
             k1,
             k2,
@@ -209,6 +211,7 @@ fn turned(law: &FixedLaw, turn: &Matrix3<f64>) -> FixedLaw {
     if turn[(1, 2)].abs() > 0.5 && turn[(1, 1)] == 0.0 {
         std::mem::swap(&mut law.section.ei2, &mut law.section.ei3);
         std::mem::swap(&mut law.section.ga2, &mut law.section.ga3);
+        law.section.rotary_inertia.swap(0, 1);
     }
     law.curvature = (turn.transpose() * Vector3::from(law.curvature)).into();
     law

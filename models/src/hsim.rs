@@ -93,10 +93,16 @@ impl Muscle {
         std::f64::consts::PI * (outer * outer - inner * inner) * self.density
     }
 
+    /// Rotatory inertia per unloaded length about axes 2 and 3: that of the undeformed annulus, as its mass.
+    pub fn rotary_inertia(&self) -> [f64; 2] {
+        annulus(self.diameter / 2.0, self.wall).second_moments.map(|moment| moment * self.density)
+    }
+
     fn section(&self, outer_radius: f64, row: &Row) -> Section {
         let shear_modulus = row.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio));
         let mut section = annulus(outer_radius, self.wall).section(row.youngs_modulus, shear_modulus, self.stiffening);
         section.mass_per_length = self.mass_per_length();
+        section.rotary_inertia = self.rotary_inertia();
         section
     }
 }

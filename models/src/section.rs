@@ -42,6 +42,7 @@ impl Shape {
             ei2: youngs_modulus * self.second_moments[0],
             ei3: youngs_modulus * self.second_moments[1],
             mass_per_length: 0.0,
+            rotary_inertia: [0.0; 2],
         }
     }
 }

@@ -108,6 +108,7 @@ impl Properties {
                 let material = self.materials[index?]?;
                 let mut section = shape.section(material.youngs_modulus, material.shear_modulus, *stiffening);
                 section.mass_per_length = material.density * shape.area;
+                section.rotary_inertia = shape.second_moments.map(|moment| material.density * moment);
                 Some(Law { section, radius: shape.radius, missing: Vec::new() })
             }
         }
@@ -262,6 +263,7 @@ fn given(named: &Named<Spanned<input::Section>>, stiffening: Stiffening, cx: &mu
         ei2: ei2.unwrap_or(ei3),
         ei3,
         mass_per_length: mass?,
+        rotary_inertia: [0.0; 2],
     };
     Some(Profile::Given(section, missing))
 }

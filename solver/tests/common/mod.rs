@@ -20,7 +20,7 @@ impl SectionLaw for Fixed {
 }
 
 pub fn elastic(ea: f64, ga: f64, gj: f64, ei: f64) -> Section {
-    Section { ea, ga2: ga, ga3: ga, gj, ei2: ei, ei3: ei, mass_per_length: 0.0 }
+    Section { ea, ga2: ga, ga3: ga, gj, ei2: ei, ei3: ei, mass_per_length: 0.0, rotary_inertia: [0.0; 2] }
 }
 
 pub const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
