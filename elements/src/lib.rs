@@ -6,13 +6,15 @@
 //! positive κ₃ turns axis 1 towards axis 2. Units are consistent and never converted.
 //!
 //! # Elements
-//! [`space::Space`] and [`plane::Plane`], geometrically exact beams of order 1 to 5; [`spring`]s.
+//! [`space::Space`] and [`plane::Plane`], geometrically exact beams of order 1 to 5; [`spring`]s. For vibration and
+//! buckling: all nodes of a spatial element at once ([`whole`]), and its [`mass`].
 
 pub mod beam;
 pub mod check;
 pub mod interpolation;
 pub mod jet;
 pub mod lanes;
+pub mod mass;
 pub mod plane;
 pub mod real;
 pub mod rotation;
@@ -20,3 +22,4 @@ pub mod section;
 pub mod small;
 pub mod space;
 pub mod spring;
+pub mod whole;

@@ -1,0 +1,162 @@
+//! All nodes of one spatial element at once: tangent, constraints and forces in global axes, nothing eliminated.
+//!
+//! A solve for equilibrium eliminates the nodes between the ends of an element; vibration and buckling need them. Node i
+//! of 0…P has the components of its displacement and of its spatial spin, in global axes. With the local unknowns
+//! (X, c)ᵢ of the element, their linear change J by the global ones and the gradient (f, w) of the energy,
+//! ```text
+//! K = Jᵀ k J + Σᵢ (second variation of node i's local unknowns against fᵢ, wᵢ)
+//! ```
+//! The second variation is that of [`Beam::expand`], node by node, since the local unknowns of a node depend on its own
+//! motion and that of the first node alone.
+
+use crate::beam::{At, Beam, Condensed, Local, Moduli};
+use crate::small::{M3, V3, add, rotate, scale, zeros};
+use crate::space::{Frame, Space};
+
+/// A square matrix or a list of rows over the 6 (P + 1) components of an element, by rows.
+pub type Rows = Vec<Vec<f64>>;
+
+/// Where the nodes of an element are: its frame, and the unloaded local positions of nodes 1…P.
+#[derive(Clone, Copy, Debug)]
+pub struct Nodes<'a, const P: usize> {
+    pub frame: &'a Frame<f64>,
+    pub reference: &'a [V3<f64>; P],
+    pub local: &'a [[f64; 6]; P],
+}
+
+impl<const P: usize> Nodes<'_, P> {
+    /// The element's frame, with node i + 1 in the place of the last one.
+    fn frame_of(&self, i: usize) -> Frame<f64> {
+        let [x, y, z, a, b, c] = self.local[i];
+        Frame {
+            axes: self.frame.axes,
+            position: add(self.reference[i], [x, y, z]),
+            displacement: [x, y, z],
+            gibbs: [a, b, c],
+        }
+    }
+
+    /// J: change of the local unknowns (rows) for changes of the global ones (columns).
+    fn restriction(&self) -> Rows {
+        let mut rows = vec![vec![0.0; 6 * (P + 1)]; 6 * P];
+        for i in 0..P {
+            let frame = self.frame_of(i);
+            for d in 0..6 {
+                let mut unit = [0.0; 6];
+                unit[d] = 1.0;
+                let (first, _) = Space::restrict(&frame, &unit, &[0.0; 6]);
+                let (last, _) = Space::restrict(&frame, &[0.0; 6], &unit);
+                for row in 0..6 {
+                    rows[6 * i + row][d] += first[row];
+                    rows[6 * i + row][6 * (i + 1) + d] += last[row];
+                }
+            }
+        }
+        rows
+    }
+}
+
+/// Gradient of the energy with given stresses: what turns with the frame in the tangent.
+fn gradient<const P: usize>(at: &At<f64, 6, P>) -> [[f64; 6]; P] {
+    // A section without stiffness whose every component is held has the given stresses and no others.
+    let moduli = Moduli { stiffness: [0.0; 6], rest: [0.0; 6], held: [1.0; 6] };
+    let mut local = Local::zero();
+    Space::local::<P, false>(&At { moduli: &moduli, ..*at }, &mut local);
+    local.gradient
+}
+
+/// Tangent of all nodes for the stiffness and the stresses in `at`, linear in both taken together.
+///
+/// `load` is the dead force on the whole element in its local frame: only what a curved element bulges beyond the
+/// interpolation of its nodes makes it part of the tangent.
+pub fn tangent<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>, load: V3<f64>) -> Rows {
+    let mut local = Local::<f64, 6, P>::zero();
+    Space::local::<P, true>(at, &mut local);
+    let restriction = nodes.restriction();
+    let n = 6 * (P + 1);
+    let entry = |row: usize, column: usize| {
+        let (i, j) = (row / 6, column / 6);
+        if i <= j { local.tangent[i][j][row % 6][column % 6] } else { local.tangent[j][i][column % 6][row % 6] }
+    };
+    let mut half = vec![vec![0.0; n]; 6 * P];
+    for (row, half) in half.iter_mut().enumerate() {
+        for (column, motion) in restriction.iter().enumerate() {
+            let k = entry(row, column);
+            half.iter_mut().zip(motion).for_each(|(h, m)| *h += k * m);
+        }
+    }
+    let mut whole = vec![vec![0.0; n]; n];
+    for (motion, half) in restriction.iter().zip(&half) {
+        for (whole, &m) in whole.iter_mut().zip(motion) {
+            if m != 0.0 {
+                whole.iter_mut().zip(half).for_each(|(w, h)| *w += m * h);
+            }
+        }
+    }
+    let gradient = gradient(at);
+    for i in 0..P {
+        let condensed = Condensed { tangent: zeros(), gradient: [0.0; 6], mixed_end: gradient[i], turn: None };
+        let ends = Space::expand(&nodes.frame_of(i), &condensed);
+        let last = 6 * (i + 1);
+        for a in 0..6 {
+            for b in 0..6 {
+                whole[a][b] += ends.k00[a][b];
+                whole[a][last + b] += ends.k01[a][b];
+                whole[last + b][a] += ends.k01[a][b];
+                whole[last + a][last + b] += ends.k11[a][b];
+            }
+        }
+    }
+    let arm = scale(1.0 / at.piece.length, at.piece.bulge);
+    if load != [0.0; 3] && arm != [0.0; 3] {
+        let turn: M3<f64> = <Space as Beam<f64, 6>>::load_turn(load, arm).1;
+        let turn = rotate(&nodes.frame.axes, &turn);
+        for a in 0..3 {
+            for b in 0..3 {
+                whole[3 + a][3 + b] += turn[a][b];
+            }
+        }
+    }
+    whole
+}
+
+/// Forces and moments that stresses put on all nodes, in global axes.
+pub fn forces<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Vec<[f64; 6]> {
+    let gradient = gradient(at);
+    let mut forces = vec![[0.0; 6]; P + 1];
+    for i in 0..P {
+        let [first, own] = Space::expand_gradient(&nodes.frame_of(i), &gradient[i], [0.0; 3]);
+        forces[0] = add(forces[0], first);
+        forces[i + 1] = add(forces[i + 1], own);
+    }
+    forces
+}
+
+/// Rows G by which strains of infinite stiffness change, each times the root of its auxiliary stiffness and weight.
+///
+/// The tangent holds Gᵀ G in their place; a motion that the rod can make has G x = 0.
+pub fn constraints<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Rows {
+    if at.moduli.held == [0.0; 6] {
+        return Vec::new();
+    }
+    let restriction = nodes.restriction();
+    let zero = [[0.0; 6]; P];
+    let at = At { stress: &zero, ..*at };
+    let still = Space::extrapolate(&at, &zero);
+    let mut rows = Vec::new();
+    for d in (0..6).filter(|&d| at.moduli.held[d] != 0.0) {
+        rows.extend((0..P).map(|g| (g, d, vec![0.0; 6 * (P + 1)])));
+    }
+    for (column, motion) in restriction.iter().enumerate() {
+        let mut change = zero;
+        change[column / 6][column % 6] = 1.0;
+        let moved = Space::extrapolate(&at, &change);
+        for (g, d, row) in &mut rows {
+            let stiffness = at.moduli.stiffness[*d];
+            let root = (at.table.weights[*g] * at.piece.length * stiffness).sqrt();
+            let strain = (moved[*g][*d] - still[*g][*d]) / stiffness;
+            row.iter_mut().zip(motion).for_each(|(r, m)| *r += root * strain * m);
+        }
+    }
+    rows.into_iter().map(|(.., row)| row).collect()
+}
