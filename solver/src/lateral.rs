@@ -131,7 +131,7 @@ impl OutOfPlane<3> for Lateral {
 }
 
 /// What the plane network holds, and everything out of the plane.
-fn flat_rows(plane: &System<3>) -> Vec<Held> {
+pub fn flat_rows(plane: &System<3>) -> Vec<Held> {
     let mut flat: Vec<Held> = plane.equations.held.clone();
     flat.retain(|held| matches!(held.component, 0 | 1 | 5));
     for &node in &plane.topology.references {

@@ -5,6 +5,8 @@
 //! ([`linear`]) by a system ([`system`]) that Newton's iteration ([`newton`]) brings to equilibrium, increment by
 //! increment ([`path`]).
 
+pub mod base;
+pub mod buckling;
 pub mod chain;
 pub mod dense;
 pub mod error;
@@ -13,12 +15,14 @@ pub mod joints;
 pub mod lateral;
 pub mod linear;
 pub mod mechanism;
+pub mod modes;
 pub mod newton;
 pub mod options;
 pub mod packs;
 pub mod path;
 pub mod reduce;
 pub mod results;
+pub mod spectral;
 mod split;
 pub mod structure;
 pub mod system;

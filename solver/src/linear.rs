@@ -127,6 +127,15 @@ impl Symmetric {
         pattern.row_idx()[range.clone()].binary_search(&row).ok().map(|i| range.start + i)
     }
 
+    /// Entries of the lower triangle: row, column, value.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let pattern = &self.analysis.pattern;
+        let columns = pattern.col_ptr().windows(2).enumerate();
+        columns.flat_map(move |(column, range)| {
+            (range[0]..range[1]).map(move |k| (self.analysis.pattern.row_idx()[k], column, self.values[k]))
+        })
+    }
+
     pub fn clear(&mut self) {
         self.values.fill(0.0);
     }

@@ -125,7 +125,7 @@ impl Turn {
     }
 
     /// Stiffness along axes 2 and 3 of the chain.
-    fn pair(&self, two: f64, three: f64) -> (f64, f64) {
+    pub fn pair(&self, two: f64, three: f64) -> (f64, f64) {
         if self.sin == 0.0 || two == three {
             (two, three)
         } else if self.cos == 0.0 {

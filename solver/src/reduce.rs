@@ -102,7 +102,8 @@ fn spin_component(component: usize, spin: V3<f64>) -> Option<f64> {
     (component >= 3).then(|| spin[component - 3])
 }
 
-fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spins: &mut [V3<f64>]) -> usize {
+/// Free spins of a released end, and their number.
+pub fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spins: &mut [V3<f64>]) -> usize {
     let mut count = 0;
     match end.kind {
         EndKind::Welded => {}
@@ -238,7 +239,7 @@ fn eliminate_releases<const D: usize>(
 }
 
 /// Second variation of the end's rotation in two turns about axes of one rotation vector, against the moment.
-fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize) -> f64 {
+pub fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize) -> f64 {
     let at = axes_rotation_vector(axes, end.release);
     let step = 1e-5;
     let slope = |along: V3<f64>, of: V3<f64>| {

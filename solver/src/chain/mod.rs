@@ -16,6 +16,7 @@ use crate::linear::PIVOT_NOISE;
 
 mod condense;
 mod dashpots;
+mod element;
 mod geometry;
 mod lanes;
 mod lateral;
@@ -23,6 +24,7 @@ mod shape;
 mod transfer;
 
 use dashpots::Dashpots;
+pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, set_piece};
 
@@ -147,6 +149,8 @@ pub trait Pack<const D: usize>: Send {
     /// Gauss points).
     fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
     fn element_end(&self, lane: usize, index: usize) -> Placement;
+    /// An element with all that it is evaluated at.
+    fn element(&self, lane: usize, element: usize) -> ElementState<D>;
     fn elements(&self) -> usize;
     fn order(&self) -> usize;
     fn length(&self, lane: usize) -> f64;
@@ -480,6 +484,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn element_end(&self, lane: usize, index: usize) -> Placement {
         B::pose(&self.state.nodes[index], lane)
+    }
+
+    fn element(&self, lane: usize, element: usize) -> ElementState<D> {
+        self.element_impl(lane, element)
     }
 
     fn elements(&self) -> usize {

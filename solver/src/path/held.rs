@@ -37,7 +37,7 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// Applies the changes that a step makes to what is held; gives the reactions that fade.
-    pub(super) fn change(&mut self, changes: &[Change]) {
+    pub(crate) fn change(&mut self, changes: &[Change]) {
         for held in self.held.values_mut() {
             held.from = held.to;
         }

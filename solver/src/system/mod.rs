@@ -18,6 +18,7 @@ use crate::structure::{MemberId, NodeId, SectionState, Spring, Structure};
 mod dashpots;
 mod loads;
 mod rates;
+mod remainder;
 mod scatter;
 mod skew;
 mod springs;

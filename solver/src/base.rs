@@ -1,0 +1,152 @@
+//! A converged state with all that vibration and buckling about it need: always in space, on elements of any order.
+
+use std::sync::Arc;
+
+use crate::error::SolveError;
+use crate::history::{History, Status};
+use crate::joints::Held;
+use crate::lateral;
+use crate::newton::{Newton, Start};
+use crate::options::{Options, Progress};
+use crate::packs;
+use crate::path::{self, Path};
+use crate::structure::{Dimension, Step, Structure};
+use crate::system::System;
+use crate::{PLANE, SPACE, add_lateral, prepare};
+
+/// Auxiliary stiffness of rigid components, as [`packs::AUXILIARY`].
+///
+/// Motions are projected onto those that rigid components allow, so that eigenvalues do not depend on it, and a smaller
+/// one keeps digits: with 1e7 the critical load of an inextensible column was off by a tenth.
+const AUXILIARY: f64 = 1e4;
+
+/// Motions that are asked of a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// A spatial network.
+    Space,
+    /// A plane network whose supports hold it out of its plane too.
+    BothWays,
+    /// A plane network that is judged in its plane alone.
+    InPlane,
+}
+
+/// A network at the end of some of its steps.
+pub enum Followed<'a> {
+    Plane(Box<Path<'a, 3>>),
+    Space(Box<Path<'a, 6>>),
+}
+
+/// A state as a spatial network, at equilibrium.
+pub struct Base {
+    pub system: System<6>,
+    pub reach: Reach,
+}
+
+/// Follows the first `count` of the steps.
+///
+/// # Errors
+/// Those of [`crate::solve`]; a step that fails is part of the history.
+pub fn follow<'a>(
+    structure: &Structure,
+    steps: &[Step],
+    count: usize,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<(Followed<'a>, History), SolveError> {
+    let structure = Arc::new(structure.clone());
+    let topology = path::topology(&structure, steps);
+    let steps = &steps[..count];
+    match structure.dimension {
+        Dimension::Space => {
+            let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space)?;
+            let history = path.run(steps, observe);
+            Ok((Followed::Space(Box::new(path)), history))
+        }
+        Dimension::Plane => {
+            let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane)?;
+            add_lateral(&mut path, &structure);
+            let history = path.run(steps, observe);
+            Ok((Followed::Plane(Box::new(path)), history))
+        }
+    }
+}
+
+/// Whether every step of a history reached its end.
+pub fn is_complete(history: &History) -> bool {
+    history.steps.iter().all(|step| step.status == Status::Converged)
+}
+
+impl Followed<'_> {
+    /// Makes the changes that a step begins with, and stands at the beginning of its ramp.
+    pub fn begin(&mut self, step: &Step) {
+        match self {
+            Self::Plane(path) => begin(path, step),
+            Self::Space(path) => begin(path, step),
+        }
+    }
+
+    /// Values of the drives, and what is held.
+    pub fn drives(&self) -> &[f64] {
+        match self {
+            Self::Plane(path) => &path.system.drives,
+            Self::Space(path) => &path.system.drives,
+        }
+    }
+
+    /// The present state on elements whose order is higher by `enrich`; nothing where it is not found there.
+    pub fn base(&mut self, enrich: usize) -> Option<Base> {
+        match self {
+            Self::Space(path) => {
+                let mut space = spatial(&path.system, enrich);
+                space.hold(path.system.equations.held.clone());
+                space.prolong(&path.system);
+                settle(&mut space)?;
+                Some(Base { system: space, reach: Reach::Space })
+            }
+            Self::Plane(path) => {
+                let plane = &path.system;
+                let mut space = spatial(plane, enrich);
+                // The equilibrium is looked for in the plane, where it is.
+                space.hold(lateral::flat_rows(plane));
+                space.lift(plane);
+                settle(&mut space)?;
+                if path.stability == Dimension::Plane {
+                    return Some(Base { system: space, reach: Reach::InPlane });
+                }
+                let mut rows: Vec<Held> = lateral::rows(&plane.structure);
+                rows.retain(|row| {
+                    plane.equations.held.iter().all(|held| (held.node, held.component) != (row.node, row.component))
+                });
+                rows.extend(&plane.equations.held);
+                space.hold(rows);
+                space.assemble(false);
+                Some(Base { system: space, reach: Reach::BothWays })
+            }
+        }
+    }
+}
+
+fn begin<const D: usize>(path: &mut Path<'_, D>, step: &Step) {
+    path.change(&step.changes);
+    path.system.fraction = 0.0;
+    path.system.apply_drives();
+}
+
+fn spatial<const D: usize>(system: &System<D>, enrich: usize) -> System<6> {
+    let structure = Arc::clone(&system.structure);
+    let packs = packs::space(&structure, enrich);
+    let mut space = System::new(structure, Arc::clone(&system.topology), packs, SPACE, false);
+    space.fading.clone_from(&system.fading);
+    space.auxiliary = AUXILIARY;
+    space
+}
+
+/// Brings a state from nearby to equilibrium, its mixed stresses too.
+fn settle(system: &mut System<6>) -> Option<()> {
+    Newton::default().solve(system, Start::nearby()).ok()?;
+    // Mixed stresses are one iteration behind the state: the geometric stiffness is to be that of the equilibrium.
+    system.advance(system.equations.has_general())?;
+    system.assemble(false);
+    Some(())
+}

@@ -1,0 +1,397 @@
+//! Linear buckling about a converged state: factors λ at which K + λ K′ is singular.
+//!
+//! λ is the fraction of a ramp that begins at the state: of the next step, or of one that adds the present loads,
+//! pressures and prescribed motions once more. K is the tangent of the state. K′ is its change along the ramp at the shape
+//! of the state: by the change of section stiffness with pressure, of the stresses, which is that of the linear response to
+//! the beginning of the ramp, and of the loads. The tangent is linear in all of them, so that K′ is exact and no
+//! difference of two tangents.
+//!
+//! The shape is frozen on purpose. A tangent that is linearized along with the rotations of its elements, K + λ (WᵀK + KW),
+//! lacks the term λ² WᵀKW, and turns negative in stiff directions as soon as elements turn by their slenderness: long
+//! before anything buckles. What is left out is of the order of the deformation up to the critical load; about a state near
+//! it the factor is exact.
+
+use std::sync::Arc;
+
+use pennate_elements::small::{V3, add, cross, scale, sub};
+
+use crate::base::{self, Base, Reach};
+use crate::chain::ElementState;
+use crate::error::SolveError;
+use crate::modes::{Found, Place, place, split};
+use crate::options::{Options, Progress};
+use crate::spectral::factor::Factor;
+use crate::spectral::operators::{
+    Assembled, Entries, Evaluated, Stressing, element_columns, matrix, mirror, scatter, spring_change,
+};
+use crate::spectral::pencil::{Pairs, Pencil};
+use crate::spectral::shape::Shape;
+use crate::spectral::unknowns::{Family, Unknowns, end_curvature};
+use crate::structure::{Drive, Step, Structure};
+use crate::system::System;
+
+/// Part of the ramp by which its beginning is known, where sections or held motions change.
+const BEGINNING: f64 = 1e-3;
+/// Solves with corrected multipliers of rigid components.
+const CORRECTIONS: usize = 8;
+/// Slot for the state that the response starts from.
+const REST: usize = 2;
+
+/// What λ multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ramp {
+    /// The ramp of this step, which begins at the end of the one before it.
+    Of(usize),
+    /// All loads, pressures, actuations and prescribed motions at the end of this step, once more.
+    Present(usize),
+}
+
+/// A critical factor and its mode.
+#[derive(Clone, Debug)]
+pub struct Critical {
+    /// Fraction of the ramp, negative for a ramp the other way.
+    pub factor: f64,
+    pub family: Family,
+    /// Scaled to a largest component of one.
+    pub shape: Shape,
+}
+
+/// Critical factors about a state.
+#[derive(Clone, Debug)]
+pub struct Buckling {
+    /// Positive ones, the smallest first.
+    pub critical: Vec<Critical>,
+    /// The nearest factor of the ramp the other way.
+    pub reversed: Option<f64>,
+    pub place: Place,
+    pub reach: Reach,
+    /// Families that have no symmetric tangent, for want of a potential of the loads.
+    pub left_out: Vec<Family>,
+    /// Families in which the state is neutral, so that any factor is critical.
+    pub neutral: Vec<Family>,
+    /// Whether the count of pivots confirms that no smaller factor is missing.
+    pub complete: bool,
+    pub unknowns: usize,
+}
+
+/// Why there are no factors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoFactors {
+    /// A step before the ramp did not reach its end.
+    NotReached,
+    /// The state is not found again on the elements that factors are computed with.
+    NotSettled,
+    /// Loads without a potential make the tangent unsymmetric.
+    NoPotential,
+    /// The state is unstable already, in so many motions.
+    Unstable(usize),
+    /// The state is neutral, or the network a mechanism in motions that only prestress holds.
+    Neutral,
+    /// The ramp moves nothing.
+    NothingMoves,
+}
+
+/// A state, the ramp that begins there, and the drives at its two ends.
+struct Beginning {
+    base: Base,
+    from: Vec<f64>,
+    to: Vec<f64>,
+}
+
+/// The `wanted` smallest factors of a ramp.
+///
+/// # Errors
+/// Those of [`crate::solve`].
+pub fn buckle(
+    structure: &Structure,
+    steps: &[Step],
+    ramp: Ramp,
+    wanted: usize,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Found<Buckling, NoFactors>, SolveError> {
+    let count = match ramp {
+        Ramp::Of(step) => step,
+        Ramp::Present(step) => (step + 1).min(steps.len()),
+    };
+    let (mut followed, history) = base::follow(structure, steps, count, options, observe)?;
+    if !base::is_complete(&history) {
+        return Ok(Found { history, result: Err(NoFactors::NotReached) });
+    }
+    let from = followed.drives().to_vec();
+    let mut to = from.clone();
+    match ramp {
+        Ramp::Of(step) => {
+            for &(drive, value) in &steps[step].targets {
+                to[drive] = value;
+            }
+            followed.begin(&steps[step]);
+        }
+        Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
+    }
+    let mut level = |enrich| {
+        let mut base = followed.base(enrich).ok_or(NoFactors::NotSettled)?;
+        if let Ramp::Present(_) = ramp {
+            base.once_more();
+        }
+        Beginning { base, from: from.clone(), to: to.clone() }.factors(wanted)
+    };
+    let result = level(0).and_then(|coarse| Ok([coarse, level(1)?]));
+    Ok(Found { history, result })
+}
+
+impl Base {
+    /// Makes the held motions those of a ramp on which they are made once more.
+    fn once_more(&mut self) {
+        let mut rows = self.system.equations.held.clone();
+        for row in &mut rows {
+            row.from = row.to;
+            row.to *= 2.0;
+        }
+        self.system.fading.clear();
+        self.system.hold(rows);
+        self.system.fraction = 0.0;
+        self.system.apply_drives();
+        self.system.assemble(false);
+    }
+}
+
+/// The linear response to the beginning of a ramp, per unit of its fraction.
+struct Response {
+    /// Of every element of every member.
+    stressings: Vec<Vec<Stressing>>,
+    /// Motions of the joints.
+    motions: Vec<[f64; 6]>,
+    part: f64,
+}
+
+impl Beginning {
+    fn factors(mut self, wanted: usize) -> Result<Buckling, NoFactors> {
+        let system = &mut self.base.system;
+        let moving = system.equations.held.iter().any(|row| row.from != row.to);
+        if self.from == self.to && !moving && system.fading.is_empty() {
+            return Err(NoFactors::NothingMoves);
+        }
+        let unknowns = Unknowns::new(system);
+        let assembled = Assembled::new(system, &unknowns);
+        let mut without_potential = system.without_potential();
+        let change = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
+
+        let (parts, left_out) = split(&self.base, &unknowns, &without_potential);
+        if parts.is_empty() {
+            return Err(NoFactors::NoPotential);
+        }
+        let system = &mut self.base.system;
+        let (mut critical, mut complete, mut reversed) = (Vec::new(), true, None::<f64>);
+        let mut neutral = Vec::new();
+        for (family, numbers) in &parts {
+            let operators = assembled.of_family(numbers);
+            if operators.stiffness.rows() == 0 {
+                continue;
+            }
+            let forwards = matrix(&change, numbers).map(|value| -value);
+            let backwards = forwards.map(|value| -value);
+            let factor = || Factor::new(&operators.stiffness).filter(|factor| factor.neutral == 0);
+            let Some(pivots) = factor() else {
+                neutral.push(*family);
+                continue;
+            };
+            if pivots.negative > 0 {
+                return Err(NoFactors::Unstable(pivots.negative));
+            }
+            let pairs = |factor: Factor, other: &sprs::CsMat<f64>, wanted: usize| -> Pairs {
+                Pencil::new(factor, &operators.stiffness, other, &operators.constraints).largest(wanted)
+            };
+            let found = pairs(pivots, &forwards, wanted);
+            complete &= found.complete;
+            for (value, vector) in found.values.iter().zip(&found.vectors) {
+                let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
+                let shape = Shape::new(system, &unknowns, &x);
+                let largest = shape.largest(system.size).value;
+                critical.push(Critical { factor: 1.0 / value, family: *family, shape: shape.scaled(1.0 / largest) });
+            }
+            if let Some(value) = factor().and_then(|factor| pairs(factor, &backwards, 1).values.first().copied()) {
+                let factor = -1.0 / value;
+                reversed = Some(reversed.map_or(factor, |known| known.max(factor)));
+            }
+        }
+        if neutral.len() == parts.len() {
+            return Err(NoFactors::Neutral);
+        }
+        critical.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        critical.truncate(wanted);
+        let place = place(system);
+        Ok(Buckling {
+            critical,
+            reversed,
+            place,
+            reach: self.base.reach,
+            left_out,
+            neutral,
+            complete,
+            unknowns: unknowns.size,
+        })
+    }
+
+    /// K′ over all unknowns; nothing where the state does not respond.
+    fn change(&mut self, unknowns: &Unknowns, without_potential: &mut Vec<(usize, usize)>) -> Option<Entries> {
+        let response = self.response()?;
+        let system = &mut self.base.system;
+        let mut entries = Entries::new();
+        let mut forces = vec![[0.0; 6]; system.forces.len()];
+        for member in 0..system.members.len() {
+            let slot = &system.members[member];
+            let pack = &system.packs[slot.pack];
+            let mut ends = [[0.0; 6]; 2];
+            for e in 0..pack.elements() {
+                let state = pack.element(slot.lane, e);
+                let own = Evaluated::of(&state, &response.stressings[member][e], None);
+                scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);
+                if e == 0 {
+                    ends[0] = own.forces[0];
+                }
+                if e + 1 == pack.elements() {
+                    ends[1] = own.forces[pack.order()];
+                }
+            }
+            end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
+            add_end_forces(system, member, &ends, &mut forces);
+        }
+        let moved = |node: usize| -> V3<f64> {
+            let link = &system.topology.links[node];
+            let m = response.motions[link.joint];
+            let lever = pennate_elements::rotation::turn(system.state.joints[link.joint].place.rotation, link.arm);
+            add([m[0], m[1], m[2]], cross([m[3], m[4], m[5]], lever))
+        };
+        spring_change(system, &moved, &mut entries);
+
+        // Loads on levers and followers, and constraints whose direction turns with the joint. Forces of springs on a
+        // joint with such constraints are left out of the change of its reactions.
+        let internal = system.forces.clone();
+        let before = system.remainder();
+        let loads = system.forces.clone();
+        self.set(response.part);
+        let system = &mut self.base.system;
+        system.remainder();
+        let total: Vec<[f64; 6]> = (0..internal.len())
+            .map(|joint| {
+                let change = add(sub(system.forces[joint], loads[joint]), scale(response.part, forces[joint]));
+                add(internal[joint], change)
+            })
+            .collect();
+        let (topology, joints) = (Arc::clone(&system.topology), system.state.joints.clone());
+        system.equations.find_multipliers(&topology, &joints, &total, response.part);
+        let after = system.remainder();
+        without_potential.extend(system.without_potential());
+        mirror(&after, 1.0 / response.part, &mut entries);
+        mirror(&before, -1.0 / response.part, &mut entries);
+        self.set(0.0);
+        self.base.system.assemble(false);
+        Some(entries)
+    }
+
+    /// Loads and sections at a fraction of the ramp.
+    fn set(&mut self, fraction: f64) {
+        let system = &mut self.base.system;
+        system.fraction = fraction;
+        for (value, (from, to)) in system.drives.iter_mut().zip(self.from.iter().zip(&self.to)) {
+            *value = from + fraction * (to - from);
+        }
+        system.apply_drives();
+    }
+
+    fn response(&mut self) -> Option<Response> {
+        let system = &self.base.system;
+        let rest = states(system);
+        let controls = system.structure.drives.iter().zip(self.from.iter().zip(&self.to));
+        let sections = controls.into_iter().any(|(drive, (from, to))| matches!(drive, Drive::Control) && from != to);
+        let moving = system.equations.held.iter().any(|row| row.from != row.to);
+        let rigid = rest.iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
+        self.base.system.save(REST);
+        let response = if sections || moving || rigid {
+            // Twice as far, a second time: what is of second order in the fraction drops out. Backwards it may be another
+            // row of a muscle's table.
+            let part = BEGINNING;
+            let (first, second) = (self.step(part, rigid)?, self.step(2.0 * part, rigid)?);
+            Response::between(&rest, [&first, &second], [2.0 / part, -0.5 / part], part)
+        } else {
+            // Loads alone have a response in exact proportion.
+            let first = self.step(1.0, false)?;
+            Response::between(&rest, [&first, &first], [1.0, 0.0], 1.0)
+        };
+        self.set(0.0);
+        self.base.system.assemble(false);
+        Some(response)
+    }
+
+    /// Solves once for a fraction of the ramp, at the shape of the state; elements with their stresses, and the motions.
+    fn step(&mut self, fraction: f64, rigid: bool) -> Option<Stepped> {
+        self.set(fraction);
+        let system = &mut self.base.system;
+        // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
+        // tangent, which is of second order in the fraction.
+        for _ in 0..if rigid { CORRECTIONS } else { 1 } {
+            system.assemble(true);
+            system.advance(true)?;
+            system.restore_shape(REST, 1.0);
+        }
+        let states = states(system);
+        let motions = (0..system.forces.len()).map(|joint| system.equations.motion(joint, &system.rhs, true)).collect();
+        system.restore(REST);
+        Some((states, motions))
+    }
+}
+
+/// Elements with their stresses at a fraction of a ramp, and the motions of the joints up to there.
+type Stepped = (Vec<Vec<ElementState<6>>>, Vec<[f64; 6]>);
+
+impl Response {
+    /// The sum of two differences to the state at rest, each with its weight.
+    fn between(rest: &[Vec<ElementState<6>>], ends: [&Stepped; 2], weights: [f64; 2], part: f64) -> Self {
+        let change = |rest: &ElementState<6>, ends: [&ElementState<6>; 2]| {
+            let sum = |of: &dyn Fn(&ElementState<6>) -> f64| -> f64 {
+                (0..2).map(|k| weights[k] * (of(ends[k]) - of(rest))).sum()
+            };
+            // Auxiliary stiffness is no part of the problem.
+            let is_free = |d: usize| rest.moduli.held[d] == 0.0;
+            Stressing {
+                stiffness: std::array::from_fn(|d| if is_free(d) { sum(&|s| s.moduli.stiffness[d]) } else { 0.0 }),
+                stress: (0..rest.stress.len()).map(|g| std::array::from_fn(|d| sum(&|s| s.stress[g][d]))).collect(),
+                load: std::array::from_fn(|c| sum(&|s| s.load[c])),
+            }
+        };
+        let member = |index: usize| {
+            let elements = rest[index].iter().enumerate();
+            elements.map(|(e, rest)| change(rest, [&ends[0].0[index][e], &ends[1].0[index][e]])).collect()
+        };
+        let motions = ends[0].1.iter().zip(&ends[1].1);
+        Self {
+            stressings: (0..rest.len()).map(member).collect(),
+            motions: motions.map(|(a, b)| add(scale(weights[0], *a), scale(weights[1], *b))).collect(),
+            part,
+        }
+    }
+}
+
+/// All elements of all members.
+fn states(system: &System<6>) -> Vec<Vec<ElementState<6>>> {
+    let member = |slot: &crate::system::MemberSlot| {
+        let pack = &system.packs[slot.pack];
+        (0..pack.elements()).map(|e| pack.element(slot.lane, e)).collect()
+    };
+    system.members.iter().map(member).collect()
+}
+
+/// Adds forces on the ends of a member to those of its joints.
+fn add_end_forces(system: &System<6>, member: usize, ends: &[[f64; 6]; 2], forces: &mut [[f64; 6]]) {
+    use crate::joints::EndKind;
+    for (end, info) in system.end_info(member, *ends).iter().enumerate() {
+        let joint = system.topology.links[system.structure.members[member].nodes[end]].joint;
+        let moment = if let EndKind::Free { .. } = info.kind { [0.0; 3] } else { info.moment };
+        let moment = add(moment, cross(info.lever, info.force));
+        for c in 0..3 {
+            forces[joint][c] += info.force[c];
+            forces[joint][3 + c] += moment[c];
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! P K Pᵀ = L D Lᵀ of a sparse symmetric matrix by faer, and the two halves of its solve.
+//!
+//! faer solves with both halves at once. A symmetric eigenvalue problem needs them one by one, so the factors are those
+//! of the simplicial kind, whose columns can be read.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use faer::{Par, Side};
+use sprs::CsMat;
+
+use crate::linear::PIVOT_NOISE;
+
+/// Factors of a symmetric matrix.
+#[derive(Debug)]
+pub struct Factor {
+    /// Original index of every row of the factors.
+    original: Vec<usize>,
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    /// Columns of L, its diagonal replaced by D.
+    values: Vec<f64>,
+    /// Roots of the magnitudes of D.
+    roots: Vec<f64>,
+    pub negative: usize,
+    /// Pivots at noise level.
+    pub neutral: usize,
+}
+
+impl Factor {
+    /// Factorizes a matrix with both triangles; nothing where a pivot vanishes.
+    pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
+        let size = matrix.rows();
+        let mut starts = vec![0; size + 1];
+        let (mut rows, mut entries) = (Vec::new(), Vec::new());
+        let mut diagonal = vec![0.0; size];
+        for (column, vector) in matrix.outer_iterator().enumerate() {
+            // By symmetry row `column` is the column, and its entries from the diagonal on the lower triangle.
+            for (row, &value) in vector.iter().filter(|entry| entry.0 >= column) {
+                rows.push(row);
+                entries.push(value);
+                if row == column {
+                    diagonal[row] = value;
+                }
+            }
+            starts[column + 1] = rows.len();
+        }
+        let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+            ..CholeskySymbolicParams::default()
+        };
+        let symbolic =
+            factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let scratch = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+        symbolic
+            .factorize_numeric_ldlt(
+                &mut values,
+                SparseColMatRef::new(pattern.as_ref(), &entries),
+                Side::Lower,
+                LdltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                Default::default(),
+            )
+            .ok()?;
+        let SymbolicCholeskyRaw::Simplicial(simplicial) = symbolic.raw() else {
+            unreachable!("simplicial factors were asked for")
+        };
+        let original: Vec<usize> = match symbolic.perm() {
+            Some(permutation) => permutation.arrays().0.to_vec(),
+            None => (0..size).collect(),
+        };
+        let (starts, rows) = (simplicial.col_ptr().to_vec(), simplicial.row_idx().to_vec());
+        let pivots: Vec<f64> = (0..size).map(|column| values[starts[column]]).collect();
+        if pivots.iter().any(|pivot| !pivot.is_finite() || *pivot == 0.0) {
+            return None;
+        }
+        let noise = |column: usize| PIVOT_NOISE * diagonal[original[column]].abs();
+        let is_neutral = |column: &usize| pivots[*column].abs() <= noise(*column);
+        Some(Self {
+            negative: pivots.iter().filter(|pivot| **pivot < 0.0).count(),
+            neutral: (0..size).filter(is_neutral).count(),
+            roots: pivots.iter().map(|pivot| pivot.abs().sqrt()).collect(),
+            original,
+            starts,
+            rows,
+            values,
+        })
+    }
+
+    pub fn size(&self) -> usize {
+        self.original.len()
+    }
+
+    /// y = |D|^-½ L⁻¹ P b
+    pub fn forward(&self, b: &[f64]) -> Vec<f64> {
+        let mut y: Vec<f64> = self.original.iter().map(|&i| b[i]).collect();
+        for column in 0..y.len() {
+            let x = y[column];
+            for k in self.starts[column] + 1..self.starts[column + 1] {
+                y[self.rows[k]] -= self.values[k] * x;
+            }
+        }
+        y.iter_mut().zip(&self.roots).for_each(|(y, root)| *y /= root);
+        y
+    }
+
+    /// x = Pᵀ L⁻ᵀ |D|^-½ y
+    pub fn backward(&self, y: &[f64]) -> Vec<f64> {
+        let mut z: Vec<f64> = y.iter().zip(&self.roots).map(|(y, root)| y / root).collect();
+        for column in (0..z.len()).rev() {
+            let below = self.starts[column] + 1..self.starts[column + 1];
+            let sum: f64 = below.map(|k| self.values[k] * z[self.rows[k]]).sum();
+            z[column] -= sum;
+        }
+        let mut x = vec![0.0; z.len()];
+        for (&i, z) in self.original.iter().zip(z) {
+            x[i] = z;
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sprs::TriMat;
+
+    /// A row of springs with one negative: both halves together solve, and D shows its sign.
+    #[test]
+    fn halves_make_a_solve_and_pivots_show_signs() {
+        let size = 40;
+        for negative in [None, Some(7)] {
+            let mut triplets = TriMat::new((size, size));
+            for i in 0..size {
+                triplets.add_triplet(i, i, if negative == Some(i) { -3.0 } else { 4.0 });
+                if i + 1 < size {
+                    triplets.add_triplet(i, i + 1, -1.0);
+                    triplets.add_triplet(i + 1, i, -1.0);
+                }
+                if i + 9 < size {
+                    triplets.add_triplet(i, i + 9, 0.5);
+                    triplets.add_triplet(i + 9, i, 0.5);
+                }
+            }
+            let matrix: CsMat<f64> = triplets.to_csr();
+            let factor = Factor::new(&matrix).unwrap();
+            assert_eq!((factor.negative, factor.neutral), (usize::from(negative.is_some()), 0));
+            if negative.is_none() {
+                let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
+                let x = factor.backward(&factor.forward(&b));
+                for (i, row) in matrix.outer_iterator().enumerate() {
+                    let sum: f64 = row.iter().map(|(j, k)| k * x[j]).sum();
+                    assert!((sum - b[i]).abs() < 1e-13);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Eigenvalue problems of a whole network, all nodes of all members: operators, factors and the search for eigenvalues.
+
+pub mod factor;
+pub mod operators;
+pub mod pencil;
+pub mod shape;
+pub mod unknowns;

@@ -1,0 +1,284 @@
+//! Stiffness, mass and constraints of a network as sparse matrices over all its nodes.
+//!
+//! A rigid component of a rod (no shear, no stretch) is a constraint: the stiffness holds an auxiliary term Gᵀ G in its
+//! place, and motions are looked for among those with G x = 0.
+
+use pennate_elements::beam::At;
+use pennate_elements::interpolation::Table;
+use pennate_elements::mass::{self, Inertia};
+use pennate_elements::rotation::turn;
+use pennate_elements::small::{V3, add, scale, sub};
+use pennate_elements::space::{Pose, Space};
+use pennate_elements::whole::{self, Nodes, Rows};
+use pennate_elements::{beam::Beam, beam::Moduli};
+use sprs::{CsMat, TriMat};
+
+use super::unknowns::{Column, Unknowns, end_curvature, network_node};
+use crate::chain::ElementState;
+use crate::packs::Turn;
+use crate::structure::Spring;
+use crate::system::System;
+
+/// What an element's tangent is made with; it is linear in both together.
+#[derive(Clone, Debug)]
+pub struct Stressing {
+    pub stiffness: [f64; 6],
+    pub stress: Vec<[f64; 6]>,
+    /// Dead force per unloaded length, in global axes.
+    pub load: V3<f64>,
+}
+
+/// Matrices of one family of motions.
+#[derive(Clone, Debug)]
+pub struct Operators {
+    /// Tangent, with Gᵀ G for what is rigid.
+    pub stiffness: CsMat<f64>,
+    pub mass: CsMat<f64>,
+    /// G, one row a constraint.
+    pub constraints: CsMat<f64>,
+}
+
+/// Entries of a square matrix over all unknowns.
+pub type Entries = Vec<(usize, usize, f64)>;
+
+/// Everything of a network before a family is chosen.
+#[derive(Clone, Debug, Default)]
+pub struct Assembled {
+    pub stiffness: Entries,
+    pub mass: Entries,
+    /// Rows of constraints.
+    pub constraints: Vec<Vec<(usize, f64)>>,
+}
+
+impl Assembled {
+    /// Assembles a network at its equilibrium.
+    pub fn new(system: &mut System<6>, unknowns: &Unknowns) -> Self {
+        let mut all = Self::default();
+        for member in 0..system.members.len() {
+            let slot = &system.members[member];
+            let (pack, lane) = (&system.packs[slot.pack], slot.lane);
+            for e in 0..pack.elements() {
+                let state = pack.element(lane, e);
+                let stressing = present(&state);
+                let inertia = inertia(&system.section(member, state.segment).section, &slot.turn);
+                let columns = element_columns(system, unknowns, member, e);
+                let own = Evaluated::of(&state, &stressing, Some(&inertia));
+                scatter(&own.stiffness, &columns, &mut all.stiffness);
+                scatter(&own.mass, &columns, &mut all.mass);
+                all.constraints.extend(own.constraints.iter().map(|row| scatter_row(row, &columns)));
+            }
+            let ends = slot.ends;
+            let entries = &mut all.stiffness;
+            end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
+        }
+        for body in &system.structure.bodies {
+            let columns = network_node(system, body.reference);
+            for (i, left) in &columns {
+                for (j, right) in &columns {
+                    let product: f64 = (0..3).map(|c| left[c] * right[c]).sum();
+                    all.mass.push((*i, *j, body.mass * product));
+                }
+            }
+        }
+        mirror(&system.remainder(), 1.0, &mut all.stiffness);
+        system.assemble(false);
+        all
+    }
+
+    /// The matrices of one family, whose unknowns `numbers` gives.
+    pub fn of_family(&self, numbers: &[Option<usize>]) -> Operators {
+        let size = numbers.iter().flatten().count();
+        let rows = self.constraints.iter().map(|row| {
+            let kept = row.iter().filter_map(|&(unknown, value)| Some((numbers[unknown]?, value)));
+            kept.filter(|entry| entry.1 != 0.0).collect::<Vec<_>>()
+        });
+        let rows: Vec<_> = rows.filter(|row| !row.is_empty()).collect();
+        let mut constraints = TriMat::new((rows.len(), size));
+        for (index, row) in rows.iter().enumerate() {
+            row.iter().for_each(|&(column, value)| constraints.add_triplet(index, column, value));
+        }
+        Operators {
+            stiffness: matrix(&self.stiffness, numbers),
+            mass: matrix(&self.mass, numbers),
+            constraints: constraints.to_csr(),
+        }
+    }
+}
+
+/// A square matrix over the unknowns of one family.
+pub fn matrix(entries: &Entries, numbers: &[Option<usize>]) -> CsMat<f64> {
+    let size = numbers.iter().flatten().count();
+    let mut triplets = TriMat::with_capacity((size, size), entries.len());
+    for &(i, j, value) in entries {
+        if let (Some(i), Some(j)) = (numbers[i], numbers[j])
+            && value != 0.0
+        {
+            triplets.add_triplet(i, j, value);
+        }
+    }
+    triplets.to_csr()
+}
+
+/// Adds a lower triangle and its mirror image.
+pub fn mirror(lower: &[(usize, usize, f64)], factor: f64, entries: &mut Entries) {
+    for &(i, j, value) in lower {
+        entries.push((i, j, factor * value));
+        if i != j {
+            entries.push((j, i, factor * value));
+        }
+    }
+}
+
+/// Section and stresses as they are.
+pub fn present(state: &ElementState<6>) -> Stressing {
+    Stressing { stiffness: state.moduli.stiffness, stress: state.stress.clone(), load: state.load }
+}
+
+/// Unknowns of the nodes of an element.
+pub fn element_columns(system: &System<6>, unknowns: &Unknowns, member: usize, e: usize) -> Vec<Vec<Column>> {
+    let order = system.packs[system.members[member].pack].order();
+    (0..=order).map(|i| unknowns.member_node(system, member, e * order + i)).collect()
+}
+
+fn inertia(section: &pennate_elements::section::Section, turn: &Turn) -> Inertia {
+    let [two, three] = section.rotary_inertia;
+    let (second, third) = turn.pair(two, three);
+    Inertia { mass: section.mass_per_length, rotary: [two + three, second, third] }
+}
+
+/// Adds a matrix of an element to entries over all unknowns.
+pub fn scatter(own: &Rows, columns: &[Vec<Column>], entries: &mut Entries) {
+    if own.is_empty() {
+        return;
+    }
+    for (a, left) in columns.iter().enumerate() {
+        for (b, right) in columns.iter().enumerate() {
+            for (i, l) in left {
+                let along: [f64; 6] =
+                    std::array::from_fn(|column| (0..6).map(|row| l[row] * own[6 * a + row][6 * b + column]).sum());
+                for (j, r) in right {
+                    let value: f64 = (0..6).map(|column| along[column] * r[column]).sum();
+                    entries.push((*i, *j, value));
+                }
+            }
+        }
+    }
+}
+
+fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {
+    let node = |(a, columns): (usize, &Vec<Column>)| {
+        let own: [f64; 6] = std::array::from_fn(|c| row[6 * a + c]);
+        columns.iter().map(|(i, column)| (*i, (0..6).map(|c| own[c] * column[c]).sum())).collect::<Vec<_>>()
+    };
+    columns.iter().enumerate().flat_map(node).collect()
+}
+
+/// Matrices of one element over the components of its nodes.
+#[derive(Debug, Default)]
+pub struct Evaluated {
+    pub stiffness: Rows,
+    pub mass: Rows,
+    pub constraints: Rows,
+    /// Forces and moments of the stresses on the nodes.
+    pub forces: Vec<[f64; 6]>,
+}
+
+impl Evaluated {
+    /// With an inertia: tangent, constraints and mass; without: tangent and forces.
+    pub fn of(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
+        match state.local.len() {
+            1 => Self::of_order::<1>(state, stressing, inertia),
+            2 => Self::of_order::<2>(state, stressing, inertia),
+            3 => Self::of_order::<3>(state, stressing, inertia),
+            4 => Self::of_order::<4>(state, stressing, inertia),
+            _ => Self::of_order::<5>(state, stressing, inertia),
+        }
+    }
+
+    fn of_order<const P: usize>(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
+        let table = Table::<P>::new();
+        let pose = |end: usize| Pose { displacement: state.ends[end].displacement, rotation: state.ends[end].rotation };
+        let frame = <Space as Beam<f64, 6>>::frame(&state.piece, &pose(0), &pose(1));
+        let local: [[f64; 6]; P] = std::array::from_fn(|i| state.local[i]);
+        let reference: [V3<f64>; P] = std::array::from_fn(|i| state.reference[i]);
+        let curved: Option<[_; P]> = state.curved.as_ref().map(|frames| std::array::from_fn(|g| frames[g]));
+        let stress: [[f64; 6]; P] = std::array::from_fn(|g| stressing.stress[g]);
+        let moduli = Moduli { stiffness: stressing.stiffness, ..state.moduli };
+        let at = At {
+            table: &table,
+            piece: &state.piece,
+            curved: curved.as_ref(),
+            moduli: &moduli,
+            local: &local,
+            stress: &stress,
+        };
+        let nodes = Nodes { frame: &frame, reference: &reference, local: &local };
+        let load = <Space as Beam<f64, 6>>::pull_back(&frame, scale(state.piece.length, stressing.load));
+        let mut own = Self { stiffness: whole::tangent(&at, &nodes, load), ..Self::default() };
+        match inertia {
+            Some(inertia) => {
+                own.constraints = whole::constraints(&at, &nodes);
+                own.mass = mass::mass(&state.piece, state.curvature, &nodes, inertia);
+            }
+            None => {
+                own.forces = whole::forces(&at, &nodes);
+                let force = scale(state.piece.length, stressing.load);
+                let rest = 1.0 - table.integrals.iter().sum::<f64>();
+                for (i, target) in own.forces.iter_mut().enumerate() {
+                    let share = if i == 0 { rest } else { table.integrals[i - 1] };
+                    for c in 0..3 {
+                        target[c] -= share * force[c];
+                    }
+                }
+            }
+        }
+        own
+    }
+}
+
+/// Geometric stiffness of axial springs for changes of the displacement of their ends.
+///
+/// With F the change of the force: F/l (I − n nᵀ). The other springs have no stresses to change: their tangent follows
+/// their shape, which is frozen.
+pub fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entries: &mut Entries) {
+    for spring in &system.structure.springs {
+        let Spring::Axial { nodes, stiffness, .. } = spring else { continue };
+        let place = |node: usize| {
+            let link = &system.topology.links[node];
+            add(system.structure.nodes[node], system.state.joints[link.joint].point(link.arm))
+        };
+        let apart = sub(place(nodes[1]), place(nodes[0]));
+        let length = pennate_elements::small::norm(apart);
+        let axis = scale(1.0 / length, apart);
+        let stretch = pennate_elements::small::dot(axis, sub(moved(nodes[1]), moved(nodes[0])));
+        let force = stiffness * stretch;
+        let columns = nodes.map(|node| network_node(system, node));
+        let mut own = vec![vec![0.0; 12]; 12];
+        for i in 0..3 {
+            for j in 0..3 {
+                let k = force / length * (f64::from(u8::from(i == j)) - axis[i] * axis[j]);
+                own[i][j] = k;
+                own[6 + i][6 + j] = k;
+                own[i][6 + j] = -k;
+                own[6 + i][j] = -k;
+            }
+        }
+        scatter(&own, &columns, entries);
+        // A force on a lever has a second variation too.
+        for (end, sign) in [(0, -force), (1, force)] {
+            let link = &system.topology.links[nodes[end]];
+            if link.has_arm() {
+                let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+                let geometric = pennate_elements::rotation::second_variation(scale(sign, axis), lever);
+                let first = system.equations.joints[link.joint].first;
+                let motions = system.joint_motions(link.joint);
+                for (a, l) in motions.iter().enumerate() {
+                    for (b, r) in motions.iter().enumerate() {
+                        let sum: f64 = (0..9).map(|k| l[3 + k / 3] * geometric[k / 3][k % 3] * r[3 + k % 3]).sum();
+                        entries.push((first + a, first + b, sum));
+                    }
+                }
+            }
+        }
+    }
+}
