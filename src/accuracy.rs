@@ -210,13 +210,13 @@ fn progress_of(history: &History) -> f64 {
 }
 
 /// By how much shorter elements of one order must be for an error that is too large by `excess`.
-fn refinement_factor(excess: f64, order: usize) -> usize {
+pub fn refinement_factor(excess: f64, order: usize) -> usize {
     let factor = (2.0 * excess).powf(0.5 / order as f64).ceil();
     (factor as usize).clamp(2, MAX_FACTOR)
 }
 
 /// The factor, made smaller where a member would get too many elements.
-fn capped(factor: usize, segments: &[usize]) -> usize {
+pub fn capped(factor: usize, segments: &[usize]) -> usize {
     factor.min(MAX_ELEMENTS / segments.iter().sum::<usize>().max(1)).max(1)
 }
 

@@ -17,8 +17,9 @@ use crate::output::files::check_writable;
 use crate::output::{json, table, write_files};
 use crate::progress::{Bar, Counter};
 use crate::solution::Solution;
+use crate::spectrum::{self, NoSpectrum};
 use crate::sweep::{self, Sweep};
-use crate::{Input, Job, Refusal, explain, read, run};
+use crate::{Input, Job, Refusal, explain, output, read, run};
 
 /// How a command ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +71,51 @@ pub fn solve(job: &Job, destination: &Destination) -> Exit {
     match outcome {
         Ok(mut solution) => deliver(&mut solution, &job.input, destination),
         Err(refusal) => refuse(&refusal),
+    }
+}
+
+/// `pennate modes` and `pennate buckle`: prints the table or the results and writes the files asked for.
+pub fn spectrum(job: &spectrum::Job, destination: &Destination) -> Exit {
+    if let Some(directory) = &destination.directory
+        && let Err(error) = check_writable(directory)
+    {
+        return could_not(&error);
+    }
+    let interrupted = listen_for_interrupt();
+    let mut bar = Bar::new();
+    let outcome = spectrum::run(job, &mut |progress| {
+        bar.show(progress);
+        !interrupted.load(Ordering::Relaxed)
+    });
+    drop(bar);
+    let spectrum = match outcome {
+        Ok(spectrum) => spectrum,
+        Err(NoSpectrum::Refused(refusal)) => return refuse(&refusal),
+        Err(NoSpectrum::Interrupted) => return Exit::Interrupted,
+        Err(NoSpectrum::Failed(message)) => {
+            show(Severity::Error, &message, &[]);
+            return Exit::WrongInput;
+        }
+        Err(NoSpectrum::NotSolved(model, history)) => {
+            let steps = history.steps.iter().enumerate();
+            for message in steps.filter_map(|(index, step)| explain::failed_step(&model, index, step)) {
+                show(Severity::Error, &message, &model.sources);
+            }
+            return Exit::NotSolved;
+        }
+    };
+    show_warnings(&spectrum.model.warnings, &spectrum.model.sources);
+    let written = match &destination.directory {
+        Some(directory) => output::spectrum::write_files(&spectrum, directory, &stem(&job.input), destination.pictures),
+        None => Ok(()),
+    };
+    let printed = match destination.json {
+        true => print(|out| output::spectrum::json::write(&spectrum, out)),
+        false => print(|out| out.write_all(output::spectrum::table::report(&spectrum).as_bytes())),
+    };
+    match written {
+        Err(error) => could_not(&error),
+        Ok(()) => printed,
     }
 }
 

@@ -9,6 +9,7 @@ mod fixture;
 pub mod output;
 pub mod progress;
 pub mod solution;
+pub mod spectrum;
 pub mod sweep;
 
 use std::path::{Path, PathBuf};

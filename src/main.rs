@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use pennate::commands::{self, Destination};
+use pennate::spectrum::{self, Question};
 use pennate::sweep::vary::Vary;
 use pennate::{Input, Job};
 
@@ -20,6 +21,19 @@ struct Arguments {
 enum Command {
     /// Solve a network and print a short table.
     Solve(Solve),
+    /// Print natural frequencies and modes of small vibrations about a converged state.
+    ///
+    /// Masses come from densities and rigid bodies; each frequency has its estimated error. A plane network vibrates in its
+    /// plane and, where the supports hold it out of it, out of it too. A negative eigenvalue is no frequency: the state
+    /// is unstable.
+    Modes(Modes),
+    /// Print critical factors and modes of linear buckling about a converged state.
+    ///
+    /// The factor multiplies the ramp of a step, the last one unless --along names another: 0 is its beginning, about
+    /// which the network is linearized, and 1 its end. With --step the state is the end of that step, and the factor
+    /// multiplies all loads, pressures and prescribed motions present there: 1 is the state itself. The shape is that of
+    /// the state; the nearer the state is to the critical one, the more exact is the factor.
+    Buckle(Buckle),
     /// Read and check a network: everything short of solving.
     Check(Network),
     /// Solve a network for many values of its parameters, into one table and one plot.
@@ -91,6 +105,68 @@ struct Scene {
     settings: Vec<(String, String)>,
 }
 
+/// What modes and buckling have in common.
+#[derive(Args)]
+struct Spectrum {
+    #[command(flatten)]
+    network: Network,
+    /// How many modes.
+    #[arg(long, value_name = "N", default_value = "6", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    count: u16,
+    /// Write modes.json or buckling.json into this directory.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Print that file instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Write pictures too: one NAME_mode_NN.vtu a mode.
+    #[arg(long, requires = "output")]
+    vtk: bool,
+    /// Discretization error asked for, relative to each frequency or factor.
+    #[arg(long, value_name = "ERROR", default_value = "1e-6", value_parser = accuracy)]
+    accuracy: f64,
+    /// Threads to use; the results are the same with any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Args)]
+struct Modes {
+    #[command(flatten)]
+    spectrum: Spectrum,
+    /// The step at whose end the state is; the last one unless named.
+    #[arg(long, value_name = "NAME")]
+    step: Option<String>,
+}
+
+#[derive(Args)]
+struct Buckle {
+    #[command(flatten)]
+    spectrum: Spectrum,
+    /// About the end of this step: the factor multiplies all loads, pressures and prescribed motions there.
+    #[arg(long, value_name = "NAME", conflicts_with = "along")]
+    step: Option<String>,
+    /// About the beginning of this step: the factor multiplies its ramp; the last step unless named.
+    #[arg(long, value_name = "NAME")]
+    along: Option<String>,
+}
+
+impl Spectrum {
+    fn answer(self, question: Question, step: Option<String>, along: Option<String>) -> commands::Exit {
+        let destination = Destination { directory: self.output, pictures: self.vtk, json: self.json };
+        let job = spectrum::Job {
+            input: self.network.into(),
+            question,
+            step,
+            along,
+            count: usize::from(self.count),
+            accuracy: self.accuracy,
+            threads: self.threads.map(usize::from),
+        };
+        commands::spectrum(&job, &destination)
+    }
+}
+
 fn main() -> ExitCode {
     let exit = match Arguments::parse().command {
         Command::Solve(arguments) => {
@@ -104,6 +180,8 @@ fn main() -> ExitCode {
             };
             commands::solve(&job, &destination)
         }
+        Command::Modes(modes) => modes.spectrum.answer(Question::Modes, modes.step, None),
+        Command::Buckle(buckle) => buckle.spectrum.answer(Question::Buckling, buckle.step, buckle.along),
         Command::Check(network) => commands::check(&network.into()),
         Command::Sweep(arguments) => commands::sweep(&pennate::sweep::Sweep {
             files: arguments.files,

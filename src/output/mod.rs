@@ -4,6 +4,7 @@ pub mod csv;
 pub mod files;
 pub mod json;
 mod layout;
+pub mod spectrum;
 pub mod table;
 pub mod text;
 pub mod vtu;

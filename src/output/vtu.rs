@@ -74,20 +74,26 @@ fn escaped(text: &str) -> String {
 
 /// One state as an unstructured grid: inline base64, compressed by zlib, which every reader understands.
 fn write_vtu(model: &Model, increment: &Increment, writer: &mut dyn Write) -> io::Result<()> {
-    let grid = Grid::new(model, increment);
+    write_piece(Grid::new(model, increment).into_piece(), "", writer)
+}
+
+/// A piece of an unstructured grid as a file; `field_data` is XML that comes before it.
+pub(super) fn write_piece(piece: UnstructuredGridPiece, field_data: &str, writer: &mut dyn Write) -> io::Result<()> {
     let vtk = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
         byte_order: ByteOrder::LittleEndian,
         file_path: None,
-        data: DataSet::inline(grid.into_piece()),
+        data: DataSet::inline(piece),
     };
     let file = vtk.try_into_xml_format(Compressor::ZLib, COMPRESSION_LEVEL).map_err(io::Error::other)?;
     let mut text = Vec::new();
     file.write(&mut text).map_err(io::Error::other)?;
     let text = String::from_utf8(text).map_err(io::Error::other)?;
     // meshio makes floating-point numbers of unsigned indices; signed ones have the same bytes.
-    writer.write_all(text.replace(r#"<DataArray type="UInt64""#, r#"<DataArray type="Int64""#).as_bytes())
+    let text = text.replace(r#"<DataArray type="UInt64""#, r#"<DataArray type="Int64""#);
+    let text = if field_data.is_empty() { text } else { text.replacen("<Piece", &format!("{field_data}<Piece"), 1) };
+    writer.write_all(text.as_bytes())
 }
 
 #[derive(Clone, Copy, Default)]
@@ -233,17 +239,17 @@ fn node_radii(model: &Model, state: &Equilibrium) -> Vec<f64> {
     radii.into_iter().map(|radius| if radius > 0.0 { radius } else { 0.01 * extent }).collect()
 }
 
-fn flat<T, const N: usize>(items: &[T], of: impl Fn(&T) -> [f64; N]) -> IOBuffer {
+pub(super) fn flat<T, const N: usize>(items: &[T], of: impl Fn(&T) -> [f64; N]) -> IOBuffer {
     // Readers disagree on how numbers that are not finite are spelled; no state of equilibrium has any.
     let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
     IOBuffer::F64(items.iter().flat_map(of).map(finite).collect())
 }
 
-fn scalar(name: &str, data: IOBuffer) -> Attribute {
+pub(super) fn scalar(name: &str, data: IOBuffer) -> Attribute {
     Attribute::DataArray(DataArray::new(name, 1).with_buf(data))
 }
 
-fn vector(name: &str, data: IOBuffer) -> Attribute {
+pub(super) fn vector(name: &str, data: IOBuffer) -> Attribute {
     Attribute::DataArray(DataArray::new(name, 3).with_buf(data))
 }
 

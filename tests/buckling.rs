@@ -1,0 +1,139 @@
+//! Critical factors from network files against closed forms and exact solutions.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn pennate(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pennate")).args(arguments).output().expect("pennate can be started")
+}
+
+/// `buckling.json` of a file.
+fn buckling(file: &Path, more: &[&str]) -> Value {
+    let mut arguments = vec!["buckle", file.to_str().expect("a path in letters"), "--json"];
+    arguments.extend(more);
+    let output = pennate(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// Factors in order.
+fn factors(buckling: &Value) -> Vec<f64> {
+    let modes = buckling["modes"].as_array().expect("a list of modes");
+    modes.iter().map(|mode| mode["factor"].as_f64().expect("a factor")).collect()
+}
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(name)
+}
+
+#[track_caller]
+fn assert_near(found: f64, expected: f64, tolerance: f64) {
+    let error = (found / expected - 1.0).abs();
+    assert!(error <= tolerance, "{found} instead of {expected}, error {error:.1e}");
+}
+
+fn column(directory: &tempfile::TempDir, section: &str, supports: &str) -> PathBuf {
+    let path = directory.path().join("column.toml");
+    let text = format!(
+        "format = \"pennate/1\"\n[parameters]\nP = 1\n[nodes]\nA = [0, 0]\nB = [1, 0]\n[sections]\nrod = {{ {section} }}\n\
+         [members]\nrod = {{ nodes = [\"A\", \"B\"], section = \"rod\" }}\n[supports]\n{supports}\n\
+         [[steps]]\nname = \"push\"\nforce = {{ B = [\"= -P\", 0, 0] }}\n"
+    );
+    std::fs::write(&path, text).expect("a file");
+    path
+}
+
+const ELASTICA: &str = "stiffness = { EA = 1, EI3 = 1 }, shear = false, stretch = false";
+
+/// The elastica: between clamps 4π², 8.183π², 16π², between pins n²π², clamped at one end π²/4, times EI/L².
+#[test]
+fn a_column_has_eulers_critical_loads() {
+    let directory = tempfile::tempdir().expect("a directory");
+    // The second load of the clamped column: tan x = x with x = L/2 √(P/EI).
+    let second = 2.0 * 4.493_409_457_909_064_f64;
+    let cases = [
+        ("A = \"clamped\"\nB = [\"uy\", \"rz\"]", vec![4.0 * PI * PI, second * second, 16.0 * PI * PI]),
+        ("A = \"pinned\"\nB = [\"uy\"]", vec![PI * PI, 4.0 * PI * PI, 9.0 * PI * PI]),
+        ("A = \"clamped\"", vec![PI * PI / 4.0, 9.0 * PI * PI / 4.0]),
+    ];
+    for (supports, expected) in cases {
+        let found = factors(&buckling(&column(&directory, ELASTICA, supports), &["--count", "3"]));
+        for (found, expected) in found.iter().zip(expected) {
+            assert_near(*found, expected, 1e-6);
+        }
+    }
+}
+
+/// About a compressed state the factor multiplies the load that is there.
+#[test]
+fn present_loads_are_multiplied() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = column(&directory, ELASTICA, "A = \"clamped\"\nB = [\"uy\", \"rz\"]");
+    let found = factors(&buckling(&file, &["--step", "push", "--set", "P=30", "--count", "1"]));
+    assert_near(found[0], 4.0 * PI * PI / 30.0, 1e-6);
+}
+
+/// The column of the post-buckling reference: P (1 + P/GA − P/EA) = 4π² EI/L², from a state near the critical one to 1e-6.
+///
+/// From the unloaded state its shape is that of the longer column: the error is of the order P/GA.
+#[test]
+fn a_shear_flexible_column_is_softer() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let section = "stiffness = { EA = 1e4, GA2 = 3e3, GA3 = 3e3, GJ = 1, EI2 = 1, EI3 = 1 }";
+    let file = column(&directory, section, "A = \"clamped\"\nB = [\"uy\", \"rz\"]");
+    let softening: f64 = 1.0 / 3e3 - 1.0 / 1e4;
+    let critical = ((1.0 + 16.0 * PI * PI * softening).sqrt() - 1.0) / (2.0 * softening);
+    let first = factors(&buckling(&file, &["--count", "1"]))[0];
+    assert_near(first, critical, critical / 3e3);
+    let near = 0.9999 * critical;
+    let found = factors(&buckling(&file, &["--step", "push", "--set", &format!("P={near:?}"), "--count", "1"]));
+    assert_near(near * found[0], critical, 1e-6);
+}
+
+/// The right-angle frame, plane in shape and load, buckles sideways at 1.0875178408 and at −0.68042736226.
+#[test]
+fn a_plane_frame_buckles_sideways() {
+    for (critical, near) in [(1.087_517_840_8, "P=1.0875"), (-0.680_427_362_26, "P=-0.6804")] {
+        let load: f64 = near[2..].parse().expect("a number");
+        let found =
+            buckling(&file("08_right_angle_frame/cantilever.toml"), &["--step", "load", "--set", near, "--count", "1"]);
+        assert_eq!(found["modes"][0]["family"], "out_of_plane");
+        assert_near(load * factors(&found)[0], critical, 1e-6);
+        // From the unloaded state, by the deformation in its plane off.
+        let linear = buckling(&file("08_right_angle_frame/cantilever.toml"), &["--set", near, "--count", "1"]);
+        assert_near(load * factors(&linear)[0], critical, 1e-3);
+    }
+    let unloaded = buckling(&file("08_right_angle_frame/cantilever.toml"), &["--set", "P=1", "--count", "1"]);
+    assert_near(unloaded["reversed"].as_f64().expect("a factor"), -0.680_427_362_26, 1e-3);
+}
+
+/// A muscle between clamps: it pulls as it contracts, and no pressure buckles it.
+///
+/// Without shear, that is: the shear-flexible rod of the reference buckles in tension, at forces of the order of GA.
+#[test]
+fn contraction_between_clamps_stabilizes() {
+    let text = std::fs::read_to_string(file("12_hsim_member/blocked.toml")).expect("a network");
+    assert!(text.contains("shear = true"));
+    let directory = tempfile::tempdir().expect("a directory");
+    let rigid = directory.path().join("rigid.toml");
+    std::fs::write(&rigid, text.replace("shear = true", "shear = false")).expect("a file");
+    let found = buckling(&rigid, &["--count", "2"]);
+    assert_eq!(factors(&found), Vec::<f64>::new());
+    assert!(found["reversed"].as_f64().expect("an expansion buckles it") < 0.0);
+    let sheared = factors(&buckling(&file("12_hsim_member/blocked.toml"), &["--count", "2"]));
+    assert!(sheared.iter().all(|factor| *factor > 1.0), "{sheared:?}");
+}
+
+/// A ramp that moves nothing has no factor: said, not computed.
+#[test]
+fn a_ramp_that_moves_nothing_is_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = column(&directory, ELASTICA, "A = \"clamped\"");
+    let output = pennate(&["buckle", file.to_str().expect("a path in letters"), "--set", "P=0"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("nothing to multiply") && message.contains("help:"), "{message}");
+}
