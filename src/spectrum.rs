@@ -14,7 +14,7 @@ use pennate_solver::modes::{self, Found, Modes, NoModes, Place};
 use pennate_solver::options::{Options, Progress};
 use pennate_solver::spectral::shape::{Largest, Shape};
 use pennate_solver::spectral::unknowns::Family;
-use pennate_solver::structure::{Dimension, Step, Structure};
+use pennate_solver::structure::{Dimension, Stability, Step, Structure};
 
 use crate::accuracy::{capped, refinement_factor};
 use crate::diagnostics::Message;
@@ -116,6 +116,10 @@ pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Spec
     let model = read(&job.input).map_err(refuse)?;
     let place = Where::of(job, &model).map_err(|error| refuse(*error))?;
     let threads = job.threads.unwrap_or(1);
+    if threads > 1 {
+        // A pool that another run in this process has made serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    }
     let options = Options { threads, ..Options::default() };
     let mut timing = Timing { read: start.elapsed(), ..Timing::default() };
     let start = Instant::now();
@@ -371,7 +375,11 @@ fn remarks(
 ) -> Vec<String> {
     let mut notes = Vec::new();
     if structure.dimension == Dimension::Plane && reach == pennate_solver::base::Reach::InPlane {
-        notes.push("motions in the plane alone: the supports do not hold the network out of it".to_owned());
+        let why = match structure.stability {
+            Stability::Plane => "out of it the file gives the network no stiffness, or asks for the plane",
+            Stability::Space => "the supports do not hold the network out of it",
+        };
+        notes.push(format!("motions in the plane alone: {why}"));
     }
     if left_out.contains(&Family::OutOfPlane) {
         notes.push("motions in the plane alone: out of it the loads have no potential".to_owned());
