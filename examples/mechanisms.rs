@@ -161,8 +161,16 @@ fn network(family: &Family, seed: u64) -> (Structure, Step) {
         let ei = 1e4 * 3f64.powf(2.0 * random.f64() - 1.0);
         let ea = ei * (slenderness / length).powi(2);
         let strain = if random.bool() { -0.25 * random.f64() } else { 0.0 };
-        let section =
-            Section { ea, ga2: 0.35 * ea, ga3: 0.35 * ea, gj: 0.77 * ei, ei2: ei, ei3: ei, mass_per_length: 0.0 };
+        let section = Section {
+            ea,
+            ga2: 0.35 * ea,
+            ga3: 0.35 * ea,
+            gj: 0.77 * ei,
+            ei2: ei,
+            ei3: ei,
+            mass_per_length: 0.0,
+            rotary_inertia: [0.0; 2],
+        };
         laws.push(Arc::new(Contracting { section, strain }));
         members.push(Member {
             nodes: [a, b],
