@@ -39,7 +39,6 @@ fn scenes_agree_with_an_independent_solver() {
 }
 
 #[test]
-#[ignore = "pinned dyads stop where they are flat"]
 fn scenes_agree_beyond_singular_points() {
     agree("beyond.toml");
 }

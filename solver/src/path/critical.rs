@@ -5,7 +5,7 @@ use super::follow::{BRACKET, Course, LAST, Ramp, SHORTEST, Tally};
 use super::jump::Landing;
 use super::report::{Rough, cause_of, status_of};
 use super::{Count, Path};
-use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Status, StepHistory};
+use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note, Status, StepHistory};
 use crate::newton::{Convergence, DETOUR, Start};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::System;
@@ -16,6 +16,8 @@ const FALSE_ALARM: f64 = 3.0 * BRACKET;
 const STRIDES: usize = 80;
 /// How far along the mode the first state of a branch is looked for, in lengths of the network or radians.
 const AMPLITUDES: [f64; 3] = [0.02, 0.005, 0.08];
+/// How far from a singular point an equilibrium right beyond it may lie, over what the ramp moved so far at the same rate.
+const BESIDE: f64 = 20.0;
 /// Part of the ramp that the first increment along an arc makes.
 const FIRST_REACH: f64 = 0.05;
 /// Increments of an arc-length step at most, where nothing else ends it.
@@ -130,6 +132,15 @@ impl<const D: usize> Path<'_, D> {
                 return Some(After::GoOn { at, next, last: None });
             }
         }
+        if point.kind == CriticalKind::LimitPoint
+            && let Some(at) = self.touch(ramp, point.fraction, tally)
+        {
+            record.critical_points.pop();
+            record.notes.push(Note::TouchedSingular { fraction: point.fraction });
+            let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
+            self.accept(record, at, &found, tally);
+            return Some(After::GoOn { at, next: BRACKET, last: None });
+        }
         if course.method == Method::Jump && self.base.potential && !point.sideways {
             match self.jump(ramp, point, tally) {
                 Landing::Stable { fraction, jump } => {
@@ -150,6 +161,31 @@ impl<const D: usize> Path<'_, D> {
             ramp.apply(&mut self.system, point.fraction);
             self.system.assemble(false);
         }
+        None
+    }
+
+    /// From a singular point, the present state, to a stable equilibrium right beyond it; the fraction there.
+    ///
+    /// Two mirrored equilibria may meet in a symmetric one that stays: a dyad that its own muscles pull flat.
+    fn touch(&mut self, ramp: &Ramp, fraction: f64, tally: &mut Tally) -> Option<f64> {
+        if !self.base.potential || fraction >= 1.0 {
+            return None;
+        }
+        self.system.save(LAST);
+        let at = (fraction + 0.5 * BRACKET).min(1.0);
+        ramp.apply(&mut self.system, at);
+        let base = self.base;
+        let beside = BESIDE * (at - fraction) / fraction.max(BRACKET) * self.system.moved();
+        let found = self.flow(beside, tally);
+        self.system.set_dashpots(0.0, NEXT);
+        if found == Some(true) && self.base.lateral <= base.lateral {
+            self.system.save(LAST);
+            return Some(at);
+        }
+        self.base = base;
+        self.system.restore(LAST);
+        ramp.apply(&mut self.system, fraction);
+        self.system.assemble(false);
         None
     }
 

@@ -46,7 +46,7 @@ impl<const D: usize> Path<'_, D> {
         ramp.apply(&mut self.system, fraction);
         self.system.gather(false);
         let before = self.system.potential_energy();
-        let landing = self.flow(tally);
+        let landing = self.flow(f64::INFINITY, tally);
         self.system.set_dashpots(0.0, NEXT);
         match landing {
             Some(true) => {
@@ -61,8 +61,8 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// Flows down the energy at the present loads; true where a stable equilibrium was reached, false where there is no
-    /// end to it.
-    fn flow(&mut self, tally: &mut Tally) -> Option<bool> {
+    /// end to it. It is left where it gets farther than `reach`, in lengths or radians, from the state LAST.
+    pub(super) fn flow(&mut self, reach: f64, tally: &mut Tally) -> Option<bool> {
         let newton = Newton { increment: 1e-6, settled: 1e-7, lost: FAR, max_iterations: 12, ..self.newton };
         let mut stiffness = self.first_dashpots();
         self.system.save(NEXT);
@@ -78,6 +78,9 @@ impl<const D: usize> Path<'_, D> {
                 continue;
             }
             self.system.save(NEXT);
+            if self.system.distance(LAST).largest() > reach {
+                return None;
+            }
             if self.system.motions_since(LAST).iter().any(|m| norm([m[0], m[1], m[2]]) > ENDLESS * self.system.size) {
                 return Some(false);
             }

@@ -1,7 +1,7 @@
 //! How the equilibrium moves with the fraction of a ramp, and motions of all joints as vectors.
 
 use pennate_elements::rotation::{compose, inverse, log};
-use pennate_elements::small::sub;
+use pennate_elements::small::{norm, sub};
 
 use super::{Inertia, Residual, System};
 
@@ -140,6 +140,15 @@ impl<const D: usize> System<D> {
     pub fn rest_stiffness_of_displacements(&self) -> f64 {
         let sum: f64 = self.rest_stiffness.iter().map(|k| k[..3].iter().sum::<f64>()).sum();
         sum / (3 * self.rest_stiffness.len().max(1)) as f64
+    }
+
+    /// The largest displacement (over the size of the network) or rotation of a joint against the unloaded state.
+    pub fn moved(&self) -> f64 {
+        let of = |joint: &crate::joints::JointState| {
+            let turned = if D == 3 { joint.place.angle.abs() } else { norm(log(joint.place.rotation)) };
+            turned.max(norm(joint.place.displacement) / self.size)
+        };
+        self.state.joints.iter().map(of).fold(0.0, f64::max)
     }
 
     /// A displacement (0, 1, 2) or a rotation (3, 4, 5, radians) of a node, in global axes.
