@@ -91,6 +91,23 @@ fn the_right_angle_frame_buckles_sideways() {
     stops_at(case, pointers, ("hinged.toml", &[("M", "-700")], -700.0, lost, "C", 3));
 }
 
+/// In space the same frame has the same critical load, and goes on along the branch that is stable.
+#[test]
+fn in_space_the_right_angle_frame_goes_on_sideways() {
+    let text = std::fs::read_to_string(validation("08_right_angle_frame/cantilever.toml")).expect("the network");
+    let text = text.replace("[parameters]", "dimension = \"space\"\n[parameters]");
+    let model = pennate_models::read_text("space.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = Options { estimate: true, ..Options::default() };
+    let solution =
+        solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"));
+    let step = &solution.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+    let data = reference("08_right_angle_frame");
+    let expected = data["results"][0]["quantities"]["critical_load_factor"].as_f64().expect("a load");
+    assert_load(1.5 * step.critical_points[0].fraction, expected);
+    assert!(last_displacement(&solution, "T")[2].abs() > 10.0);
+}
+
 #[test]
 fn the_arc_length_passes_both_limit_points_of_lees_frame() {
     let solution = solve("05_lee_frame/path.toml", &[]);
@@ -99,8 +116,16 @@ fn the_arc_length_passes_both_limit_points_of_lees_frame() {
     let kinds: Vec<_> = step.critical_points.iter().map(|point| point.kind).collect();
     assert_eq!(kinds, [CriticalKind::LimitPoint; 2]);
     let data = reference("05_lee_frame");
+    let loaded = solution.model.nodes.iter().position(|node| node.name == "P").expect("the loaded node");
     for (point, result) in step.critical_points.iter().zip(0..) {
-        assert_load(2.0 * point.fraction, data["results"][result]["quantities"]["load"].as_f64().expect("a load"));
+        let quantities = &data["results"][result]["quantities"];
+        assert_load(2.0 * point.fraction, quantities["load"].as_f64().expect("a load"));
+        let there = step.increments.iter().find(|increment| increment.fraction == point.fraction).expect("its state");
+        let expected: [f64; 3] =
+            serde_json::from_value(quantities["load_point"]["displacement"].clone()).expect("a displacement");
+        for (now, expected) in there.state.nodes[loaded].displacement.iter().zip(expected) {
+            assert!((now - expected).abs() <= STATE * 90.0, "{now} instead of {expected}");
+        }
     }
     assert_eq!(step.stable, Some(true));
 }

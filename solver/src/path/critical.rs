@@ -77,6 +77,8 @@ impl<const D: usize> Path<'_, D> {
                 points.push(self.rough_point(kind, ends[1], passed.sideways && !passed.own));
             }
             let first = points[0].clone();
+            let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
+            self.accept(record, first.fraction, &found, tally);
             record.critical_points.extend(points.iter().cloned());
             if let Some(after) = self.go_on(ramp, record, course, &first, ends, passed.count, tally) {
                 return after;
@@ -241,9 +243,6 @@ impl<const D: usize> Path<'_, D> {
 
     /// Ends a step at a singular point, which is the present state.
     fn end_at(&mut self, record: &mut StepHistory, point: CriticalPoint, tally: &mut Tally) {
-        let residual = self.system.residual();
-        let found = Convergence { residual, ..Convergence::default() };
-        self.accept(record, point.fraction, &found, tally);
         record.status = status_of(point.kind);
         record.failure.get_or_insert_with(|| failure_at(&point));
         self.settle(record, point.fraction, tally);
@@ -290,6 +289,10 @@ impl<const D: usize> Path<'_, D> {
             if passed.any() {
                 let points = self.pinpoint(ramp, ends, Some(walk.metric), &passed, &mut tally);
                 record.critical_points.extend(points.iter().cloned());
+                if let Some(last) = points.last() {
+                    let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
+                    self.accept(record, last.fraction, &found, &tally);
+                }
                 let first = points.first().filter(|point| {
                     point.kind == CriticalKind::Bifurcation && course.branch == Branch::Stable && self.base.own == 0
                 });
