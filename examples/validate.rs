@@ -7,7 +7,6 @@
 //! those of the largest mesh, factorizations and times sums. The time is that of the solver on every mesh it tried.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -16,11 +15,11 @@ use serde_json::Value;
 
 #[path = "../validation/compare/mod.rs"]
 mod compare;
+#[path = "../validation/readme.rs"]
+mod readme;
 
 use compare::{Case, Outcome, Setting};
 
-const BEGIN: &str = "<!-- validation table: begin -->";
-const END: &str = "<!-- validation table: end -->";
 const DEFAULT_ACCURACY: &str = "1e-6";
 
 fn main() -> ExitCode {
@@ -48,7 +47,7 @@ fn main() -> ExitCode {
     for failure in &failures {
         eprintln!("{failure}");
     }
-    if write && let Err(message) = put_into_readme(&table) {
+    if write && let Err(message) = readme::put("validation table", &table) {
         eprintln!("{message}");
         return ExitCode::FAILURE;
     }
@@ -101,13 +100,4 @@ fn solve(network: &Path, set: &[(String, String)], accuracy: Option<&str>) -> Re
     let mut json = Vec::new();
     pennate::output::json::write(&solution, &mut json).map_err(|error| error.to_string())?;
     serde_json::from_slice(&json).map_err(|error| error.to_string())
-}
-
-/// Replaces what stands between the two markers of README.md.
-fn put_into_readme(table: &str) -> Result<(), String> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
-    let text = fs::read_to_string(&path).map_err(|error| format!("README.md: {error}"))?;
-    let parts = text.split_once(BEGIN).and_then(|(before, rest)| Some((before, rest.split_once(END)?.1)));
-    let (before, after) = parts.ok_or("README.md has no markers for the table")?;
-    fs::write(&path, format!("{before}{BEGIN}\n{table}\n{END}{after}")).map_err(|error| format!("README.md: {error}"))
 }
