@@ -245,7 +245,7 @@ fn draw(picture: &Path) -> Result<(), Box<dyn Error>> {
     let jumped = run("05_lee_frame/jump.toml", None);
     let curve = points(&path, "P");
     let limits: Vec<_> =
-        path.step().critical_points.iter().map(|point| summit(&curve, -path.target() * point.fraction)).collect();
+        path.step().critical_points.iter().map(|point| nearest(&curve, -path.target() * point.fraction)).collect();
     let jump = jumped.step().jumps.first().ok_or("no jump")?;
     let load = -jumped.target() * jump.fraction;
     let landed = jumped.step().increments.iter().position(|increment| increment.fraction >= jump.fraction);
@@ -301,12 +301,8 @@ fn points(run: &Run, node: &str) -> Vec<(f64, f64)> {
     std::iter::once((0.0, 0.0)).chain(points).collect()
 }
 
-/// Where a curve passes the extremum `load`: the vertex of the parabola through the three nearest points.
-fn summit(curve: &[(f64, f64)], load: f64) -> (f64, f64) {
-    let distance = |index: &usize| (curve[*index].1 - load).abs();
-    let middle = (1..curve.len() - 1).min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a curve");
-    let [(x0, y0), (x1, y1), (x2, y2)] = [curve[middle - 1], curve[middle], curve[middle + 1]];
-    let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
-    let bend = (right - left) / (x2 - x0);
-    (0.5 * (x0 + x1) - 0.5 * left / bend, load)
+/// The point of a curve nearest to a load: the path keeps its states at singular points.
+fn nearest(curve: &[(f64, f64)], load: f64) -> (f64, f64) {
+    let distance = |point: &(f64, f64)| (point.1 - load).abs();
+    curve.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a curve")
 }
