@@ -35,6 +35,8 @@ const FLOOR: f64 = 1e-15;
 const MESH_SCATTER: f64 = 0.05;
 /// A path that a finer mesh follows no farther than this ends where it says.
 const CONFIRMED: f64 = 0.01;
+/// Part of itself by which a singular point is found at best.
+const LOCATED: f64 = 1e-9;
 /// Moments count as no smaller than this part of force times network size.
 const MOMENT_FLOOR: f64 = 1e-3;
 
@@ -187,7 +189,8 @@ fn estimate_critical_points(coarse: &History, fine: &mut History, elements: usiz
             continue;
         }
         for (before, now) in before.critical_points.iter().zip(&mut now.critical_points) {
-            now.error = (before.kind == now.kind).then(|| (now.fraction - before.fraction).abs() / gain);
+            let moved = (now.fraction - before.fraction).abs() / gain;
+            now.error = (before.kind == now.kind).then(|| moved.max(LOCATED * now.fraction.abs()));
         }
     }
 }

@@ -38,7 +38,7 @@ impl Lateral {
             // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
             let packs = packs::space(&structure, 4);
             let mut space = System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false);
-            space.auxiliary = packs::EXACTING;
+            space.auxiliary = packs::SEVERE;
             space.hold(Vec::new());
             space.assemble(false);
             space.note_rest();

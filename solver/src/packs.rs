@@ -17,8 +17,11 @@ use crate::structure::{Dimension, Member, SectionState, Structure};
 /// No equilibrium depends on it, but its stability does: a critical load is low by the load over this stiffness. Much
 /// more costs digits of the tangent.
 pub const AUXILIARY: f64 = 1e7;
-/// The same where a critical load is looked for, and digits of the tangent matter less.
-pub const EXACTING: f64 = 1e8;
+/// The same where stability is judged once more, and digits of the tangent matter less.
+pub const SEVERE: f64 = 1e8;
+/// Two of the same, from which that of an infinite one is extrapolated.
+pub const EXACTING: f64 = 1e6;
+pub const MODERATE: f64 = 1e5;
 
 /// Builds the chains of one kind of beam; `enrich` is added to the order.
 ///

@@ -193,7 +193,39 @@ impl<const D: usize> Path<'_, D> {
         (kind, sideways): (CriticalKind, bool),
         tally: &mut Tally,
     ) -> Option<CriticalPoint> {
-        self.system.auxiliary = packs::EXACTING;
+        // The auxiliary stiffness of held strains lowers a critical load by the load over itself, and a large one costs
+        // digits: two moderate ones tell what an infinite one would give.
+        let mut other = None;
+        if self.system.holds_strains() {
+            // The softer one may move the point out of the bracket.
+            other = [packs::MODERATE, packs::AUXILIARY].into_iter().find_map(|auxiliary| {
+                let point = self.locate(ramp, ends, metric, passed, (kind, sideways), (auxiliary, tally))?;
+                Some((auxiliary, point.fraction))
+            });
+        }
+        let mut point = self.locate(ramp, ends, metric, passed, (kind, sideways), (packs::EXACTING, tally));
+        if let (Some(point), Some((auxiliary, fraction))) = (&mut point, other) {
+            let (this, that) = (packs::EXACTING, auxiliary);
+            point.fraction = (this * point.fraction - that * fraction) / (this - that);
+        }
+        self.system.auxiliary = packs::AUXILIARY;
+        ramp.apply(&mut self.system, point.as_ref().map_or(ends[1], |point| point.fraction));
+        self.system.assemble(false);
+        point
+    }
+
+    /// The singular point of one kind between LAST and NEXT, with an auxiliary stiffness of held strains; the state is
+    /// left there.
+    fn locate(
+        &mut self,
+        ramp: &Ramp,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        passed: &Passed,
+        (kind, sideways): (CriticalKind, bool),
+        (auxiliary, tally): (f64, &mut Tally),
+    ) -> Option<CriticalPoint> {
+        self.system.auxiliary = auxiliary;
         // The mode, from the far end of the bracket.
         self.system.restore(NEXT);
         ramp.apply(&mut self.system, ends[1]);
@@ -255,9 +287,6 @@ impl<const D: usize> Path<'_, D> {
             CriticalPoint { kind, fraction: point.fraction, error: None, node, member: None, sideways, mode }
         });
         self.lateral = lateral;
-        self.system.auxiliary = packs::AUXILIARY;
-        ramp.apply(&mut self.system, point.as_ref().map_or(ends[1], |point| point.fraction));
-        self.system.assemble(false);
         point
     }
 

@@ -128,6 +128,7 @@ pub struct System<const D: usize> {
     dashpots: (f64, usize),
     /// See [`packs::AUXILIARY`]; counts from the next [`System::apply_drives`].
     pub auxiliary: f64,
+    holds_strains: bool,
     /// Mass and inertia of the joints, for dashpots; empty until they are asked for.
     masses: Vec<[f64; 2]>,
     parallel: bool,
@@ -207,6 +208,7 @@ impl<const D: usize> System<D> {
             noise: [0.0; 2],
             dashpots: (0.0, 0),
             auxiliary: packs::AUXILIARY,
+            holds_strains: false,
             masses: Vec::new(),
             parallel,
             released_neutral: 0,

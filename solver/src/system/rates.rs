@@ -136,6 +136,11 @@ impl<const D: usize> System<D> {
         (compliance != 0.0).then(|| 1.0 / compliance)
     }
 
+    /// Whether any section has a strain that is held: rigid in shear, or not to be stretched.
+    pub fn holds_strains(&self) -> bool {
+        self.holds_strains
+    }
+
     /// Mean stiffness of the unloaded joints against displacements.
     pub fn rest_stiffness_of_displacements(&self) -> f64 {
         let sum: f64 = self.rest_stiffness.iter().map(|k| k[..3].iter().sum::<f64>()).sum();
