@@ -110,7 +110,7 @@ fn history() -> History {
             node: 1,
             member: None,
             sideways: false,
-            mode: Vec::new(),
+            mode: vec![[0.0; 6], [0.0, 0.5, 0.0, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0, 0.0, 0.0]],
         }],
         jumps: Vec::new(),
         notes: vec![Note::TouchedSingular { fraction: 0.25 }],

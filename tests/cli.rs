@@ -174,6 +174,42 @@ fn results_history_and_pictures_are_written_where_asked() {
     assert_eq!(results["steps"][1]["probes"]["stroke"].as_f64(), Some(0.0));
 }
 
+/// Points and a vector of point data of a picture.
+fn picture(path: &Path, name: &str) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
+    use vtkio::model::{Attribute, DataSet, Vtk};
+    let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(path).unwrap().data else { panic!("no grid") };
+    let piece = pieces[0].load_piece_data(None).unwrap();
+    let triples = |values: Vec<f64>| values.chunks(3).map(|x| [x[0], x[1], x[2]]).collect::<Vec<_>>();
+    let data = piece.data.point.iter().find_map(|attribute| match attribute {
+        Attribute::DataArray(array) if array.name == name => array.data.clone().cast_into::<f64>(),
+        _ => None,
+    });
+    (triples(piece.points.cast_into::<f64>().unwrap()), triples(data.expect("the point data")))
+}
+
+/// The mode of a column that is clamped at both ends is 1 - cos(2 pi x / L), to which the cubics come near.
+#[test]
+fn the_mode_of_a_critical_point_is_drawn_inside_of_members_too() {
+    let place = Workplace::new();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/columns/clamped.toml");
+    expect(&solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap(), 0);
+    let results = results(&place.path("out"));
+    let points = results["steps"].as_array().unwrap().iter().map(|s| s["critical_points"].as_array().unwrap().len());
+    let count: usize = points.sum();
+    assert_eq!(count, 1);
+    assert!(!place.path("out/clamped_mode_0002.vtu").exists());
+    let (places, mode) = picture(&place.path("out/clamped_mode_0001.vtu"), "mode");
+    assert_eq!(places.len(), mode.len());
+    let length = places.iter().map(|p| p[0]).fold(0.0, f64::max);
+    let largest = mode.iter().map(|m| m[1].hypot(m[2])).fold(0.0, f64::max);
+    assert!((largest / length - 0.1).abs() < 0.01, "{largest} of {length}");
+    for (place, mode) in places.iter().zip(&mode) {
+        let expected = 0.5 * (1.0 - (std::f64::consts::TAU * place[0] / length).cos()) * largest;
+        assert!((mode[1].hypot(mode[2]) - expected).abs() < 0.03 * largest, "{place:?}: {mode:?}");
+        assert!(mode[0].abs() < 0.01 * largest, "{mode:?}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn results_can_be_read_by_those_whom_the_umask_allows() {

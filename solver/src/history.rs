@@ -176,7 +176,8 @@ pub struct CriticalPoint {
     pub member: Option<MemberId>,
     /// Whether a plane network loses stability out of its plane.
     pub sideways: bool,
-    /// Displacement and rotation vector of every node in the mode, in global axes, the largest of them one length of the
+    /// Displacement and rotation vector of every node in the mode, and then of the middle of the members of
+    /// [`History::inside`], where these were looked at in halves. In global axes, the largest of them one length of the
     /// network or one radian.
     pub mode: Vec<[f64; 6]>,
 }

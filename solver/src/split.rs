@@ -83,7 +83,6 @@ impl Split {
                     point.member = Some(member);
                     point.node = self.structure.members[member].nodes[0];
                 }
-                point.mode.truncate(self.nodes);
             }
             for jump in &mut step.jumps {
                 if let Some(member) = self.member_of(jump.node) {
@@ -96,6 +95,7 @@ impl Split {
                 failure.worst_node = Some(self.structure.members[member].nodes[0]);
             }
         }
+        history.inside = self.halves.iter().map(|half| half.0).collect();
         history
     }
 

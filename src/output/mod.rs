@@ -1,9 +1,11 @@
 //! Writers: each reads a solution and writes one kind of output.
 
+pub mod critical;
 pub mod csv;
 pub mod files;
 pub mod json;
 mod layout;
+mod motion;
 pub mod spectrum;
 pub mod table;
 pub mod text;
@@ -23,7 +25,10 @@ pub fn write_files(solution: &mut Solution, directory: &Path, name: &str, pictur
     let start = Instant::now();
     make_directory(directory)?;
     let history = write_whole(&directory.join("history.csv"), |writer| csv::write(solution, writer));
-    let pictures = if pictures { vtu::write(solution, directory, name) } else { Ok(()) };
+    let pictures = match pictures {
+        true => vtu::write(solution, directory, name).and_then(|()| critical::write(solution, directory, name)),
+        false => Ok(()),
+    };
     solution.timing.write = start.elapsed();
     // The results come last for the sake of their timing, and come even where a picture did not find room.
     let results = write_whole(&directory.join("results.json"), |writer| json::write(solution, writer));

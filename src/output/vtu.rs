@@ -273,7 +273,8 @@ mod tests {
         let solution = crate::fixture::solution();
         let directory = tempfile::tempdir().unwrap();
         write(&solution, directory.path(), "a & b").unwrap();
-        assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 3);
+        crate::output::critical::write(&solution, directory.path(), "a & b").unwrap();
+        assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 4);
 
         let vtk = Vtk::import(directory.path().join("a & b_0002.vtu")).unwrap();
         let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else { panic!("no unstructured grid") };

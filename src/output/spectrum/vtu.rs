@@ -7,15 +7,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use pennate_solver::modes::extent;
-use vtkio::model::{Attributes, CellType, Cells, UnstructuredGridPiece, VertexNumbers};
 
 use super::frequency;
 use crate::output::files::{WriteError, write_whole};
-use crate::output::vtu::{flat, scalar, vector, write_piece};
+use crate::output::motion::{AMPLITUDE, Moving, Point, part};
 use crate::spectrum::{Entry, Question, Spectrum};
 
-/// Largest displacement in a picture over the extent of the network.
-const AMPLITUDE: f64 = 0.1;
 /// Spin of a mode without displacements in a picture, radians.
 const TURN: f64 = 0.5;
 
@@ -31,38 +28,18 @@ pub fn write(spectrum: &Spectrum, directory: &Path, name: &str) -> Result<(), Wr
     Ok(())
 }
 
-#[derive(Clone, Copy)]
-struct Point {
-    place: [f64; 3],
-    motion: [f64; 6],
-    radius: f64,
-    member: i32,
-}
-
 fn write_mode(spectrum: &Spectrum, index: usize, entry: &Entry, writer: &mut dyn Write) -> io::Result<()> {
     let scale = picture_scale(spectrum, entry);
-    let (points, cells) = points(spectrum, entry, scale);
-    let part = |from: usize| flat(&points, move |p: &Point| [p.motion[from], p.motion[from + 1], p.motion[from + 2]]);
-    let cell_members: Vec<i32> = cells.iter().map(|cell| points[cell[1]].member).collect();
-    let piece = UnstructuredGridPiece {
-        points: flat(&points, |p| p.place),
-        cells: Cells {
-            cell_verts: VertexNumbers::XML {
-                connectivity: cells.iter().flatten().map(|&point| point as u64).collect(),
-                offsets: (1..=cells.len() as u64).map(|count| 2 * count).collect(),
-            },
-            types: vec![CellType::Line; cells.len()],
-        },
-        data: Attributes {
-            point: vec![
-                vector("displacement", part(0)),
-                vector("rotation", part(3)),
-                scalar("radius", flat(&points, |p| [p.radius])),
-            ],
-            cell: vec![scalar("member_id", cell_members.into())],
-        },
+    let moving = Moving {
+        model: &spectrum.model,
+        nodes: &spectrum.place.nodes,
+        members: &spectrum.place.members,
+        controls: &spectrum.place.controls,
+        node_motions: &entry.shape.nodes,
+        member_motions: &entry.shape.members,
     };
-    write_piece(piece, &field_data(spectrum, index, entry, scale), writer)
+    let data = |points: &[Point]| vec![part(points, "displacement", 0), part(points, "rotation", 3)];
+    moving.write(scale, data, &fields(spectrum, index, entry, scale), writer)
 }
 
 fn picture_scale(spectrum: &Spectrum, entry: &Entry) -> f64 {
@@ -73,7 +50,7 @@ fn picture_scale(spectrum: &Spectrum, entry: &Entry) -> f64 {
     }
 }
 
-fn field_data(spectrum: &Spectrum, index: usize, entry: &Entry, scale: f64) -> String {
+fn fields(spectrum: &Spectrum, index: usize, entry: &Entry, scale: f64) -> Vec<(&'static str, f64)> {
     let mut values = vec![("mode", (index + 1) as f64)];
     match spectrum.question {
         Question::Modes => {
@@ -83,43 +60,5 @@ fn field_data(spectrum: &Spectrum, index: usize, entry: &Entry, scale: f64) -> S
         Question::Buckling => values.push(("factor", entry.value)),
     }
     values.push(("scale", scale));
-    let arrays = values.iter().map(|(name, value)| {
-        format!(r#"<DataArray type="Float64" Name="{name}" NumberOfTuples="1" format="ascii">{value:?}</DataArray>"#)
-    });
-    format!("<FieldData>{}</FieldData>", arrays.collect::<String>())
-}
-
-/// Points of the nodes, then those of the members, and the lines between them.
-fn points(spectrum: &Spectrum, entry: &Entry, scale: f64) -> (Vec<Point>, Vec<[usize; 2]>) {
-    let model = &spectrum.model;
-    let moved = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|c| a[c] + b[c]);
-    let scaled = |motion: &[f64; 6]| motion.map(|x| scale * x);
-    let mut points: Vec<Point> = (model.nodes.iter().zip(&spectrum.place.nodes).zip(&entry.shape.nodes))
-        .map(|((node, state), motion)| Point {
-            place: moved(node.position, state.displacement),
-            motion: scaled(motion),
-            radius: 0.0,
-            member: -1,
-        })
-        .collect();
-    let mut cells = Vec::new();
-    for (member, (shape, motions)) in spectrum.place.members.iter().zip(&entry.shape.members).enumerate() {
-        for (k, (point, motion)) in shape.points.iter().zip(motions).enumerate() {
-            let segment = shape.cells[k.saturating_sub(1)].segment;
-            let radius = model.segment_radius(member, segment, spectrum.place.controls[member]);
-            if k > 0 {
-                cells.push([points.len() - 1, points.len()]);
-            }
-            points.push(Point {
-                place: moved(point.reference, point.displacement),
-                motion: scaled(motion),
-                radius,
-                member: member as i32,
-            });
-        }
-    }
-    for body in &model.bodies {
-        cells.extend(body.nodes.iter().filter(|&&node| node != body.reference).map(|&node| [body.reference, node]));
-    }
-    (points, cells)
+    values
 }
