@@ -131,6 +131,7 @@ pub fn check(input: &Input) -> Exit {
         return refuse(&Refusal::Mechanism(Box::new(model), motions));
     }
     show_warnings(&model.warnings, &model.sources);
+    show_near_mechanism(&model);
     let count = match model.steps.len() {
         0 => "no steps: prestress alone".to_owned(),
         1 => "1 step".to_owned(),
@@ -208,6 +209,7 @@ pub fn scenes() -> Exit {
 
 fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) -> Exit {
     show_warnings(&solution.model.warnings, &solution.model.sources);
+    show_near_mechanism(&solution.model);
     let written = match &destination.directory {
         Some(directory) => write_files(solution, directory, &stem(input), destination.pictures),
         None => Ok(()),
@@ -268,6 +270,13 @@ fn show_mechanism(model: &Model, motions: &[pennate_solver::error::FreeMotion]) 
     if motions.len() > MECHANISMS {
         let title = format!("the network has {} more free motions", motions.len() - MECHANISMS);
         show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+    }
+}
+
+fn show_near_mechanism(model: &Model) {
+    let (structure, steps) = discretize(model, &Mesh::initial(model, 1e-3));
+    if let Some(near) = pennate_solver::near_motion(&structure, &steps) {
+        show(Severity::Warning, &explain::near_mechanism(model, &near), &model.sources);
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use pennate_models::Model;
 use pennate_models::model::Target;
-use pennate_solver::error::{FreeMotion, Place};
+use pennate_solver::error::{Extent, FreeMotion, NearMotion, Place};
 use pennate_solver::history::{Cause, Failure, Status, StepHistory};
 use pennate_solver::structure::{Change, NodeId};
 
@@ -24,7 +24,13 @@ pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
         Place::Node(node) => (format!("node {}", shown(&model.nodes[node].name)), model.nodes[node].span),
         Place::Member(member) => (format!("member {}", shown(&model.members[member].name)), model.members[member].span),
     };
+    let subject = match motion.extent {
+        Extent::Local => subject,
+        Extent::Part => format!("the part with {subject}"),
+        Extent::Whole => "the whole network".to_owned(),
+    };
     let how = match (motion.turns, about(model, motion)) {
+        _ if motion.extent != Extent::Local => rigid(model, motion),
         (false, _) => format!("moves freely along {}", direction(upward(motion.direction))),
         (true, Some(axis)) => format!("turns freely about {axis}"),
         (true, None) => format!("turns freely about {}", direction(upward(motion.direction))),
@@ -32,6 +38,9 @@ pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
     let others: Vec<String> = motion.nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
     let notes = (others.len() > 1).then(|| format!("nodes that move with it: {}", list(&others, NAMES)));
     let help = match motion.turns {
+        _ if motion.extent != Extent::Local => {
+            "hold it by a support or a spring to the ground, or connect it to what is held"
+        }
         true => "hold the turn by a support, a spring or a body, or release one end less",
         false => "hold the motion by a support, a spring or another member",
     };
@@ -41,6 +50,37 @@ pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
         notes: notes.into_iter().collect(),
         help: Some(help.to_owned()),
         ..Message::default()
+    }
+}
+
+/// A motion of the unloaded network that needs next to no force.
+pub fn near_mechanism(model: &Model, near: &NearMotion) -> Message {
+    let free = mechanism(model, &near.motion);
+    let motion = free.title.trim_start_matches("the network is a mechanism: ").replace(" freely", " almost freely");
+    let part = format!("it meets {:.0e} of the stiffness that its parts have one by one", near.stiffness.abs());
+    let lost = format!("{part}: about {:.0} of 16 digits of the results are lost", -near.stiffness.abs().log10());
+    Message {
+        title: format!("the network is nearly a mechanism: {motion}"),
+        notes: [lost].into_iter().chain(free.notes).collect(),
+        help: Some(
+            "hold the motion by a support or a spring, if nothing is to move that way; else look at the units of the \
+             softest and the stiffest section and spring: a rigid body, a support or stretch = false holds exactly what a \
+             very large stiffness holds badly"
+                .to_owned(),
+        ),
+        ..free
+    }
+}
+
+/// How a part moves as a rigid body.
+fn rigid(model: &Model, motion: &FreeMotion) -> String {
+    let vector = upward(motion.direction);
+    let axis = (0..3).find(|&axis| vector[axis] > 1.0 - 1e-9);
+    let axis = axis.map_or_else(|| direction(vector), |axis| AXES[axis].to_owned());
+    match (motion.turns, motion.about) {
+        (false, _) => format!("moves freely along {axis}"),
+        (true, None) => format!("turns freely about {axis}"),
+        (true, Some(node)) => format!("turns freely about {axis} at node {}", shown(&model.nodes[node].name)),
     }
 }
 

@@ -313,6 +313,124 @@ fn wrong_arguments_are_wrong_input() {
     assert!(err(&output).contains("gamma"), "{}", err(&output));
 }
 
+/// Every free motion by itself: of the network as a whole, of parts of it, and of single nodes.
+#[test]
+fn free_motions_are_told_one_by_one() {
+    const HEAD: &str = r#"format = "pennate/1"
+sections.rod = { stiffness = { EA = 3e4, GA2 = 1e4, GA3 = 1.4e4, GJ = 7e3, EI2 = 1e4, EI3 = 2e4 } }
+"#;
+    let frame = r#"
+nodes = { A = [0, 0], B = [60, 0], C = [60, 40] }
+members = { a = { nodes = ["A", "B"], section = "rod" }, b = { nodes = ["B", "C"], section = "rod" } }
+"#;
+    let hinges = r#"
+[nodes]
+A = [0, 0]
+B = [60, 0]
+C = [120, 0]
+D = [0, 60]
+[members]
+a = { nodes = ["A", "B"], section = "rod" }
+b = { nodes = ["B", "C"], section = "rod", release = { start = "pin" } }
+c = { nodes = ["A", "D"], section = "rod", release = { start = "pin" } }
+[supports]
+A = "clamped"
+"#;
+    let parts = r#"
+[nodes]
+A = [0, 0]
+B = [60, 0]
+C = [120, 7]
+D = [150, 60]
+[members]
+a = { nodes = ["A", "B"], section = "rod" }
+b = { nodes = ["C", "D"], section = "rod" }
+[supports]
+A = "clamped"
+C = ["rz"]
+"#;
+    let plane = "dimension = \"plane\"\n";
+    let space = "dimension = \"space\"\n";
+    let cases: [(String, &[&str]); 6] = [
+        (
+            format!("{HEAD}{plane}{frame}supports = {{ A = [\"rz\"] }}\n"),
+            &["the whole network moves freely along x", "the whole network moves freely along y"],
+        ),
+        (
+            format!("{HEAD}{plane}{frame}supports = {{ A = \"pinned\" }}\n"),
+            &["the whole network turns freely about z at node A"],
+        ),
+        (
+            format!("{HEAD}{plane}{frame}supports = {{ A = [\"uy\", \"rz\"] }}\n"),
+            &["the whole network moves freely along x"],
+        ),
+        (
+            format!("{HEAD}{space}{frame}supports = {{ A = [\"uz\"] }}\n"),
+            &[
+                "the whole network moves freely along x",
+                "the whole network moves freely along y",
+                "the whole network turns freely about z",
+                "the whole network turns freely about x at node A",
+                "the whole network turns freely about y at node A",
+            ],
+        ),
+        (
+            format!("{HEAD}{plane}{hinges}"),
+            &["node D moves freely along (1, 0, 0)", "node C moves freely along (0, 1, 0)"],
+        ),
+        (
+            format!("{HEAD}{plane}{parts}"),
+            &["the part with node C moves freely along x", "the part with node C moves freely along y"],
+        ),
+    ];
+    for (text, expected) in cases {
+        let place = Workplace::new();
+        let output = pennate().arg("check").arg(place.file("loose.toml", &text)).output().unwrap();
+        expect(&output, 2);
+        let titles: Vec<&str> = err(&output).lines().filter(|line| line.contains("is a mechanism")).collect();
+        assert_eq!(titles.len(), expected.len(), "{}", err(&output));
+        for words in expected {
+            assert!(titles.iter().any(|title| title.ends_with(words)), "{words} in\n{}", err(&output));
+        }
+    }
+}
+
+/// A chain of two bars that is held at its end by a spring, soft or all but nothing.
+#[test]
+fn what_holds_a_network_by_next_to_nothing_is_warned_of() {
+    for (stiffness, warned) in [("5e-11", true), ("1e-6", false)] {
+        let text = format!(
+            r#"format = "pennate/1"
+dimension = "plane"
+[nodes]
+A = [0, 0]
+B = [60, 0]
+C = [120, 0]
+[sections]
+rod = {{ stiffness = {{ EA = 3e4, GA2 = 1e4, GA3 = 1.4e4, GJ = 7e3, EI2 = 1e4, EI3 = 2e4 }} }}
+[members]
+a = {{ nodes = ["A", "B"], section = "rod" }}
+b = {{ nodes = ["B", "C"], section = "rod", release = {{ start = "pin" }} }}
+[supports]
+A = "clamped"
+[springs]
+held = {{ node = "C", stiffness = {{ uy = {stiffness} }} }}
+[[steps]]
+force = {{ C = [1, 0] }}
+"#
+        );
+        let place = Workplace::new();
+        let file = place.file("soft.toml", &text);
+        for command in ["solve", "check"] {
+            let output = pennate().arg(command).arg(&file).output().unwrap();
+            expect(&output, 0);
+            let found = err(&output).contains("warning: the network is nearly a mechanism: node C moves almost freely");
+            assert_eq!(found, warned, "{}", err(&output));
+            assert!(!warned || err(&output).contains("help:"), "{}", err(&output));
+        }
+    }
+}
+
 #[test]
 fn a_mechanism_is_refused_by_check_and_solve_with_its_motion() {
     let place = Workplace::new();

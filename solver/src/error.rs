@@ -19,10 +19,31 @@ pub struct FreeMotion {
     pub turns: bool,
     /// All nodes that take part.
     pub nodes: Vec<NodeId>,
+    pub extent: Extent,
+    /// A node on the axis of the turn of a part, where it is not the middle of the part.
+    pub about: Option<NodeId>,
+}
+
+/// What moves as one rigid body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Nothing more than a node or a member.
+    Local,
+    /// A part that no member and no spring connects to the rest.
+    Part,
+    Whole,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     Node(NodeId),
     Member(MemberId),
+}
+
+/// A motion that next to nothing resists.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NearMotion {
+    pub motion: FreeMotion,
+    /// Its stiffness over that of its components one by one.
+    pub stiffness: f64,
 }

@@ -30,7 +30,7 @@ pub mod system;
 use std::sync::Arc;
 
 use chain::Pack;
-use error::{FreeMotion, SolveError};
+use error::{FreeMotion, NearMotion, SolveError};
 use history::{History, Note};
 use joints::{Active, Topology};
 use lateral::Lateral;
@@ -143,6 +143,25 @@ pub fn free_motions(structure: &Structure, steps: &[Step]) -> Vec<FreeMotion> {
         Dimension::Plane => {
             let packs = packs::plane(&structure, 0);
             Path::new(System::new(structure, topology, packs, PLANE, false), options).free_motions(steps)
+        }
+    }
+}
+
+/// Finds the softest motion of the unloaded structure, where its stiffness is next to nothing, but something.
+///
+/// What the first step holds counts as held.
+pub fn near_motion(structure: &Structure, steps: &[Step]) -> Option<NearMotion> {
+    let structure = Arc::new(structure.clone());
+    let topology = path::topology(&structure, steps);
+    let options = Options::default();
+    match structure.dimension {
+        Dimension::Space => {
+            let packs = packs::space(&structure, 0);
+            Path::new(System::new(structure, topology, packs, SPACE, false), options).near_motion(steps)
+        }
+        Dimension::Plane => {
+            let packs = packs::plane(&structure, 0);
+            Path::new(System::new(structure, topology, packs, PLANE, false), options).near_motion(steps)
         }
     }
 }

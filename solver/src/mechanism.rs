@@ -1,14 +1,25 @@
 //! Motions that need no force: the null space of the unloaded stiffness.
+//!
+//! Iteration finds any basis of it. What is reported are the motions of whole parts as rigid bodies, and beside these motions
+//! of as few nodes as elimination leaves.
 
-use pennate_elements::small::{norm, scale};
+use pennate_elements::small::{add, axpy, cross, dot, norm, scale, sub};
 
-use crate::error::{FreeMotion, Place};
+use crate::error::{Extent, FreeMotion, NearMotion, Place};
+use crate::joints::Idle;
+use crate::structure::Spring;
 use crate::system::System;
 
 /// Stiffness of a motion over that of its components one by one, below which it is free.
 const FREE: f64 = 1e-12;
+/// The same below which a motion is nearly free: of sixteen digits fewer than seven are left.
+const NEAR: f64 = 1e-9;
 /// At most so many motions are looked for.
-const MANY: usize = 12;
+const MANY: usize = 60;
+/// Part of a motion outside of the free ones up to which it is one of them.
+const OUTSIDE: f64 = 1e-5;
+/// Joints of a part about which it is tried to turn.
+const CENTRES: usize = 20;
 
 /// Free motions of the system at its last assembly.
 pub fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
@@ -41,11 +52,22 @@ pub fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
         if !(stiffness.abs() <= FREE * norm) {
             break;
         }
-        motions.push(describe(system, &x));
         found.push(x);
     }
     system.linear.values = original;
+    motions.extend(readable(system, &found));
     motions
+}
+
+/// The softest motion at the last assembly and factorization, where it is nearly free.
+pub fn near_motion<const D: usize>(system: &mut System<D>) -> Option<NearMotion> {
+    let stiffness = system.softest_stiffness();
+    if stiffness.abs() >= NEAR {
+        return None;
+    }
+    let softest = system.softest_motion();
+    let motion = describe(system, &flat(system, &system.motions_of(&softest)));
+    Some(NearMotion { motion, stiffness })
 }
 
 fn orthogonalize(x: &mut [f64], found: &[Vec<f64>], weight: &[f64]) {
@@ -70,13 +92,196 @@ fn released<const D: usize>(system: &System<D>) -> Vec<FreeMotion> {
             direction: system.structure.members[member].axes[0],
             turns: true,
             nodes: system.structure.members[member].nodes.to_vec(),
+            extent: Extent::Local,
+            about: None,
         })
         .collect()
 }
 
-fn describe<const D: usize>(system: &System<D>, x: &[f64]) -> FreeMotion {
-    let motions: Vec<[f64; 6]> =
-        (0..system.forces.len()).map(|joint| system.equations.motion(joint, x, false)).collect();
+/// A basis of the motions that iteration found, made to be read.
+fn readable<const D: usize>(system: &System<D>, found: &[Vec<f64>]) -> Vec<FreeMotion> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    for x in found {
+        let row = flat(system, &system.motions_of(x));
+        basis.extend(beside(&row, &basis, 0.0));
+        rows.push(row);
+    }
+    let mut motions = Vec::new();
+    let mut taken: Vec<Vec<f64>> = Vec::new();
+    let parts = parts(system);
+    for part in &parts {
+        let extent = match part.len() {
+            1 => Extent::Local,
+            all if all == system.forces.len() => Extent::Whole,
+            _ => Extent::Part,
+        };
+        for (row, axis, turns, about) in rigid(system, part, &rows) {
+            if taken.len() < basis.len()
+                && beside(&row, &basis, OUTSIDE).is_none()
+                && let Some(new) = beside(&row, &taken, OUTSIDE)
+            {
+                taken.push(new);
+                let motion = describe(system, &row);
+                // What a single node does, or a part of which no more than one moves, is said of that node.
+                motions.push(match motion.nodes.len() {
+                    0 | 1 => motion,
+                    _ => FreeMotion { direction: axis, turns, extent, about, ..motion },
+                });
+            }
+        }
+    }
+    eliminate(&mut rows);
+    let mut local: Vec<(usize, Vec<f64>)> =
+        rows.into_iter().map(|row| (describe(system, &row).nodes.len(), row)).collect();
+    local.sort_by_key(|entry| entry.0);
+    for (_, row) in local {
+        if taken.len() < basis.len()
+            && let Some(new) = beside(&row, &taken, OUTSIDE)
+        {
+            taken.push(new);
+            motions.push(describe(system, &row));
+        }
+    }
+    motions
+}
+
+/// Motions of all joints one after the other, displacements over the size of the network.
+fn flat<const D: usize>(system: &System<D>, motions: &[[f64; 6]]) -> Vec<f64> {
+    let part = |motion: &[f64; 6]| -> [f64; 6] {
+        std::array::from_fn(|c| if c < 3 { motion[c] / system.size } else { motion[c] })
+    };
+    motions.iter().flat_map(part).collect()
+}
+
+/// The unit vector of what is left of one beside orthonormal others; `None` where that is no more than a part of it.
+fn beside(row: &[f64], others: &[Vec<f64>], least: f64) -> Option<Vec<f64>> {
+    let inner = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let whole = inner(row, row).sqrt();
+    let mut left = row.to_vec();
+    for _ in 0..2 {
+        for other in others {
+            let along = inner(&left, other);
+            left.iter_mut().zip(other).for_each(|(x, o)| *x -= along * o);
+        }
+    }
+    let length = inner(&left, &left).sqrt();
+    (length > least * whole).then(|| left.iter().map(|x| x / length).collect())
+}
+
+/// Gauss-Jordan elimination with the largest pivot of all: every motion has one component that no other one has.
+fn eliminate(rows: &mut [Vec<f64>]) {
+    for done in 0..rows.len() {
+        let mut pivot = (done, 0, 0.0f64);
+        for (r, row) in rows.iter().enumerate().skip(done) {
+            for (c, value) in row.iter().enumerate() {
+                if value.abs() > pivot.2.abs() * (1.0 + 1e-6) {
+                    pivot = (r, c, *value);
+                }
+            }
+        }
+        if pivot.2 == 0.0 {
+            return;
+        }
+        rows.swap(done, pivot.0);
+        rows[done].iter_mut().for_each(|x| *x /= pivot.2);
+        let row = rows[done].clone();
+        for (_, other) in rows.iter_mut().enumerate().filter(|(r, _)| *r != done) {
+            let factor = other[pivot.1];
+            other.iter_mut().zip(&row).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+}
+
+/// Joints that members and springs connect.
+fn parts<const D: usize>(system: &System<D>) -> Vec<Vec<usize>> {
+    let structure = &system.structure;
+    let pairs = structure.members.iter().map(|member| member.nodes);
+    let springs = structure.springs.iter().filter_map(|spring| match spring {
+        Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => Some(*nodes),
+        Spring::Ground { .. } => None,
+    });
+    let mut root: Vec<usize> = (0..system.forces.len()).collect();
+    let find = |root: &mut Vec<usize>, mut joint: usize| {
+        while root[joint] != joint {
+            root[joint] = root[root[joint]];
+            joint = root[joint];
+        }
+        joint
+    };
+    for pair in pairs.chain(springs) {
+        let [a, b] = pair.map(|node| find(&mut root, system.topology.links[node].joint));
+        root[a.max(b)] = a.min(b);
+    }
+    let mut parts = vec![Vec::new(); root.len()];
+    for joint in 0..root.len() {
+        let first = find(&mut root, joint);
+        parts[first].push(joint);
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+/// A motion of a part as a rigid body: what every joint does, its axis, whether it turns, and a node on the axis.
+type Rigid = (Vec<f64>, [f64; 3], bool, Option<usize>);
+
+/// Motions of a part as a rigid body: along the axes, about them through its middle, then about joints and lines between them.
+fn rigid<const D: usize>(system: &System<D>, part: &[usize], rows: &[Vec<f64>]) -> Vec<Rigid> {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let place = |joint: usize| system.structure.nodes[system.topology.references[joint]];
+    let mut middle = [0.0; 3];
+    for &joint in part {
+        axpy(&mut middle, 1.0 / part.len() as f64, place(joint));
+    }
+    let moved = |shift: [f64; 3], spin: [f64; 3], centre: [f64; 3]| {
+        let mut motions = vec![[0.0; 6]; system.forces.len()];
+        for &joint in part {
+            let u = add(shift, cross(spin, sub(place(joint), centre)));
+            // Joints may have no rotation of their own, or no spin about an axis.
+            let spin = match system.topology.idle[joint] {
+                Idle::None => spin,
+                Idle::Rotation => [0.0; 3],
+                Idle::Spin(axis) => sub(spin, scale(dot(spin, axis) / dot(axis, axis), axis)),
+            };
+            motions[joint] = [u[0], u[1], u[2], spin[0], spin[1], spin[2]];
+        }
+        flat(system, &motions)
+    };
+    let (shifts, turns) = if D == 3 { (&axes[..2], &axes[2..]) } else { (&axes[..], &axes[..]) };
+    let mut candidates: Vec<Rigid> = Vec::new();
+    candidates
+        .extend(shifts.iter().map(|&axis| (moved(scale(system.size, axis), [0.0; 3], middle), axis, false, None)));
+    candidates.extend(turns.iter().map(|&axis| (moved([0.0; 3], axis, middle), axis, true, None)));
+    // An axis passes through joints that are held, at least along some direction.
+    let moving = |joint: &usize| {
+        let moves = |c: usize| rows.iter().any(|row| row[6 * joint + c].abs() > 1e-6);
+        (0..3).filter(|&c| moves(c)).count()
+    };
+    let mut centres = part.to_vec();
+    centres.sort_by_key(moving);
+    centres.truncate(CENTRES);
+    for &centre in &centres {
+        let node = Some(system.topology.references[centre]);
+        candidates.extend(turns.iter().map(|&axis| (moved([0.0; 3], axis, place(centre)), axis, true, node)));
+    }
+    for (k, &centre) in centres.iter().enumerate() {
+        for &other in &centres[k + 1..] {
+            let line = sub(place(other), place(centre));
+            if D != 3 && norm(line) > 0.0 {
+                let axis = scale(1.0 / norm(line), line);
+                let node = Some(system.topology.references[centre]);
+                candidates.push((moved([0.0; 3], axis, place(centre)), axis, true, node));
+            }
+        }
+    }
+    candidates.retain(|candidate| candidate.0.iter().any(|x| x.abs() > 1e-9));
+    candidates
+}
+
+/// A motion in the order of [`flat`], where it is largest.
+fn describe<const D: usize>(system: &System<D>, row: &[f64]) -> FreeMotion {
+    let joint = |m: &[f64]| -> [f64; 6] { std::array::from_fn(|c| if c < 3 { m[c] * system.size } else { m[c] }) };
+    let motions: Vec<[f64; 6]> = row.chunks(6).map(joint).collect();
     let shift = |m: &[f64; 6]| norm([m[0], m[1], m[2]]) / system.size;
     let spin = |m: &[f64; 6]| norm([m[3], m[4], m[5]]);
     let largest = |of: &dyn Fn(&[f64; 6]) -> f64| {
@@ -106,5 +311,7 @@ fn describe<const D: usize>(system: &System<D>, x: &[f64]) -> FreeMotion {
             .filter(|&j| size(&motions[j]) > threshold)
             .map(|j| system.topology.references[j])
             .collect(),
+        extent: Extent::Local,
+        about: None,
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::FreeMotion;
+use crate::error::{FreeMotion, NearMotion};
 use crate::history::{Equilibrium, History, MeshSize, Note, Status};
 use crate::joints::Held;
 use crate::mechanism;
@@ -174,6 +174,22 @@ impl<'a, const D: usize> Path<'a, D> {
     /// Springs that are stretched or compressed from the start may hold a network that is loose without them; such a
     /// network is left to the iteration.
     pub fn free_motions(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
+        let prestressed = self.is_prestressed();
+        self.look_at_rest(steps, &mut |system, neutral| {
+            if neutral > 0 && !prestressed { mechanism::free_motions(system) } else { Vec::new() }
+        })
+    }
+
+    /// A motion that the unloaded structure resists by next to nothing, where there is one and none is free.
+    pub fn near_motion(&mut self, steps: &[Step]) -> Option<NearMotion> {
+        let prestressed = self.is_prestressed();
+        self.look_at_rest(steps, &mut |system, neutral| {
+            if neutral == 0 && !prestressed { mechanism::near_motion(system) } else { None }
+        })
+    }
+
+    /// Looks at the unloaded structure with what the first step holds, and at the number of its pivots that are none.
+    fn look_at_rest<R>(&mut self, steps: &[Step], look: &mut dyn FnMut(&mut System<D>, usize) -> R) -> R {
         let mut held = self.held.clone();
         for (node, component) in first_rows(&self.system.structure, steps) {
             self.insert(node, component, 0.0, 0.0);
@@ -183,15 +199,11 @@ impl<'a, const D: usize> Path<'a, D> {
         // The system is assembled with the rows of the first step; `held` has them, `self.held` those of the supports.
         let inertia = self.system.assemble(false);
         self.system.note_rest();
-        let motions = if inertia.neutral > 0 && !self.is_prestressed() {
-            mechanism::free_motions(&mut self.system)
-        } else {
-            Vec::new()
-        };
+        let seen = look(&mut self.system, inertia.neutral);
         let same = held.len() == self.held.len();
         self.system.hold(self.held.values().copied().collect());
         self.at_rest = Some(if same { inertia } else { self.system.assemble(false) });
-        motions
+        seen
     }
 
     fn is_prestressed(&self) -> bool {
