@@ -58,8 +58,6 @@ pub struct Convergence {
     pub residual: Residual,
     /// Size of the first increment.
     pub first: Size,
-    /// Whether the iteration came little nearer three times, or went away once: it may have arrived anywhere.
-    pub wandered: bool,
 }
 
 /// An iteration that was given up.
@@ -80,6 +78,8 @@ pub enum Why {
     Singular,
     /// The linear extrapolation to these loads is unstable: a limit point may lie between.
     Unstable,
+    /// The iteration came little nearer three times, or went away once: it may arrive anywhere.
+    Wandered,
 }
 
 /// Where an iteration starts from.
@@ -93,12 +93,14 @@ pub struct Start {
     pub negative_limit: usize,
     /// The equilibrium is one to go on from, not one to read off: a larger residual will do.
     pub passing: bool,
+    /// An equilibrium that is not the nearest one will do.
+    pub may_wander: bool,
 }
 
 impl Start {
     /// To full accuracy from a state nearby.
     pub fn nearby() -> Self {
-        Self { predicted: true, rest: None, negative_limit: usize::MAX, passing: false }
+        Self { predicted: true, rest: None, negative_limit: usize::MAX, passing: false, may_wander: true }
     }
 }
 
@@ -122,7 +124,7 @@ impl Newton {
             let converged = passing || self.is_converged(last, before, residual);
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             if converged && system.violation() <= self.violation {
-                return Ok(Convergence { iterations, inertia, residual, first, wandered: astray || slow >= WANDERING });
+                return Ok(Convergence { iterations, inertia, residual, first });
             }
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
                 return Err(Lost { iterations, residual, why: Why::Unstable });
@@ -150,6 +152,9 @@ impl Newton {
             if size > NEAR {
                 slow += usize::from(size > SLOW * last);
                 astray |= size > AWAY * last;
+                if !start.may_wander && (astray || slow >= WANDERING) {
+                    return Err(Lost { iterations, residual, why: Why::Wandered });
+                }
             }
             before = last;
             last = size;

@@ -125,10 +125,11 @@ impl<const D: usize> Path<'_, D> {
             let foreseen = if predicted { self.system.distance(LAST) } else { Size::default() };
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
-            let start = Start { predicted, rest: Some(LAST), negative_limit, passing: target < 1.0 };
+            let may_wander = !conservative || step <= LONG;
+            let start = Start { predicted, rest: Some(LAST), negative_limit, passing: target < 1.0, may_wander };
             let mut outcome = self.newton.solve(&mut self.system, start);
             if let (Err(lost), true) = (&outcome, retries > 0)
-                && lost.why != Why::Unstable
+                && !matches!(lost.why, Why::Unstable | Why::Wandered)
             {
                 // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
                 tally.iterations += lost.iterations;
@@ -155,11 +156,6 @@ impl<const D: usize> Path<'_, D> {
                     }
                     let guarded = rose && self.guards(&count);
                     let foreseen = if predicted { foreseen } else { found.first };
-                    if conservative && found.wandered && step > LONG {
-                        self.system.restore(LAST);
-                        increment = 0.5 * step;
-                        continue;
-                    }
                     let doubtful = conservative && leapt(self.system.distance(LAST), foreseen);
                     if (guarded || doubtful) && step > BRACKET {
                         self.system.restore(LAST);
@@ -219,6 +215,10 @@ impl<const D: usize> Path<'_, D> {
                     tally.factorizations += lost.iterations;
                     self.system.restore(LAST);
                     increment = 0.4 * step;
+                    if lost.why == Why::Wandered {
+                        increment = 0.5 * step;
+                        continue;
+                    }
                     if lost.why == Why::Unstable {
                         // Past a limit point the extrapolation is unstable: go nearer before believing what comes.
                         increment = increment.max(0.9 * BRACKET);
