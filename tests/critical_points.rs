@@ -185,6 +185,22 @@ fn a_clamped_column_buckles_between_its_ends() {
     assert_eq!(state.members.len(), 1);
 }
 
+/// A ramp that ends a little before a limit point reaches its end, however near that is; a little beyond, it does not.
+#[test]
+fn a_ramp_that_ends_before_a_limit_point_reaches_its_end() {
+    let text = std::fs::read_to_string(validation("05_lee_frame/lee_frame.toml")).expect("the network");
+    for (part, expected) in [(0.998, Status::Converged), (0.99995, Status::Converged), (1.001, Status::LimitPoint)] {
+        let text = text.replace("[0, -2, 0]", &format!("[0, {}, 0]", -1.85445270944 * part));
+        let model = pennate_models::read_text("near.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        let solution =
+            solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"));
+        let step = &solution.history.steps[0];
+        assert_eq!(step.status, expected, "{part} of the limit load, fraction {}", step.fraction);
+        assert_eq!(step.stable, Some(true));
+    }
+}
+
 /// From the first limit point of Lee's frame to the stable path beyond the second, under the same load.
 #[test]
 fn a_jump_lands_where_the_arc_length_arrives() {

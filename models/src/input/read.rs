@@ -286,7 +286,7 @@ macro_rules! words {
 
         impl $name {
             /// The words as written.
-            #[allow(dead_code)]
+            #[allow(dead_code, reason = "of some, only the reading is used")]
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
             pub fn from_word(word: &str) -> Option<Self> {

@@ -55,14 +55,17 @@ impl<const D: usize> Path<'_, D> {
                     ends = Some(([walk.before, walk.fraction], walk.metric, passed));
                     break;
                 }
-                self.keep(passed.count);
-                if walk.fraction >= 1.0 || walk.fraction > fraction + FALSE_ALARM {
-                    // Nothing was lost: what looked so was a longer step onto another branch.
-                    let last = walk.fraction - walk.before;
-                    if walk.fraction < 1.0 {
-                        return After::GoOn { at: walk.fraction, next: 2.0 * last, last: Some(last) };
+                if walk.fraction >= 1.0 {
+                    if let Some(after) = self.reach_end(ramp, record, tally) {
+                        return after;
                     }
                     break;
+                }
+                self.keep(passed.count);
+                if walk.fraction > fraction + FALSE_ALARM {
+                    // Nothing was lost: what looked so was a longer step onto another branch.
+                    let last = walk.fraction - walk.before;
+                    return After::GoOn { at: walk.fraction, next: 2.0 * last, last: Some(last) };
                 }
             }
         }
@@ -77,6 +80,13 @@ impl<const D: usize> Path<'_, D> {
                 points.push(self.rough_point(kind, ends[1], passed.sideways && !passed.own));
             }
             let first = points[0].clone();
+            if first.fraction > 1.0 {
+                if let Some(after) = self.reach_end(ramp, record, tally) {
+                    return after;
+                }
+                ramp.apply(&mut self.system, first.fraction);
+                self.system.assemble(false);
+            }
             let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
             self.accept(record, first.fraction, &found, tally);
             record.critical_points.extend(points.iter().cloned());
@@ -96,6 +106,24 @@ impl<const D: usize> Path<'_, D> {
         ramp.apply(&mut self.system, fraction);
         self.settle(record, fraction, tally);
         After::Stop
+    }
+
+    /// From the state LAST to the end of the ramp, where no singular point lies between.
+    fn reach_end(&mut self, ramp: &Ramp, record: &mut StepHistory, tally: &mut Tally) -> Option<After> {
+        self.system.save(DETOUR);
+        self.system.restore(LAST);
+        ramp.apply(&mut self.system, 1.0);
+        if let Ok(found) = self.newton.solve(&mut self.system, Start::nearby()) {
+            tally.factorizations += found.iterations;
+            let count = self.count(&found.inertia);
+            if count.own <= self.base.own && count.lateral <= self.base.lateral {
+                self.keep(count);
+                self.accept(record, 1.0, &found, tally);
+                return Some(After::GoOn { at: 1.0, next: 1.0, last: None });
+            }
+        }
+        self.system.restore(DETOUR);
+        None
     }
 
     /// The way on from a singular point, the present state; `None` where there is none.
@@ -137,7 +165,7 @@ impl<const D: usize> Path<'_, D> {
         if point.kind == CriticalKind::LimitPoint
             && let Some(at) = self.touch(ramp, point.fraction, tally)
         {
-            record.critical_points.pop();
+            record.critical_points.retain(|noted| noted != point);
             record.notes.push(Note::TouchedSingular { fraction: point.fraction });
             let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
             self.accept(record, at, &found, tally);

@@ -139,7 +139,7 @@ impl<const D: usize> Path<'_, D> {
                 outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
                 self.system.set_plain(false);
             }
-            match outcome {
+            let rough = match outcome {
                 Ok(found) => {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.iterations;
@@ -164,51 +164,39 @@ impl<const D: usize> Path<'_, D> {
                     }
                     if guarded || doubtful && self.system.jumped(LAST, BEFORE, behind) {
                         let sideways = guarded && count.own <= self.base.own;
-                        let rough = self.rough_stop(target, sideways, behind);
-                        match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
-                            After::Stop => return false,
-                            After::GoOn { at, next, last } => {
-                                fraction = at;
-                                increment = next;
-                                last_increment = last.unwrap_or(0.0);
-                                behind = last.is_some();
-                                retries = 0;
-                                if fraction >= 1.0 {
-                                    return self.arrived(record, &tally);
-                                }
-                                continue;
-                            }
+                        self.rough_stop(target, sideways, behind)
+                    } else {
+                        self.note_changes(ramp, record, &count, [fraction, target], &mut tally);
+                        self.base = count;
+                        last_rate = self.system.distance(LAST).largest() / step;
+                        if tally.accepted == 0 {
+                            first_rate = last_rate;
                         }
+                        self.system.save_as(LAST, BEFORE);
+                        behind = true;
+                        fraction = target;
+                        last_increment = step;
+                        retries = 0;
+                        tally.accepted += 1;
+                        if is_step {
+                            self.accept(record, fraction, &found, &tally);
+                        }
+                        if !watch(fraction) && fraction < 1.0 {
+                            record.status = Status::Interrupted;
+                            self.settle(record, fraction, &tally);
+                            return false;
+                        }
+                        if fraction >= 1.0 {
+                            return self.arrived(record, &tally);
+                        }
+                        increment = match found.iterations {
+                            0..=6 => 2.0 * step,
+                            7..=8 => step,
+                            _ => 0.6 * step,
+                        }
+                        .min(ramp.longest);
+                        continue;
                     }
-                    self.note_changes(ramp, record, &count, [fraction, target], &mut tally);
-                    self.base = count;
-                    last_rate = self.system.distance(LAST).largest() / step;
-                    if tally.accepted == 0 {
-                        first_rate = last_rate;
-                    }
-                    self.system.save_as(LAST, BEFORE);
-                    behind = true;
-                    fraction = target;
-                    last_increment = step;
-                    retries = 0;
-                    tally.accepted += 1;
-                    if is_step {
-                        self.accept(record, fraction, &found, &tally);
-                    }
-                    if !watch(fraction) && fraction < 1.0 {
-                        record.status = Status::Interrupted;
-                        self.settle(record, fraction, &tally);
-                        return false;
-                    }
-                    if fraction >= 1.0 {
-                        return self.arrived(record, &tally);
-                    }
-                    increment = match found.iterations {
-                        0..=6 => 2.0 * step,
-                        7..=8 => step,
-                        _ => 0.6 * step,
-                    }
-                    .min(ramp.longest);
                 }
                 Err(lost) => {
                     tally.iterations += lost.iterations;
@@ -225,29 +213,27 @@ impl<const D: usize> Path<'_, D> {
                         continue;
                     }
                     retries += 1;
-                    if increment < SHORTEST || retries > 14 {
-                        let fold = last_rate > FOLD * first_rate && tally.accepted > 1;
-                        let rough = self.rough_end(target, &lost, fold);
-                        match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
-                            After::Stop => return false,
-                            After::GoOn { at, next, last } => {
-                                fraction = at;
-                                increment = next;
-                                last_increment = last.unwrap_or(0.0);
-                                behind = last.is_some();
-                                retries = 0;
-                                if fraction >= 1.0 {
-                                    return self.arrived(record, &tally);
-                                }
-                                continue;
-                            }
+                    if increment >= SHORTEST && retries <= 14 {
+                        if watch(fraction) {
+                            continue;
                         }
-                    }
-                    if !watch(fraction) {
                         record.status = Status::Interrupted;
                         self.settle(record, fraction, &tally);
                         return false;
                     }
+                    let fold = last_rate > FOLD * first_rate && tally.accepted > 1;
+                    self.rough_end(target, &lost, fold)
+                }
+            };
+            match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
+                After::Stop => return false,
+                After::GoOn { at, .. } if at >= 1.0 => return self.arrived(record, &tally),
+                After::GoOn { at, next, last } => {
+                    fraction = at;
+                    increment = next;
+                    last_increment = last.unwrap_or(0.0);
+                    behind = last.is_some();
+                    retries = 0;
                 }
             }
         }
