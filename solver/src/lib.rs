@@ -22,6 +22,7 @@ pub mod packs;
 pub mod path;
 pub mod reduce;
 pub mod results;
+pub mod sensitivity;
 pub mod spectral;
 mod split;
 pub mod structure;

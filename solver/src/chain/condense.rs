@@ -191,6 +191,29 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.ends = Ends { k00: left, k01: link, k11: here, r0: left_rest, r1: rest };
     }
 
+    /// Change of the local unknowns of an element for a motion of its ends; with `RESIDUAL` also for the forces that
+    /// were left inside it.
+    #[inline(always)]
+    pub(super) fn interior_change<const RESIDUAL: bool>(&self, e: usize, first: &[T; D], last: &[T; D]) -> [[T; D]; P] {
+        let (last, turn) = B::restrict(&self.frames[e], first, last);
+        let mut change = [[T::zero(); D]; P];
+        change[P - 1] = last;
+        let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
+        for i in (0..P - 1).rev() {
+            let mut sum = if RESIDUAL { self.inner_rest[nodes + i] } else { [T::zero(); D] };
+            // Blocks of row i start after those of the rows before it.
+            let row = blocks + i * (2 * P - i - 1) / 2;
+            for j in i + 1..P {
+                sum = add(sum, apply(&self.inner[row + j - i - 1], &change[j]));
+            }
+            if self.loaded {
+                sum = add(sum, apply(&self.inner_turn[nodes + i], &turn));
+            }
+            change[i] = scale(-T::one(), sum);
+        }
+        change
+    }
+
     #[inline(always)]
     fn advance_all(&mut self) {
         let elements = self.frames.len();
@@ -203,22 +226,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
         for e in 0..elements {
             let frame = self.frames[e];
-            let (last, turn) = B::restrict(&frame, &self.increments[e], &self.increments[e + 1]);
-            let mut change = [[T::zero(); D]; P];
-            change[P - 1] = last;
-            let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
-            for i in (0..P - 1).rev() {
-                let mut sum = self.inner_rest[nodes + i];
-                // Blocks of row i start after those of the rows before it.
-                let row = blocks + i * (2 * P - i - 1) / 2;
-                for j in i + 1..P {
-                    sum = add(sum, apply(&self.inner[row + j - i - 1], &change[j]));
-                }
-                if self.loaded {
-                    sum = add(sum, apply(&self.inner_turn[nodes + i], &turn));
-                }
-                change[i] = scale(-T::one(), sum);
-            }
+            let change = self.interior_change::<true>(e, &self.increments[e], &self.increments[e + 1]);
             let local = self.local_of(e, &frame);
             let stress = self.stress_of(e);
             let moduli = self.moduli[self.segment_of[e]];

@@ -22,11 +22,13 @@ mod lanes;
 mod lateral;
 mod shape;
 mod transfer;
+mod variation;
 
 use dashpots::Dashpots;
 pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, set_piece};
+pub use variation::SegmentVariation;
 
 /// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
 pub const SLOTS: usize = 4;
@@ -118,6 +120,8 @@ pub trait Pack<const D: usize>: Send {
     /// [`Pack::set_end`].
     fn advance(&mut self);
     fn size(&self, lane: usize) -> Size;
+    /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
+    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
     /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
     fn set_plain(&mut self, plain: bool);
     /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
@@ -397,6 +401,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             }
         }
         size
+    }
+
+    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
+        self.variation_impl(lane, ends)
     }
 
     fn set_plain(&mut self, plain: bool) {
