@@ -1,7 +1,7 @@
 //! HSIM muscle: a tube in three segments whose middle contracts under pressure.
 //!
 //! A muscle of length L has segments l₁ | L − 2 l₁ | l₁; annuli of one wall with outer radius R₁ (ends) and R₂
-//! (middle), one modulus E. The middle segment contracts by ε* = α p. E, α, R₁, R₂ are tabulated against the
+//! (middle), one modulus E, or another one E₁ in the ends. The middle segment contracts by ε* = α p. E, α, R₁, R₂ are tabulated against the
 //! pressure p, linear between rows; below the first row they keep its values, so that ε* falls linearly to
 //! zero at p = 0.
 
@@ -35,6 +35,8 @@ pub struct Muscle {
 pub struct Row {
     pub pressure: f64,
     pub youngs_modulus: f64,
+    /// Modulus E₁ of the end segments; that of the middle unless the table gives it.
+    pub end_modulus: f64,
     /// Contraction of the middle segment per unit of pressure, negative.
     pub alpha: f64,
     /// Outer radius R₁ of the end segments.
@@ -59,6 +61,7 @@ impl Muscle {
         Row {
             pressure,
             youngs_modulus: between(below.youngs_modulus, above.youngs_modulus),
+            end_modulus: between(below.end_modulus, above.end_modulus),
             alpha: between(below.alpha, above.alpha),
             end_radius: between(below.end_radius, above.end_radius),
             middle_radius: between(below.middle_radius, above.middle_radius),
@@ -75,6 +78,7 @@ impl Muscle {
         muscle.density *= density;
         for row in &mut muscle.rows {
             row.youngs_modulus *= stress;
+            row.end_modulus *= stress;
             row.end_radius *= length;
             row.middle_radius *= length;
         }
@@ -98,9 +102,9 @@ impl Muscle {
         annulus(self.diameter / 2.0, self.wall).second_moments.map(|moment| moment * self.density)
     }
 
-    fn section(&self, outer_radius: f64, row: &Row) -> Section {
-        let shear_modulus = row.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio));
-        let mut section = annulus(outer_radius, self.wall).section(row.youngs_modulus, shear_modulus, self.stiffening);
+    fn section(&self, outer_radius: f64, youngs_modulus: f64) -> Section {
+        let shear_modulus = youngs_modulus / (2.0 * (1.0 + self.poissons_ratio));
+        let mut section = annulus(outer_radius, self.wall).section(youngs_modulus, shear_modulus, self.stiffening);
         section.mass_per_length = self.mass_per_length();
         section.rotary_inertia = self.rotary_inertia();
         section
@@ -124,10 +128,10 @@ pub struct MuscleLaw {
 impl SectionLaw for MuscleLaw {
     fn at(&self, pressure: f64) -> SectionState {
         let row = self.muscle.at(pressure);
-        let (radius, strain) = match self.part {
-            Part::End => (row.end_radius, 0.0),
-            Part::Middle => (row.middle_radius, row.alpha * pressure),
+        let (radius, modulus, strain) = match self.part {
+            Part::End => (row.end_radius, row.end_modulus, 0.0),
+            Part::Middle => (row.middle_radius, row.youngs_modulus, row.alpha * pressure),
         };
-        SectionState { section: self.muscle.section(radius, &row), strain, curvature: [0.0; 3] }
+        SectionState { section: self.muscle.section(radius, modulus), strain, curvature: [0.0; 3] }
     }
 }

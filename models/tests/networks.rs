@@ -189,6 +189,23 @@ fn library_muscles_have_the_strokes_and_forces_they_were_made_for() {
     }
 }
 
+/// E1 is the modulus of the ends, between the rows too; without it they have that of the middle.
+#[test]
+fn ends_may_have_a_modulus_of_their_own() {
+    let muscle = |rows: &str| {
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], B = [130, 0] }}\n\
+             muscles.m = {{ diameter = 13, wall = 2, pressure_unit = \"psi\", table = [{rows}] }}\n\
+             members.m = {{ nodes = [\"A\", \"B\"], muscle = \"m\" }}\nsupports.A = \"clamped\""
+        );
+        from_text(&text).muscles[0].at(15.0)
+    };
+    let row = muscle(
+        "{ pressure = 10, E = 4, E1 = 6, alpha = -5e-3, R1 = 6, R2 = 7 }, { pressure = 20, E = 5, alpha = -5e-3, R1 = 6, R2 = 7 }",
+    );
+    assert_eq!((row.youngs_modulus, row.end_modulus), (4.5, 5.5));
+}
+
 #[test]
 fn the_tripod_is_spatial_and_shares_its_laws() {
     let model = network("networks/tripod.toml");

@@ -183,6 +183,8 @@ record! {
     pub struct MuscleRow as "a row of a muscle's table" {
         pressure: Number,
         E: Number,
+        /// Modulus of the ends; E by default.
+        E1: Option<Number>,
         /// Contraction per unit of pressure, negative.
         alpha: Number,
         /// Outer radius of the ends.

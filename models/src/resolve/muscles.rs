@@ -269,6 +269,10 @@ fn rows(
 fn one_row(name: &str, row: &input::MuscleRow, wall: f64, unit: &Unit, cx: &mut Context) -> Option<hsim::Row> {
     let pressure = cx.pressure(&row.pressure, unit);
     let youngs_modulus = cx.positive(&row.E, Kind::Stress, &format!("E of muscle '{name}'"));
+    let end_modulus = match &row.E1 {
+        Some(modulus) => cx.positive(modulus, Kind::Stress, &format!("E1 of muscle '{name}'")),
+        None => youngs_modulus,
+    };
     let alpha = cx.inverse_pressure(&row.alpha, unit);
     let mut radius = |number, key: &str| {
         let radius = cx.positive(number, Kind::Length, &format!("{key} of muscle '{name}'"))?;
@@ -292,6 +296,7 @@ fn one_row(name: &str, row: &input::MuscleRow, wall: f64, unit: &Unit, cx: &mut 
     Some(hsim::Row {
         pressure,
         youngs_modulus: youngs_modulus?,
+        end_modulus: end_modulus?,
         alpha,
         end_radius: end_radius?,
         middle_radius: middle_radius?,
