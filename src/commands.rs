@@ -1,7 +1,7 @@
 //! The commands: what they print, what they write and how they end.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +13,8 @@ use pennate_solver::history::Status;
 
 use crate::accuracy::Verdict;
 use crate::diagnostics::{Message, Severity, show, show_errors, show_warnings};
-use crate::output::files::check_writable;
+use crate::fit;
+use crate::output::files::{check_writable, write_whole};
 use crate::output::{json, table, write_files};
 use crate::progress::{Bar, Counter};
 use crate::solution::Solution;
@@ -168,6 +169,32 @@ pub fn sweep(sweep: &Sweep) -> Exit {
         (false, true) => exit,
         (false, false) => Exit::NotSolved,
     }
+}
+
+/// `pennate fit`: the table of a muscle from test data, with its errors, as text, file and picture.
+pub fn fit(request: &fit::Request, output: Option<&Path>, check: bool, plot: Option<&Path>) -> Exit {
+    let fitted = match fit::run(request) {
+        Ok(fitted) => fitted,
+        Err(errors) => return refuse(&Refusal::Input(errors)),
+    };
+    let mut text = fit::report::report(&fitted);
+    if check {
+        text += &format!("\n{}", fit::report::check(&fitted));
+    }
+    let printed = print(|out| out.write_all(text.as_bytes()));
+    if let Some(path) = output
+        && let Err(error) = write_whole(path, |out| out.write_all(fit::file::text(&fitted).as_bytes()))
+    {
+        return could_not(&error);
+    }
+    if let Some(path) = plot
+        && let Err(error) = fit::plot::draw(&fitted, path)
+    {
+        let title = format!("cannot draw {}: {error}", path.display());
+        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+        return Exit::NotSolved;
+    }
+    printed
 }
 
 /// `pennate schema`: the JSON Schema of the network file.

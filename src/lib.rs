@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod commands;
 pub mod diagnostics;
 pub mod explain;
+pub mod fit;
 #[cfg(test)]
 mod fixture;
 pub mod output;

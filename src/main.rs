@@ -5,6 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use pennate::commands::{self, Destination};
+use pennate::fit::optimize::Method;
+use pennate::fit::{self, EndLength};
 use pennate::spectrum::{self, Question};
 use pennate::sweep::vary::Vary;
 use pennate::{Input, Job};
@@ -38,6 +40,12 @@ enum Command {
     Check(Network),
     /// Solve a network for many values of its parameters, into one table and one plot.
     Sweep(Sweep),
+    /// Fit the table of a muscle to test data.
+    ///
+    /// The data are a CSV file with one equilibrium a row: length, pressure, dead loads on the tip of a clamped muscle, and
+    /// where the tip comes to rest. Columns carry their units in their names, such as L_mm, pressure_psi, Fx_N, Fy_N,
+    /// Mz_Nmm, tip_x_mm, tip_y_mm, tip_theta_deg; variant, test, converged and ovality_min are optional.
+    Fit(Fit),
     /// Print the JSON Schema of the network file.
     Schema,
     /// Write the network file of a scene of the dissertation to standard output; list the scenes without a name.
@@ -94,6 +102,59 @@ struct Sweep {
     /// Solves at a time; one for each core by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+}
+
+#[derive(Args)]
+struct Fit {
+    /// Test data, CSV.
+    data: PathBuf,
+    /// Undeformed outer diameter, mm.
+    #[arg(long, value_name = "MM")]
+    diameter: f64,
+    /// Wall, mm.
+    #[arg(long, value_name = "MM")]
+    wall: f64,
+    /// Which muscle of data that hold several, by the column 'variant'.
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Fit the load cases of this length, mm; the middle one of the data by default.
+    #[arg(long, value_name = "MM")]
+    length: Option<f64>,
+    /// Kinds of test to fit, by the column 'test'.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_values = fit::TESTS)]
+    tests: Vec<String>,
+    /// Leave out load cases of a smaller ovality: kinked ones have less than 0.93.
+    #[arg(long, value_name = "RATIO")]
+    min_ovality: Option<f64>,
+    /// Length of the ends that do not contract, mm, or 'fit'; one diameter by default.
+    #[arg(long, value_name = "MM", value_parser = end_length)]
+    end_length: Option<EndLength>,
+    /// Fit a modulus of the ends besides that of the middle.
+    #[arg(long)]
+    two_moduli: bool,
+    /// Take the muscle for a shear-flexible (Timoshenko) rod.
+    #[arg(long)]
+    shear: bool,
+    /// How the differences are made least.
+    #[arg(long, value_enum, default_value = "least-squares")]
+    method: FitMethod,
+    /// Write the muscle file.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print the errors at every length of the data.
+    #[arg(long)]
+    check: bool,
+    /// Draw them, SVG.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum FitMethod {
+    /// Levenberg-Marquardt with exact derivatives.
+    LeastSquares,
+    /// Nelder-Mead, restarted.
+    NelderMead,
 }
 
 #[derive(Args)]
@@ -191,6 +252,7 @@ fn main() -> ExitCode {
             threads: arguments.threads.map(usize::from),
             directory: arguments.output,
         }),
+        Command::Fit(fit) => commands::fit(&fit.request(), fit.output.as_deref(), fit.check, fit.plot.as_deref()),
         Command::Schema => commands::schema(),
         Command::Scene(Scene { name: Some(name), settings }) => commands::scene(&name, &settings),
         Command::Scene(Scene { name: None, .. }) => commands::scenes(),
@@ -201,6 +263,35 @@ fn main() -> ExitCode {
 impl From<Network> for Input {
     fn from(network: Network) -> Self {
         Self { file: network.file, settings: network.settings }
+    }
+}
+
+impl Fit {
+    fn request(&self) -> fit::Request {
+        fit::Request {
+            data: self.data.clone(),
+            variant: self.variant.clone(),
+            length: self.length,
+            tests: self.tests.clone(),
+            min_ovality: self.min_ovality,
+            diameter: self.diameter,
+            wall: self.wall,
+            end_length: self.end_length.unwrap_or(EndLength::Diameter),
+            shear: self.shear,
+            two_moduli: self.two_moduli,
+            method: match self.method {
+                FitMethod::LeastSquares => Method::LeastSquares,
+                FitMethod::NelderMead => Method::NelderMead,
+            },
+        }
+    }
+}
+
+fn end_length(text: &str) -> Result<EndLength, String> {
+    match text.parse::<f64>() {
+        Ok(length) if length > 0.0 && length.is_finite() => Ok(EndLength::Given(length)),
+        Err(_) if text == "fit" => Ok(EndLength::Fitted),
+        _ => Err("a length in mm expected, or 'fit'".to_owned()),
     }
 }
 

@@ -1,0 +1,119 @@
+//! What a person reads after a fit.
+
+use super::errors::{LengthErrors, by_length};
+use super::optimize::Method;
+use super::select::words;
+use super::{Fitted, KINKED};
+use crate::output::text::{Align, columns, duration, number, shown};
+
+/// The parameters with the errors of what was fitted.
+pub fn report(fitted: &Fitted) -> String {
+    let tube = &fitted.tube;
+    let variant =
+        if fitted.selection.variant.is_empty() { String::new() } else { format!(", {}", fitted.selection.variant) };
+    let mut text = format!(
+        "{}{}, {} mm long, diameter {} mm, wall {} mm, ends {} mm; {} rod, {}\n\n",
+        shown(&fitted.data.source.name),
+        shown(&variant),
+        fitted.selection.length,
+        tube.diameter,
+        tube.wall,
+        number((1e4 * tube.end_length).round() / 1e4),
+        if tube.shear { "shear-flexible" } else { "shear-rigid" },
+        method(fitted.method),
+    );
+    let unit = &fitted.data.pressure_unit;
+    let two = fitted.has_two_moduli();
+    let mut head = vec![format!("pressure, {unit}"), format!("alpha, 1/{unit}"), "E, MPa".to_owned()];
+    if two {
+        head.push("E1, MPa".to_owned());
+    }
+    let rest = ["R1, mm", "R2, mm", "axial, mm", "bending, mm", "slope, deg", "cases", "starts agree"];
+    head.extend(rest.map(str::to_owned));
+    let mut rows = vec![head];
+    for fitted in &fitted.rows {
+        let row = &fitted.row;
+        let mut cells = vec![number(row.pressure), format!("{:.4e}", row.alpha), format!("{:.4}", row.youngs_modulus)];
+        if two {
+            cells.push(format!("{:.4}", row.end_modulus));
+        }
+        cells.extend([row.end_radius, row.middle_radius].map(|radius| format!("{radius:.4}")));
+        cells.extend(fitted.errors.mean.map(|mean| format!("{mean:.3}")));
+        cells.push((fitted.errors.counts[0] + fitted.errors.counts[1]).to_string());
+        cells.push(format!("{} of {}", fitted.agreeing[0], fitted.agreeing[1]));
+        rows.push(cells);
+    }
+    let align = vec![Align::Right; rows[0].len()];
+    text += &columns(&align, &rows);
+    for line in bounds(fitted) {
+        text += &format!("{line}\n");
+    }
+    let solved: usize =
+        fitted.rows.iter().map(|row| row.evaluations * (row.errors.counts[0] + row.errors.counts[1])).sum();
+    let factorizations: usize = fitted.rows.iter().map(|row| row.factorizations).sum();
+    text + &format!(
+        "\nTook {}: {solved} load cases, {factorizations} factorizations.\n",
+        duration(fitted.took.as_secs_f64())
+    )
+}
+
+/// Names of the methods.
+pub fn method(method: Method) -> &'static str {
+    match method {
+        Method::LeastSquares => "Levenberg-Marquardt",
+        Method::NelderMead => "Nelder-Mead",
+    }
+}
+
+/// A sentence for every parameter that ended on a bound.
+pub fn bounds(fitted: &Fitted) -> Vec<String> {
+    let one = |row: &super::FittedRow| {
+        let pressure = row.row.pressure;
+        let sentence = move |(parameter, upper, bound): &(super::parameters::Parameter, bool, f64)| {
+            let which = if *upper { "upper" } else { "lower" };
+            format!(
+                "At {} {} {} ends on its {which} bound {}: the load cases do not determine it.",
+                number(pressure),
+                fitted.data.pressure_unit,
+                parameter.key(),
+                number(*bound)
+            )
+        };
+        row.on_bounds.iter().map(sentence).collect::<Vec<_>>()
+    };
+    fitted.rows.iter().flat_map(one).collect()
+}
+
+/// The error analysis: mean and standard deviation over the pressures, at every length.
+pub fn check(fitted: &Fitted) -> String {
+    let mut text = format!(
+        "Mean absolute errors with the parameters of {} mm, mean and standard deviation over {}.\n\n",
+        fitted.selection.length,
+        words(&fitted.rows.iter().map(|row| row.row.pressure).collect::<Vec<_>>(), &fitted.data.pressure_unit)
+    );
+    text += &table(&by_length(fitted, None));
+    if fitted.selection.all.iter().any(|case| case.ovality.is_some()) {
+        text += &format!("\nWithout kinked states (ovality below {KINKED}):\n\n");
+        text += &table(&by_length(fitted, Some(KINKED)));
+    }
+    text
+}
+
+fn table(errors: &[LengthErrors]) -> String {
+    let head = ["length, mm", "L/D", "axial, mm", "of", "bending, mm", "of", "slope, deg", "of", "cases"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for line in errors {
+        let mut cells = vec![number(line.length), number(line.aspect_ratio)];
+        for kind in 0..3 {
+            cells.push(format!("{:.2} ± {:.2}", line.mean[kind], line.deviation[kind]));
+            cells.push(format!("{:.1}", line.largest[kind]));
+        }
+        cells.push(if line.lost > 0 {
+            format!("{} and {} lost", line.cases, line.lost)
+        } else {
+            line.cases.to_string()
+        });
+        rows.push(cells);
+    }
+    columns(&[Align::Right; 9], &rows)
+}
