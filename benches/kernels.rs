@@ -5,9 +5,9 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use pennate_elements::beam::{At, Beam, Condensed, Local, Moduli, Piece};
 use pennate_elements::interpolation::Table;
-use pennate_elements::plane::Plane;
+use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::small::identity;
-use pennate_elements::space::Space;
+use pennate_elements::space::{CorotationalSpace, Space};
 use pennate_solver::chain::{Chain, ChainMesh, Pack, SegmentMesh};
 
 /// Elements of the chain whose elimination is timed.
@@ -28,7 +28,7 @@ impl<const D: usize, const P: usize> Bent<D, P> {
         Self {
             table: Table::new(),
             piece: Piece { length: 5.0, axes: identity(), chord: [5.0, 0.0, 0.0], bulge: [0.0; 3] },
-            moduli: Moduli { stiffness: [300.0; D], rest: [-0.1; D], held: [0.0; D] },
+            moduli: Moduli { stiffness: [300.0; D], rest: [-0.1; D], held: [0.0; D], softening: [0.0; 2] },
             local: std::array::from_fn(|i| std::array::from_fn(|d| wave(i, d))),
             stress: std::array::from_fn(|g| std::array::from_fn(|d| 50.0 * wave(g, d))),
         }
@@ -60,7 +60,7 @@ fn element<B: Beam<f64, D>, const D: usize, const P: usize>(criterion: &mut Crit
     };
     let mut chain = Chain::<f64, B, D, P>::new(&[mesh]);
     let stiffness = [300.0, 60.0, 60.0, 500.0, 700.0, 700.0];
-    chain.set_moduli(0, 0, &Moduli { stiffness, rest: [0.0; 6], held: [0.0; 6] });
+    chain.set_moduli(0, 0, &Moduli { stiffness, ..Moduli::default() });
     criterion.bench_function(&format!("{name} {P}: condensation of {ELEMENTS} elements"), |bencher| {
         bencher.iter(|| black_box(&mut chain).condense());
     });
@@ -86,11 +86,13 @@ fn kernels(criterion: &mut Criterion) {
     element::<Space, 6, 2>(criterion, "space");
     element::<Space, 6, 3>(criterion, "space");
     element::<Space, 6, 4>(criterion, "space");
+    element::<CorotationalSpace, 6, 1>(criterion, "corotational space");
     expansion::<Plane, 3>(criterion, "plane");
     element::<Plane, 3, 1>(criterion, "plane");
     element::<Plane, 3, 2>(criterion, "plane");
     element::<Plane, 3, 3>(criterion, "plane");
     element::<Plane, 3, 4>(criterion, "plane");
+    element::<CorotationalPlane, 3, 1>(criterion, "corotational plane");
 }
 
 criterion_group!(benches, kernels);

@@ -10,7 +10,8 @@ use pennate_elements::section::Section;
 use pennate_solver::history::{Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{
-    Dimension, Drive, Member, Release, SectionLaw, SectionState, Segment, Stability, Step, Structure, Support,
+    Dimension, Drive, Formulation, Member, Release, SectionLaw, SectionState, Segment, Stability, Step, Structure,
+    Support,
 };
 
 const SIDE: f64 = 100.0;
@@ -178,6 +179,7 @@ fn network(family: &Family, seed: u64) -> (Structure, Step) {
             segments: vec![Segment { length, elements: 2, law: laws.len() - 1, initial_curvature: [0.0; 3] }],
             releases: [Release::Welded, Release::Welded],
             control: Some(0),
+            formulation: Formulation::Exact,
             order: 3,
         });
     }

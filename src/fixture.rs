@@ -46,6 +46,7 @@ pub fn model() -> Model {
         axes: AXES,
         segments: vec![segment(1.0), segment(2.0)],
         releases: [Release::Welded, Release::Welded],
+        formulation: structure::Formulation::Exact,
         order: None,
     };
     let step = |name: &str| pennate_models::model::Step {

@@ -18,6 +18,16 @@ use crate::real::Real;
 use crate::rotation::Quaternion;
 use crate::small::{M3, V3};
 
+/// How an element makes strains of the motion of its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Formulation {
+    /// Geometrically exact, of any order.
+    #[default]
+    Exact,
+    /// Two nodes, small strains in a frame that follows both.
+    Corotational,
+}
+
 /// Geometry of one element, unloaded.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Piece<T> {
@@ -41,11 +51,15 @@ pub struct Moduli<T, const D: usize> {
     pub rest: [T; D],
     /// One where the strain is held at its rest value (infinite stiffness), else zero.
     pub held: [T; D],
+    /// h²/12EI₃ and h²/12EI₂: what bending within a corotational element adds to its shear compliances along axes 2
+    /// and 3, for a unit of the squared stretch. Other elements do not ask for it.
+    pub softening: [T; 2],
 }
 
 impl<T: Real, const D: usize> Default for Moduli<T, D> {
     fn default() -> Self {
-        Self { stiffness: [T::one(); D], rest: [T::zero(); D], held: [T::zero(); D] }
+        let o = T::zero();
+        Self { stiffness: [T::one(); D], rest: [o; D], held: [o; D], softening: [o; 2] }
     }
 }
 
@@ -109,8 +123,9 @@ pub struct Ends<T, const D: usize> {
     pub r1: [T; D],
 }
 
-/// A geometrically exact beam with D components a node.
+/// A beam with D components a node.
 pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
+    const FORMULATION: Formulation;
     /// Displacement and rotation of a node against the unloaded state.
     type Pose: Copy + Debug + Default + Send + Sync + 'static;
     /// The local frame, and the last node seen from it.
@@ -127,7 +142,7 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// Energy and gradient, and the tangent where `TANGENT`.
     fn local<const P: usize, const TANGENT: bool>(at: &At<T, D, P>, out: &mut Local<T, D, P>);
 
-    /// Adds the linear change of the stresses for a change of the local unknowns; held components keep their sum.
+    /// Stresses for a small change of the local unknowns, linear in it; held components keep their sum.
     fn extrapolate<const P: usize>(at: &At<T, D, P>, change: &[[T; D]; P]) -> [[T; D]; P];
 
     /// Strains at the Gauss points, in material axes, the induced part included.

@@ -4,15 +4,25 @@
 //! initial curvature, are Γ − Γ₀ = U′ + (Rᵀ − I) v and κ − κ₀ = ϑ′. E. Reissner, J. Appl. Math. Phys. 23 (1972).
 //! Material axis 2 is normal to the rod in the plane, axis 3 is z.
 
-use crate::beam::{At, Beam, Condensed, Ends, Local, Moduli, Piece, Placement};
+use std::marker::PhantomData;
+
+use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Moduli, Piece, Placement};
+use crate::corotational::Corotational;
+use crate::local_law::{Exact, LocalLaw};
 use crate::real::Real;
 use crate::rotation;
 use crate::small::{M3, V3, add, axpy, scale, sub};
 use crate::space;
 
-/// The plane beam: components ux, uy and the angle.
+/// A plane beam with one local law: components ux, uy and the angle.
 #[derive(Clone, Copy, Debug)]
-pub struct Plane;
+pub struct PlaneBeam<L>(PhantomData<L>);
+
+/// The geometrically exact plane beam.
+pub type Plane = PlaneBeam<Exact>;
+
+/// The corotational plane beam, of order 1: the angle at its middle is the mean of those of its nodes.
+pub type CorotationalPlane = PlaneBeam<Corotational>;
 
 /// Displacement ux, uy and angle (radians, whole turns kept) of a node.
 pub type Pose<T> = [T; 3];
@@ -91,7 +101,20 @@ fn unloaded_tangent<T: Real>(curved: Option<&M3<T>>) -> [T; 2] {
     }
 }
 
-impl<T: Real> Beam<T, 3> for Plane {
+/// What v begins with in the unloaded state.
+#[inline(always)]
+fn unloaded<T: Real, L: LocalLaw>(piece: &Piece<T>, axis: [T; 2]) -> [T; 2] {
+    let [x, y, _] = L::unloaded(piece, [axis[0], axis[1], T::zero()]);
+    [x, y]
+}
+
+#[inline(always)]
+fn square<T: Real>(a: [T; 2]) -> T {
+    a[0] * a[0] + a[1] * a[1]
+}
+
+impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
+    const FORMULATION: Formulation = L::FORMULATION;
     type Pose = Pose<T>;
     type Frame = Frame<T>;
 
@@ -134,20 +157,27 @@ impl<T: Real> Beam<T, 3> for Plane {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
             let (u, angle, kappa) = interpolate(at, g, at.local);
-            let k = kinematics(u, axis, angle, kappa);
+            let unloaded = unloaded::<T, L>(at.piece, axis);
+            let v = add(u, unloaded);
+            let k = kinematics(u, unloaded, angle, kappa);
             let gamma = turned_back(axis, k.gamma);
 
+            let section = L::stiffness(at.moduli, square(v));
             let elastic = sub([gamma[0], gamma[1], k.kappa], at.moduli.rest);
             let mut stress = [T::zero(); 3];
             let mut stiffness = [T::zero(); 3];
             for i in 0..3 {
-                stiffness[i] = weight * at.moduli.stiffness[i];
+                stiffness[i] = weight * section[i];
                 let spring = stiffness[i] * elastic[i];
                 stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
                 out.energy += T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring * elastic[i];
             }
             let n = turned(axis, [stress[0], stress[1]]);
-            let r_v = turned([k.cos, k.sin], n);
+            let mut r_v = turned([k.cos, k.sin], n);
+            let softening = L::softening(at.moduli, &at.stress[g]);
+            if let Some(softening) = &softening {
+                axpy(&mut r_v, weight * softening.pull - softening.slope[0] * stress[1], v);
+            }
             let r_angle = n[0] * k.slope[0] + n[1] * k.slope[1];
             for i in 0..P {
                 let value = T::splat(at.table.values[g][i]);
@@ -165,7 +195,11 @@ impl<T: Real> Beam<T, 3> for Plane {
             let m_angle = n[0] * k.slope[0] + n[1] * k.slope[1];
             let value = T::splat(at.table.values[g][P - 1]);
             let slope = T::splat(at.table.slopes[g][P - 1]) * inverse;
-            let end = [slope * m_v[0], slope * m_v[1], value * m_angle + slope * mixed[2]];
+            let mut pull = m_v;
+            if let Some(softening) = &softening {
+                axpy(&mut pull, -weight * softening.pull, v);
+            }
+            let end = [slope * pull[0], slope * pull[1], value * m_angle + slope * mixed[2]];
             axpy(&mut out.mixed_end, T::one(), end);
 
             // Stiffness of Γ in axes turned back by the initial curvature (b), then in the local frame (C).
@@ -176,16 +210,28 @@ impl<T: Real> Beam<T, 3> for Plane {
             let columns = [[b11, b12], [b12, b22]];
             // rows of R b, then R b Rᵀ.
             let rb = [turned([k.cos, k.sin], columns[0]), turned([k.cos, k.sin], columns[1])];
-            let vv = [
+            let mut vv = [
                 [k.cos * rb[0][0] - k.sin * rb[1][0], k.sin * rb[0][0] + k.cos * rb[1][0]],
                 [k.cos * rb[0][1] - k.sin * rb[1][1], k.sin * rb[0][1] + k.cos * rb[1][1]],
             ];
             let cs = [b11 * k.slope[0] + b12 * k.slope[1], b12 * k.slope[0] + b22 * k.slope[1]];
             let material = turned([k.cos, k.sin], cs);
             // ∂/∂ϑ of R n is −(axis z × …): R turned by a right angle.
-            let va = [material[0] - m_v[1], material[1] + m_v[0]];
+            let mut va = [material[0] - m_v[1], material[1] + m_v[0]];
             let full = [-k.slope[1], k.slope[0]];
             let aa = k.slope[0] * cs[0] + k.slope[1] * cs[1] - (n[0] * full[0] + n[1] * full[1]);
+            if let Some(softening) = &softening {
+                // The derivative of Γ₂ is softer along v: row 2 less v times the slope, in place of row 2.
+                let row = turned([k.cos, k.sin], [-axis[1], axis[0]]);
+                let along = softening.slope[0];
+                for a in 0..2 {
+                    for b in 0..2 {
+                        vv[a][b] += c2 * along * (along * v[a] * v[b] - row[a] * v[b] - v[a] * row[b]);
+                    }
+                    vv[a][a] += -weight * softening.pull;
+                }
+                axpy(&mut va, -c2 * along * turned_back(axis, k.slope)[1], v);
+            }
             for i in 0..P {
                 let ni = T::splat(at.table.values[g][i]);
                 let si = T::splat(at.table.slopes[g][i]) * inverse;
@@ -212,14 +258,20 @@ impl<T: Real> Beam<T, 3> for Plane {
         for (g, stress) in stress.iter_mut().enumerate() {
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
             let (u, angle, kappa) = interpolate(at, g, at.local);
-            let k = kinematics(u, axis, angle, kappa);
+            let unloaded = unloaded::<T, L>(at.piece, axis);
+            let v = add(u, unloaded);
+            let k = kinematics(u, unloaded, angle, kappa);
             let (du, da, dk) = interpolate(at, g, change);
             let turned_change = turned_back([k.cos, k.sin], du);
             let gamma = add(k.gamma, add(turned_change, scale(da, k.slope)));
-            let gamma = turned_back(axis, gamma);
+            let mut gamma = turned_back(axis, gamma);
+            if let Some(softening) = L::softening(at.moduli, stress) {
+                gamma[1] += -softening.slope[0] * (v[0] * du[0] + v[1] * du[1]);
+            }
+            let stiffness = L::stiffness(at.moduli, square(v));
             let elastic = sub([gamma[0], gamma[1], k.kappa + dk], at.moduli.rest);
             for i in 0..3 {
-                stress[i] = at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * stress[i];
+                stress[i] = stiffness[i] * elastic[i] + at.moduli.held[i] * stress[i];
             }
         }
         stress
@@ -231,7 +283,7 @@ impl<T: Real> Beam<T, 3> for Plane {
         for (g, strain) in strains.iter_mut().enumerate() {
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
             let (u, angle, kappa) = interpolate(at, g, at.local);
-            let k = kinematics(u, axis, angle, kappa);
+            let k = kinematics(u, unloaded::<T, L>(at.piece, axis), angle, kappa);
             let gamma = turned_back(axis, k.gamma);
             *strain = [gamma[0], gamma[1], k.kappa];
         }
@@ -349,9 +401,9 @@ impl<T: Real> Beam<T, 3> for Plane {
 
 /// Tangent out of the plane of a plane element: local unknowns U₃, c₁, c₂ of nodes 1…P.
 ///
-/// `at` is the plane state, `stiffness` the six spatial stiffnesses. In-plane and out-of-plane parts of the spatial
-/// Hessian do not couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
-pub fn lateral<const P: usize>(at: &At<f64, 3, P>, stiffness: &[f64; 6], out: &mut Local<f64, 3, P>) {
+/// `at` is the plane state, `moduli` are the spatial ones. In-plane and out-of-plane parts of the spatial Hessian do not
+/// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
+pub fn lateral<L: LocalLaw, const P: usize>(at: &At<f64, 3, P>, moduli: &Moduli<f64, 6>, out: &mut Local<f64, 3, P>) {
     *out = Local::zero();
     let inverse = 1.0 / at.piece.length;
     for g in 0..P {
@@ -359,16 +411,21 @@ pub fn lateral<const P: usize>(at: &At<f64, 3, P>, stiffness: &[f64; 6], out: &m
         let curved = at.curved.map(|axes| &axes[g]);
         let tangent = unloaded_tangent(curved);
         let (u, angle, kappa) = interpolate(at, g, at.local);
-        let c = (0.5 * angle).tan();
-        let v = [u[0] + tangent[0], u[1] + tangent[1], 0.0];
-        let gibbs = [0.0, 0.0, c];
-        let slope = [0.0, 0.0, 0.5 * (1.0 + c * c) * kappa];
-        let k = space::kinematics([u[0], u[1], 0.0], [tangent[0], tangent[1], 0.0], gibbs, slope, curved);
+        let [c, slope] = L::gibbs(angle, kappa);
+        let start = unloaded::<f64, L>(at.piece, tangent);
+        let v = [u[0] + start[0], u[1] + start[1], 0.0];
+        let (gibbs, slope) = ([0.0, 0.0, c], [0.0, 0.0, slope]);
+        let k = L::kinematics([u[0], u[1], 0.0], [start[0], start[1], 0.0], gibbs, slope, curved);
         let stress = scale(weight, at.stress[g]);
         let n = turned(tangent, [stress[0], stress[1]]);
         let n = [n[0], n[1], 0.0];
         let m = [0.0, 0.0, stress[2]];
-        let t = space::point_tangent(&k, &scale(weight, *stiffness), n, m, v, gibbs, slope);
+        let stiffness = L::stiffness(moduli, square([v[0], v[1]]));
+        let mut t = space::point_tangent(&k, &scale(weight, stiffness), &L::geometric(n, m, v, gibbs, slope));
+        let [n1, n2, moment] = at.stress[g];
+        if let Some(softening) = L::softening(moduli, &[n1, n2, 0.0, 0.0, 0.0, moment]) {
+            t.vv[2][2] -= weight * softening.pull;
+        }
         for i in 0..P {
             let (ni, si) = (at.table.values[g][i], at.table.slopes[g][i] * inverse);
             for j in i..P {
@@ -437,5 +494,10 @@ pub fn expand_lateral(
 /// Plane moduli out of spatial ones whose axis 3 is z: Γ₁, Γ₂, κ₃.
 pub fn plane_moduli(spatial: &Moduli<f64, 6>) -> Moduli<f64, 3> {
     let pick = |a: &[f64; 6]| [a[0], a[1], a[5]];
-    Moduli { stiffness: pick(&spatial.stiffness), rest: pick(&spatial.rest), held: pick(&spatial.held) }
+    Moduli {
+        stiffness: pick(&spatial.stiffness),
+        rest: pick(&spatial.rest),
+        held: pick(&spatial.held),
+        softening: spatial.softening,
+    }
 }

@@ -10,7 +10,11 @@
 //! the Hessian in the chart exp(φ) R and symmetric. J. C. Simo, Comput. Methods Appl. Mech. Engrg. 49 (1985); the
 //! objectivity of relative rotations: M. A. Crisfield, G. Jelenić, Proc. R. Soc. A 455 (1999).
 
-use crate::beam::{At, Beam, Condensed, Ends, Local, Piece, Placement};
+use std::marker::PhantomData;
+
+use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Piece, Placement};
+use crate::corotational::Corotational;
+use crate::local_law::{Exact, LocalLaw, Softening};
 use crate::real::Real;
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
@@ -18,9 +22,15 @@ use crate::small::{
     skew, sub, tapply, tmul, transpose,
 };
 
-/// The spatial beam.
+/// A spatial beam with one local law.
 #[derive(Clone, Copy, Debug)]
-pub struct Space;
+pub struct SpatialBeam<L>(PhantomData<L>);
+
+/// The geometrically exact spatial beam.
+pub type Space = SpatialBeam<Exact>;
+
+/// The corotational spatial beam, of order 1.
+pub type CorotationalSpace = SpatialBeam<Corotational>;
 
 /// Displacement and rotation of a node against the unloaded state.
 #[derive(Clone, Copy, Debug)]
@@ -54,10 +64,18 @@ pub struct Frame<T> {
 pub struct Kinematics<T> {
     pub gamma: V3<T>,
     pub kappa: V3<T>,
-    gamma_v: M3<T>,
-    gamma_c: M3<T>,
-    kappa_c: M3<T>,
-    kappa_d: M3<T>,
+    pub gamma_v: M3<T>,
+    pub gamma_c: M3<T>,
+    pub kappa_c: M3<T>,
+    pub kappa_d: M3<T>,
+}
+
+/// Second derivatives of n·Γ + m·κ with respect to v, c and d; blocks not named are zero, or mirror images.
+#[derive(Clone, Copy, Debug)]
+pub struct Geometric<T> {
+    pub vc: M3<T>,
+    pub cc: M3<T>,
+    pub dc: M3<T>,
 }
 
 /// Tangent of one Gauss point with respect to v, c and d; the v–d block is zero.
@@ -96,22 +114,9 @@ pub fn kinematics<T: Real>(u: V3<T>, tangent: V3<T>, c: V3<T>, d: V3<T>, curved:
     }
 }
 
-/// Tangent of a Gauss point: material part with stiffness `c6`, geometric part with the stresses n and m, which are
-/// given in axes turned back by the initial curvature.
+/// Second derivatives of n·Γ + m·κ; n and m are given in axes turned back by the initial curvature.
 #[inline(always)]
-pub fn point_tangent<T: Real>(
-    k: &Kinematics<T>,
-    c6: &[T; 6],
-    n: V3<T>,
-    m: V3<T>,
-    v: V3<T>,
-    c: V3<T>,
-    d: V3<T>,
-) -> PointTangent<T> {
-    let (c_n, c_m) = split(c6);
-    let (cgv, cgc) = (scale_rows(c_n, &k.gamma_v), scale_rows(c_n, &k.gamma_c));
-    let (ckc, ckd) = (scale_rows(c_m, &k.kappa_c), scale_rows(c_m, &k.kappa_d));
-
+pub fn geometric<T: Real>(n: V3<T>, m: V3<T>, v: V3<T>, c: V3<T>, d: V3<T>) -> Geometric<T> {
     let t = T::splat(2.0) / (T::one() + dot(c, c));
     let tt = t * t;
     let (nc, cv) = (dot(n, c), dot(c, v));
@@ -124,18 +129,27 @@ pub fn point_tangent<T: Real>(
     let phi_c = add(add(cross(n, v), cross(m, d)), add(scale(cv, n), scale(nc, v)));
     let phi_vc = madd(madd(skew(scale(-T::one(), n)), outer(c, n)), diagonal(nc));
     let cross_term = outer(c, phi_c);
-    let g_vc = madd(mscale(t, phi_vc), mscale(-tt, outer(phi_v, c)));
-    let g_dc = madd(mscale(-t, skew(m)), mscale(-tt, outer(phi_d, c)));
-    let g_cc = madd(
-        madd(mscale(t, madd(outer(n, v), outer(v, n))), mscale(-tt, madd(cross_term, transpose(&cross_term)))),
-        madd(mscale(T::splat(2.0) * tt * t * phi, outer(c, c)), diagonal(-tt * phi)),
-    );
+    Geometric {
+        vc: madd(mscale(t, phi_vc), mscale(-tt, outer(phi_v, c))),
+        dc: madd(mscale(-t, skew(m)), mscale(-tt, outer(phi_d, c))),
+        cc: madd(
+            madd(mscale(t, madd(outer(n, v), outer(v, n))), mscale(-tt, madd(cross_term, transpose(&cross_term)))),
+            madd(mscale(T::splat(2.0) * tt * t * phi, outer(c, c)), diagonal(-tt * phi)),
+        ),
+    }
+}
 
+/// Tangent of a Gauss point: material part with stiffness `c6`, and the geometric part.
+#[inline(always)]
+pub fn point_tangent<T: Real>(k: &Kinematics<T>, c6: &[T; 6], geometric: &Geometric<T>) -> PointTangent<T> {
+    let (c_n, c_m) = split(c6);
+    let (cgv, cgc) = (scale_rows(c_n, &k.gamma_v), scale_rows(c_n, &k.gamma_c));
+    let (ckc, ckd) = (scale_rows(c_m, &k.kappa_c), scale_rows(c_m, &k.kappa_d));
     PointTangent {
         vv: tmul(&k.gamma_v, &cgv),
-        vc: madd(tmul(&k.gamma_v, &cgc), g_vc),
-        cc: madd(madd(tmul(&k.gamma_c, &cgc), tmul(&k.kappa_c, &ckc)), g_cc),
-        cd: madd(tmul(&k.kappa_c, &ckd), transpose(&g_dc)),
+        vc: madd(tmul(&k.gamma_v, &cgc), geometric.vc),
+        cc: madd(madd(tmul(&k.gamma_c, &cgc), tmul(&k.kappa_c, &ckc)), geometric.cc),
+        cd: madd(tmul(&k.kappa_c, &ckd), transpose(&geometric.dc)),
         dd: tmul(&k.kappa_d, &ckd),
     }
 }
@@ -163,6 +177,14 @@ fn unloaded_tangent<T: Real>(curved: Option<&M3<T>>) -> V3<T> {
     match curved {
         None => [T::one(), T::zero(), T::zero()],
         Some(axes) => [axes[0][0], axes[1][0], axes[2][0]],
+    }
+}
+
+/// Shear strains less what the shear forces make of a softer section: their derivative in the mixed tangent.
+#[inline(always)]
+fn soften<T: Real>(k: &mut Kinematics<T>, softening: &Softening<T>, v: V3<T>) {
+    for i in 0..2 {
+        axpy(&mut k.gamma_v[1 + i], -softening.slope[i], v);
     }
 }
 
@@ -221,7 +243,8 @@ pub fn end_blocks<T: Real>(frame: &Frame<T>, condensed: &Condensed<T, 6>) -> [M3
     [kxx, uf, uw, ff, fw, ww]
 }
 
-impl<T: Real> Beam<T, 6> for Space {
+impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
+    const FORMULATION: Formulation = L::FORMULATION;
     type Pose = Pose<T>;
     type Frame = Frame<T>;
 
@@ -254,21 +277,28 @@ impl<T: Real> Beam<T, 6> for Space {
         for g in 0..P {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;
             let curved = at.curved.map(|axes| &axes[g]);
-            let tangent = unloaded_tangent(curved);
+            let unloaded = L::unloaded(at.piece, unloaded_tangent(curved));
             let (u, c, d) = interpolate(at, g, at.local);
-            let k = kinematics(u, tangent, c, d, curved);
+            let v = add(unloaded, u);
+            let mut k = L::kinematics(u, unloaded, c, d, curved);
 
+            let section = L::stiffness(at.moduli, dot(v, v));
             let elastic = sub(join(k.gamma, k.kappa), at.moduli.rest);
             let mut stress = [T::zero(); 6];
             let mut stiffness = [T::zero(); 6];
             for i in 0..6 {
-                stiffness[i] = weight * at.moduli.stiffness[i];
+                stiffness[i] = weight * section[i];
                 let spring = stiffness[i] * elastic[i];
                 stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
                 out.energy += T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring * elastic[i];
             }
             let (n, m) = split(&stress);
-            let r_v = tapply(&k.gamma_v, &n);
+            let mut r_v = tapply(&k.gamma_v, &n);
+            let softening = L::softening(at.moduli, &at.stress[g]);
+            if let Some(softening) = &softening {
+                let pull = softening.slope[0] * stress[1] + softening.slope[1] * stress[2];
+                axpy(&mut r_v, weight * softening.pull - pull, v);
+            }
             let r_c = add(tapply(&k.gamma_c, &n), tapply(&k.kappa_c, &m));
             let r_d = tapply(&k.kappa_d, &m);
             for i in 0..P {
@@ -284,7 +314,11 @@ impl<T: Real> Beam<T, 6> for Space {
             let (n, m) = split(&scale(weight, at.stress[g]));
             let value = T::splat(at.table.values[g][P - 1]);
             let slope = T::splat(at.table.slopes[g][P - 1]) * inverse;
-            let mixed_v = tapply(&k.gamma_v, &n);
+            let mut mixed_v = tapply(&k.gamma_v, &n);
+            if let Some(softening) = &softening {
+                axpy(&mut mixed_v, -weight * softening.pull, v);
+                soften(&mut k, softening, v);
+            }
             let mixed_c = add(tapply(&k.gamma_c, &n), tapply(&k.kappa_c, &m));
             let mixed_d = tapply(&k.kappa_d, &m);
             let end = join(scale(slope, mixed_v), add(scale(value, mixed_c), scale(slope, mixed_d)));
@@ -294,7 +328,10 @@ impl<T: Real> Beam<T, 6> for Space {
                 None => (n, m),
                 Some(axes) => (apply(axes, &n), apply(axes, &m)),
             };
-            let t = point_tangent(&k, &stiffness, n, m, add(tangent, u), c, d);
+            let mut t = point_tangent(&k, &stiffness, &L::geometric(n, m, v, c, d));
+            if let Some(softening) = softening {
+                t.vv = madd(t.vv, diagonal(-weight * softening.pull));
+            }
             for i in 0..P {
                 let ni = T::splat(at.table.values[g][i]);
                 let si = T::splat(at.table.slopes[g][i]) * inverse;
@@ -323,13 +360,19 @@ impl<T: Real> Beam<T, 6> for Space {
         for (g, stress) in stress.iter_mut().enumerate() {
             let curved = at.curved.map(|axes| &axes[g]);
             let (u, c, d) = interpolate(at, g, at.local);
-            let k = kinematics(u, unloaded_tangent(curved), c, d, curved);
+            let unloaded = L::unloaded(at.piece, unloaded_tangent(curved));
+            let v = add(unloaded, u);
+            let mut k = L::kinematics(u, unloaded, c, d, curved);
+            if let Some(softening) = L::softening(at.moduli, stress) {
+                soften(&mut k, &softening, v);
+            }
+            let stiffness = L::stiffness(at.moduli, dot(v, v));
             let (du, dc, dd) = interpolate(at, g, change);
             let gamma = add(k.gamma, add(apply(&k.gamma_v, &du), apply(&k.gamma_c, &dc)));
             let kappa = add(k.kappa, add(apply(&k.kappa_c, &dc), apply(&k.kappa_d, &dd)));
             let elastic = sub(join(gamma, kappa), at.moduli.rest);
             for i in 0..6 {
-                stress[i] = at.moduli.stiffness[i] * elastic[i] + at.moduli.held[i] * stress[i];
+                stress[i] = stiffness[i] * elastic[i] + at.moduli.held[i] * stress[i];
             }
         }
         stress
@@ -341,7 +384,7 @@ impl<T: Real> Beam<T, 6> for Space {
         for (g, strain) in strains.iter_mut().enumerate() {
             let curved = at.curved.map(|axes| &axes[g]);
             let (u, c, d) = interpolate(at, g, at.local);
-            let k = kinematics(u, unloaded_tangent(curved), c, d, curved);
+            let k = L::kinematics(u, L::unloaded(at.piece, unloaded_tangent(curved)), c, d, curved);
             *strain = join(k.gamma, k.kappa);
         }
         strains
@@ -362,7 +405,7 @@ impl<T: Real> Beam<T, 6> for Space {
         let negative = |a: &M3<T>| mscale(minus, *a);
 
         let turn = condensed.turn.map_or([T::zero(); 3], |turn| turn.gradient);
-        let [r0, r1] = Self::expand_gradient(frame, &condensed.gradient, turn);
+        let [r0, r1] = <Self as Beam<T, 6>>::expand_gradient(frame, &condensed.gradient, turn);
         Ends {
             k00: blocks(&uu, &negative(&u_first), &transpose(&negative(&u_first)), &first),
             k01: blocks(&negative(&uu), &negative(&u_last), &transpose(&u_first), &mixed),
@@ -417,7 +460,7 @@ impl<T: Real> Beam<T, 6> for Space {
         let mut pose = *last;
         pose.displacement = add(last.displacement, scale(T::splat(ratio), step));
         for lane in 0..T::LANES {
-            let (a, b) = (Self::pose(before, lane), Self::pose(last, lane));
+            let (a, b) = (<Self as Beam<T, 6>>::pose(before, lane), <Self as Beam<T, 6>>::pose(last, lane));
             let spin = rotation::log(compose(b.rotation, rotation::inverse(a.rotation)));
             let ahead = compose(rotation::exp(scale(ratio, spin)), b.rotation);
             for (component, value) in pose.rotation.iter_mut().zip(ahead) {

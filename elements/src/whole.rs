@@ -10,8 +10,9 @@
 //! motion and that of the first node alone.
 
 use crate::beam::{At, Beam, Condensed, Local, Moduli};
+use crate::local_law::LocalLaw;
 use crate::small::{M3, V3, add, rotate, scale, zeros};
-use crate::space::{Frame, Space};
+use crate::space::{Frame, Space, SpatialBeam};
 
 /// A square matrix or a list of rows over the 6 (P + 1) components of an element, by rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -57,21 +58,22 @@ impl<const P: usize> Nodes<'_, P> {
 }
 
 /// Gradient of the energy with given stresses: what turns with the frame in the tangent.
-fn gradient<const P: usize>(at: &At<f64, 6, P>) -> [[f64; 6]; P] {
+fn gradient<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>) -> [[f64; 6]; P] {
     // A section without stiffness whose every component is held has the given stresses and no others.
-    let moduli = Moduli { stiffness: [0.0; 6], rest: [0.0; 6], held: [1.0; 6] };
+    let softening = at.moduli.softening;
+    let moduli = Moduli { stiffness: [0.0; 6], rest: [0.0; 6], held: [1.0; 6], softening };
     let mut local = Local::zero();
-    Space::local::<P, false>(&At { moduli: &moduli, ..*at }, &mut local);
+    SpatialBeam::<L>::local::<P, false>(&At { moduli: &moduli, ..*at }, &mut local);
     local.gradient
 }
 
-/// Tangent of all nodes for the stiffness and the stresses in `at`, linear in both taken together.
+/// Tangent of all nodes for the stiffness and the stresses in `at`; without softening linear in both taken together.
 ///
 /// `load` is the dead force on the whole element in its local frame: only what a curved element bulges beyond the
 /// interpolation of its nodes makes it part of the tangent.
-pub fn tangent<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>, load: V3<f64>) -> Rows {
+pub fn tangent<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>, load: V3<f64>) -> Rows {
     let mut local = Local::<f64, 6, P>::zero();
-    Space::local::<P, true>(at, &mut local);
+    SpatialBeam::<L>::local::<P, true>(at, &mut local);
     let restriction = nodes.restriction();
     let n = 6 * (P + 1);
     let entry = |row: usize, column: usize| {
@@ -93,7 +95,7 @@ pub fn tangent<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>, load: V3<f6
             }
         }
     }
-    let gradient = gradient(at);
+    let gradient = gradient::<L, P>(at);
     for i in 0..P {
         let condensed = Condensed { tangent: zeros(), gradient: [0.0; 6], mixed_end: gradient[i], turn: None };
         let ends = Space::expand(&nodes.frame_of(i), &condensed);
@@ -121,8 +123,8 @@ pub fn tangent<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>, load: V3<f6
 }
 
 /// Forces and moments that stresses put on all nodes, in global axes.
-pub fn forces<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Vec<[f64; 6]> {
-    let gradient = gradient(at);
+pub fn forces<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Vec<[f64; 6]> {
+    let gradient = gradient::<L, P>(at);
     let mut forces = vec![[0.0; 6]; P + 1];
     for i in 0..P {
         let [first, own] = Space::expand_gradient(&nodes.frame_of(i), &gradient[i], [0.0; 3]);
@@ -135,14 +137,14 @@ pub fn forces<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Vec<[f64;
 /// Rows G by which strains of infinite stiffness change, each times the root of its auxiliary stiffness and weight.
 ///
 /// The tangent holds Gᵀ G in their place; a motion that the rod can make has G x = 0.
-pub fn constraints<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Rows {
+pub fn constraints<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Rows {
     if at.moduli.held == [0.0; 6] {
         return Vec::new();
     }
     let restriction = nodes.restriction();
     let zero = [[0.0; 6]; P];
     let at = At { stress: &zero, ..*at };
-    let still = Space::extrapolate(&at, &zero);
+    let still = SpatialBeam::<L>::extrapolate(&at, &zero);
     let mut rows = Vec::new();
     for d in (0..6).filter(|&d| at.moduli.held[d] != 0.0) {
         rows.extend((0..P).map(|g| (g, d, vec![0.0; 6 * (P + 1)])));
@@ -150,7 +152,7 @@ pub fn constraints<const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Rows
     for (column, motion) in restriction.iter().enumerate() {
         let mut change = zero;
         change[column / 6][column % 6] = 1.0;
-        let moved = Space::extrapolate(&at, &change);
+        let moved = SpatialBeam::<L>::extrapolate(&at, &change);
         for (g, d, row) in &mut rows {
             let stiffness = at.moduli.stiffness[*d];
             let root = (at.table.weights[*g] * at.piece.length * stiffness).sqrt();

@@ -2,17 +2,20 @@
 
 use pennate_elements::beam::{At, Beam, Condensed, Local, Moduli, Piece};
 use pennate_elements::check::{Answer, contract};
+use pennate_elements::corotational::Corotational;
 use pennate_elements::interpolation::Table;
+use pennate_elements::local_law::{Exact, LocalLaw};
 use pennate_elements::plane::{self, Plane};
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, mul, transpose};
-use pennate_elements::space::{Pose, Space};
+use pennate_elements::space::{Pose, Space, SpatialBeam};
 
 fn moduli() -> Moduli<f64, 6> {
     Moduli {
         stiffness: [300.0, 60.0, 40.0, 500.0, 700.0, 1100.0],
         rest: [-0.15, 0.0, 0.0, 0.01, -0.02, 0.03],
         held: [0.0; 6],
+        softening: [0.0021, 0.0034],
     }
 }
 
@@ -31,13 +34,14 @@ fn curve<const P: usize>() -> [M3<f64>; P] {
     })
 }
 
-fn space_contract<const P: usize>(curved: bool) {
+fn space_contract<L: LocalLaw, const P: usize>(curved: bool, turn: [f64; 3]) {
     let table = Table::<P>::new();
     let (piece, end) = piece(curved);
     let (moduli, axes) = (moduli(), curve::<P>());
+    let own = rotation::exp([0.2, 0.7, -0.3]);
     let poses = [
-        Pose { displacement: [0.3, -0.4, 0.2], rotation: rotation::exp([0.2, 0.7, -0.3]) },
-        Pose { displacement: [-0.6, 0.9, 1.1], rotation: rotation::exp([0.5, 0.1, 0.4]) },
+        Pose { displacement: [0.3, -0.4, 0.2], rotation: own },
+        Pose { displacement: [-0.6, 0.9, 1.1], rotation: rotation::compose(own, rotation::exp(turn)) },
     ];
     let interior: [[f64; 6]; P] =
         std::array::from_fn(|i| std::array::from_fn(|d| 0.1 * ((3 * i + d) as f64 * 1.7).sin()));
@@ -54,11 +58,10 @@ fn space_contract<const P: usize>(curved: bool) {
             local: &local,
             stress: &zero,
         };
-        let strains = Space::strains(&at);
-        let stress: [[f64; 6]; P] =
-            std::array::from_fn(|g| std::array::from_fn(|i| moduli.stiffness[i] * (strains[g][i] - moduli.rest[i])));
+        // From no stress and for no change, the stresses are those of the strains.
+        let stress = SpatialBeam::<L>::extrapolate(&at, &zero);
         let mut out = Local::zero();
-        Space::local::<P, true>(&At { stress: &stress, ..at }, &mut out);
+        SpatialBeam::<L>::local::<P, true>(&At { stress: &stress, ..at }, &mut out);
         let condensed = Condensed {
             tangent: out.tangent[P - 1][P - 1],
             gradient: out.gradient[P - 1],
@@ -82,12 +85,23 @@ fn space_contract<const P: usize>(curved: bool) {
 
 #[test]
 fn spatial_beams_keep_the_contract() {
+    let turn = [0.3, -0.6, 0.8];
     for curved in [false, true] {
-        space_contract::<1>(curved);
-        space_contract::<2>(curved);
-        space_contract::<3>(curved);
-        space_contract::<4>(curved);
-        space_contract::<5>(curved);
+        space_contract::<Exact, 1>(curved, turn);
+        space_contract::<Exact, 2>(curved, turn);
+        space_contract::<Exact, 3>(curved, turn);
+        space_contract::<Exact, 4>(curved, turn);
+        space_contract::<Exact, 5>(curved, turn);
+    }
+}
+
+/// Up to large turns within one element, and at none.
+#[test]
+fn corotational_beams_keep_the_contract() {
+    for curved in [false, true] {
+        for turn in [[0.0; 3], [1e-5, -2e-5, 1e-5], [0.3, -0.6, 0.8], [1.2, 0.7, -1.3]] {
+            space_contract::<Corotational, 1>(curved, turn);
+        }
     }
 }
 
@@ -152,7 +166,7 @@ fn plane_and_lateral_tangents_are_those_of_the_spatial_beam() {
     let curved = [[[bend.cos(), -bend.sin(), 0.0], [bend.sin(), bend.cos(), 0.0], [0.0, 0.0, 1.0]]];
     let piece = Piece { length: 5.0, axes, chord: [4.8, 0.9, 0.0], bulge: [0.0; 3] };
     let stiffness = [300.0, 60.0, 40.0, 500.0, 700.0, 1100.0];
-    let spatial = Moduli { stiffness, rest: [-0.15, 0.0, 0.0, 0.0, 0.0, 0.03], held: [0.0; 6] };
+    let spatial = Moduli { stiffness, rest: [-0.15, 0.0, 0.0, 0.0, 0.0, 0.03], held: [0.0; 6], softening: [0.0; 2] };
     let flat = plane::plane_moduli(&spatial);
     let (first, last) = ([0.3, -0.4, 0.7], [-0.6, 0.9, 1.2]);
     let frame = Plane::frame(&piece, &first, &last);
@@ -200,7 +214,7 @@ fn plane_and_lateral_tangents_are_those_of_the_spatial_beam() {
     // Out of the plane: against the spatial beam turned rigidly about an axis in the plane. The moments and forces of a
     // rigid spin φ about an in-plane axis turn with it: K φ-motion = φ × force, exactly as for the spatial beam.
     let mut lateral = Local::zero();
-    plane::lateral(&at, &stiffness, &mut lateral);
+    plane::lateral::<Exact, P>(&at, &spatial, &mut lateral);
     let side = plane::expand_lateral(&frame, &lateral.tangent[0][0], out.mixed_end, None, None);
     let [r0, r1] = Plane::expand_gradient(&frame, &out.gradient[0], [0.0; 3]);
     let x = mul(&transpose(&axes), &[[4.8], [0.9], [0.0]]);

@@ -133,7 +133,8 @@ fn chain(
         segments,
         releases: member.releases.clone(),
         control,
-        order: member.order.unwrap_or(order),
+        formulation: member.formulation,
+        order: member.order(order),
     }
 }
 

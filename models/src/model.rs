@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use pennate_elements::section::Section;
-use pennate_solver::structure::{self, Dimension, NodeId, Release, Stability};
+use pennate_solver::structure::{self, Dimension, Formulation, NodeId, Release, Stability};
 
 use crate::error::{Source, Span, Warning};
 use crate::hsim::Muscle;
@@ -93,6 +93,7 @@ pub struct Member {
     pub segments: Vec<Segment>,
     /// Connection of the start and of the end to the node.
     pub releases: [Release; 2],
+    pub formulation: Formulation,
     /// Order of the elements asked for in the file.
     pub order: Option<usize>,
 }
@@ -214,6 +215,14 @@ impl Member {
     /// Whether the member is a muscle.
     pub fn is_muscle(&self) -> bool {
         matches!(self.kind, MemberKind::Muscle(_))
+    }
+
+    /// Order of the elements, where `order` is that of members that do not ask for one.
+    pub fn order(&self, order: usize) -> usize {
+        match self.formulation {
+            Formulation::Exact => self.order.unwrap_or(order),
+            Formulation::Corotational => 1,
+        }
     }
 }
 

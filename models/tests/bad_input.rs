@@ -1,6 +1,7 @@
 //! Every wrong input ends with a message that a person can act on: what, where, and what would help.
 
 use pennate_models::{InputErrors, read_text};
+use pennate_solver::structure::Formulation;
 
 /// A network that is right; the cases below replace one line of it.
 const GOOD: &str = r#"format = "pennate/1"
@@ -448,15 +449,19 @@ fn probes_ask_for_one_thing() {
 }
 
 #[test]
-fn what_is_not_there_yet_says_so() {
-    case(
-        "material = \"abs\" }",
-        "material = \"abs\", formulation = \"corotational\" }",
-        "\"corotational\" is not there yet",
-        23,
-        80,
-        "exact",
-    );
+fn corotational_elements_have_no_order() {
+    let own = "material = \"abs\", order = 3, formulation = \"corotational\" }";
+    case("material = \"abs\" }", own, "member 'bar' is corotational", 23, 74, "formulation = \"exact\"");
+    let network = "format = \"pennate/1\"\nformulation = \"corotational\"";
+    let both = GOOD.replace("format = \"pennate/1\"", network).replace("\"abs\" }", "\"abs\", order = 2 }");
+    let errors = read_text("net.toml", &both, &[]).unwrap_err();
+    assert!(errors.errors[0].message.contains("asks for elements of order 2"), "{errors}");
+    // A member that says otherwise is free to have one.
+    let exact = both.replace("order = 2", "order = 2, formulation = \"exact\"");
+    let model = read_text("net.toml", &exact, &[]).unwrap();
+    let orders: Vec<_> = model.members.iter().map(|member| (member.formulation, member.order(4))).collect();
+    assert_eq!(orders, [(Formulation::Corotational, 1), (Formulation::Exact, 2)]);
+    case("material = \"abs\" }", "material = \"abs\", formulation = \"fancy\" }", "fancy", 23, 80, "corotational");
 }
 
 #[test]

@@ -355,7 +355,7 @@ impl Response {
             // Auxiliary stiffness is no part of the problem.
             let is_free = |d: usize| rest.moduli.held[d] == 0.0;
             Stressing {
-                stiffness: std::array::from_fn(|d| if is_free(d) { sum(&|s| s.moduli.stiffness[d]) } else { 0.0 }),
+                stiffness: std::array::from_fn(|d| if is_free(d) { sum(&|s| s.stiffness()[d]) } else { 0.0 }),
                 stress: (0..rest.stress.len()).map(|g| std::array::from_fn(|d| sum(&|s| s.stress[g][d]))).collect(),
                 load: std::array::from_fn(|c| sum(&|s| s.load[c])),
             }

@@ -10,7 +10,7 @@ use crate::newton::{Newton, Start};
 use crate::packs;
 use crate::path::OutOfPlane;
 use crate::reduce;
-use crate::system::{Inertia, NEUTRAL, System, finite_stiffness};
+use crate::system::{Inertia, NEUTRAL, System};
 
 /// The lateral equations of a plane network.
 pub struct Lateral {
@@ -90,21 +90,18 @@ impl OutOfPlane<3> for Lateral {
         system.fraction = plane.fraction;
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
-        let mut stiffness = Vec::new();
+        let mut moduli = Vec::new();
         for index in 0..plane.members.len() {
-            stiffness.clear();
+            moduli.clear();
             for segment in 0..plane.structure.members[index].segments.len() {
                 let slot = &plane.members[index];
-                let length = plane.packs[slot.pack].element_length(slot.lane, segment);
-                stiffness.push(finite_stiffness(
-                    &plane.section(index, segment).section,
-                    length,
-                    &slot.turn,
-                    plane.auxiliary,
-                ));
+                let pack = &plane.packs[slot.pack];
+                let length = pack.element_length(slot.lane, segment);
+                let section = plane.section(index, segment);
+                moduli.push(packs::moduli(&section, pack.formulation(), length, &slot.turn, plane.auxiliary));
             }
             let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
-            let (ends, negative, smallest) = plane.packs[pack].lateral(lane, &stiffness);
+            let (ends, negative, smallest) = plane.packs[pack].lateral(lane, &moduli);
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
             let mut factor = system.members[index].factor;

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use pennate_elements::beam::{Beam, Moduli};
 use pennate_elements::lanes::{self, Lanes};
-use pennate_elements::plane::Plane;
+use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
-use pennate_elements::space::Space;
+use pennate_elements::space::{CorotationalSpace, Space};
 
 use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
-use crate::structure::{Dimension, Member, SectionState, Structure};
+use crate::structure::{Dimension, Formulation, Member, SectionState, Structure};
 
 /// Auxiliary stiffness of a held strain over the largest bending stiffness per squared element length.
 ///
@@ -23,13 +23,16 @@ pub const SEVERE: f64 = 1e8;
 pub const EXACTING: f64 = 1e6;
 pub const MODERATE: f64 = 1e5;
 
-/// Builds the chains of one kind of beam; `enrich` is added to the order.
+/// Builds the chains of exact elements E and corotational elements C; `enrich` is added to the order.
+///
+/// Corotational elements have no higher order: exact ones, which converge to the same rod, stand in for it.
 ///
 /// Members of equal mesh lie side by side, where the processor can compute with several at once. They get the same
 /// digits there as alone.
-pub fn packs<B, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
+pub fn packs<E, C, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
 where
-    B: Beam<f64, D> + Beam<Lanes, D>,
+    E: Beam<f64, D> + Beam<Lanes, D>,
+    C: Beam<f64, D> + Beam<Lanes, D>,
 {
     let width = if lanes::are_there() { <Lanes as Real>::LANES } else { 1 };
     let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
@@ -37,33 +40,41 @@ where
         let mesh = mesh(structure.dimension, index, member);
         let counts: Vec<usize> = mesh.segments.iter().map(|segment| segment.elements).collect();
         let curved = mesh.segments.iter().any(|segment| segment.curvature != [0.0; 3]);
-        alike.entry((member.order, counts, curved)).or_default().push(mesh);
+        alike.entry((member.formulation, member.order, counts, curved)).or_default().push(mesh);
     }
     let mut packs = Vec::new();
-    for ((order, ..), meshes) in &alike {
+    for ((formulation, order, ..), meshes) in &alike {
+        let formulation = if enrich == 0 { *formulation } else { Formulation::Exact };
         packs.extend(meshes.chunks(width).map(|meshes| match meshes {
-            [_] => pack::<f64, B, D>(meshes, order + enrich),
-            _ => pack::<Lanes, B, D>(meshes, order + enrich),
+            [_] => pack::<f64, E, C, D>(meshes, formulation, order + enrich),
+            _ => pack::<Lanes, E, C, D>(meshes, formulation, order + enrich),
         }));
     }
     packs
 }
 
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
-    packs::<Space, 6>(structure, enrich)
+    packs::<Space, CorotationalSpace, 6>(structure, enrich)
 }
 
 pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
-    packs::<Plane, 3>(structure, enrich)
+    packs::<Plane, CorotationalPlane, 3>(structure, enrich)
 }
 
-fn pack<T: Real, B: Beam<T, D>, const D: usize>(meshes: &[ChainMesh], order: usize) -> Box<dyn Pack<D>> {
+fn pack<T: Real, E: Beam<T, D>, C: Beam<T, D>, const D: usize>(
+    meshes: &[ChainMesh],
+    formulation: Formulation,
+    order: usize,
+) -> Box<dyn Pack<D>> {
+    if formulation == Formulation::Corotational {
+        return Box::new(Chain::<T, C, D, 1>::new(meshes));
+    }
     match order {
-        0 | 1 => Box::new(Chain::<T, B, D, 1>::new(meshes)),
-        2 => Box::new(Chain::<T, B, D, 2>::new(meshes)),
-        3 => Box::new(Chain::<T, B, D, 3>::new(meshes)),
-        4 => Box::new(Chain::<T, B, D, 4>::new(meshes)),
-        _ => Box::new(Chain::<T, B, D, 5>::new(meshes)),
+        0 | 1 => Box::new(Chain::<T, E, D, 1>::new(meshes)),
+        2 => Box::new(Chain::<T, E, D, 2>::new(meshes)),
+        3 => Box::new(Chain::<T, E, D, 3>::new(meshes)),
+        4 => Box::new(Chain::<T, E, D, 4>::new(meshes)),
+        _ => Box::new(Chain::<T, E, D, 5>::new(meshes)),
     }
 }
 
@@ -141,16 +152,28 @@ impl Turn {
 }
 
 /// Stiffness, rest strains and multipliers of a section for elements of one length; `auxiliary` as [`AUXILIARY`].
-pub fn moduli(state: &SectionState, element_length: f64, turn: &Turn, auxiliary: f64) -> Moduli<f64, 6> {
+///
+/// A corotational element needs no multipliers against shear: bending within it gives it a shear compliance anyway.
+pub fn moduli(
+    state: &SectionState,
+    formulation: Formulation,
+    element_length: f64,
+    turn: &Turn,
+    auxiliary: f64,
+) -> Moduli<f64, 6> {
     let section = &state.section;
     let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
     let auxiliary = auxiliary * ei2.max(ei3) / (element_length * element_length);
     let curvature = turn.vector(state.curvature);
+    let corotational = formulation == Formulation::Corotational;
+    let is_free = |d: usize| raw[d].is_finite() || corotational && matches!(d, 1 | 2);
+    let softening = |ei: f64| if corotational { element_length * element_length / (12.0 * ei) } else { 0.0 };
     Moduli {
-        stiffness: raw.map(|k| if k.is_finite() { k } else { auxiliary }),
+        stiffness: std::array::from_fn(|d| if is_free(d) { raw[d] } else { auxiliary }),
         rest: [state.strain, 0.0, 0.0, curvature[0], curvature[1], curvature[2]],
-        held: raw.map(|k| if k.is_finite() { 0.0 } else { 1.0 }),
+        held: std::array::from_fn(|d| if is_free(d) { 0.0 } else { 1.0 }),
+        softening: [softening(ei3), softening(ei2)],
     }
 }

@@ -7,6 +7,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+pub use pennate_elements::beam::Formulation;
 use pennate_elements::section::Section;
 
 /// Index of a node in [`Structure::nodes`].
@@ -72,7 +73,8 @@ pub struct Member {
     pub releases: [Release; 2],
     /// The pressure or actuation that the section laws of this member are evaluated at.
     pub control: Option<DriveId>,
-    /// Polynomial order of the elements, 1 to 4.
+    pub formulation: Formulation,
+    /// Polynomial order of the elements, 1 to 4; corotational elements have order 1.
     pub order: usize,
 }
 

@@ -2,10 +2,10 @@
 
 use pennate_elements::beam::{Beam, Moduli, Placement};
 use pennate_elements::lanes::{self, Lanes};
-use pennate_elements::plane::Plane;
+use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
-use pennate_elements::space::Space;
+use pennate_elements::space::{CorotationalSpace, Space};
 use pennate_solver::chain::{Chain, ChainMesh, Pack, SegmentMesh};
 
 const AXES: [M3<f64>; 3] = [
@@ -29,7 +29,12 @@ fn play<const D: usize>(chain: &mut dyn Pack<D>, lane: usize, member: usize, rou
     for segment in 0..2 {
         let stiffness = [300.0, 60.0, 40.0, 500.0, 700.0, 700.0].map(|k| k * (1.0 + at(segment)));
         let held = if member == 2 { [1.0, 1.0, 0.0, 0.0, 0.0, 0.0] } else { [0.0; 6] };
-        chain.set_moduli(lane, segment, &Moduli { stiffness, rest: [at(1), 0.0, 0.0, 0.0, 0.0, at(2)], held });
+        let softening = [0.01 * (1.0 + at(3)), 0.02 * (1.0 + at(4))];
+        chain.set_moduli(
+            lane,
+            segment,
+            &Moduli { stiffness, rest: [at(1), 0.0, 0.0, 0.0, 0.0, at(2)], held, softening },
+        );
         let load = if member == 1 { [at(3), at(4), 0.0] } else { [0.0; 3] };
         chain.set_load(lane, segment, load);
     }
@@ -88,6 +93,8 @@ fn in_space() {
     compare::<Space, 6, 2>(0.02);
     compare::<Space, 6, 3>(0.0);
     compare::<Space, 6, 4>(0.02);
+    compare::<CorotationalSpace, 6, 1>(0.0);
+    compare::<CorotationalSpace, 6, 1>(0.02);
 }
 
 #[test]
@@ -96,4 +103,6 @@ fn in_the_plane() {
     compare::<Plane, 3, 2>(0.02);
     compare::<Plane, 3, 3>(0.0);
     compare::<Plane, 3, 4>(0.02);
+    compare::<CorotationalPlane, 3, 1>(0.0);
+    compare::<CorotationalPlane, 3, 1>(0.02);
 }

@@ -27,6 +27,8 @@ record! {
         units: Option<UnitsWord>,
         /// Solve in the plane or in space; found out by default.
         dimension: Option<Spanned<DimensionWord>>,
+        /// Of members that do not say otherwise; "exact" by default.
+        formulation: Option<Spanned<Formulation>>,
         /// Numbers that expressions may use.
         parameters: Option<Map<Number>>,
         /// Named points [x, y] or [x, y, z].
@@ -217,6 +219,7 @@ record! {
         elements: Option<Count>,
         /// Order of the elements, 1 to 4.
         order: Option<Spanned<Count>>,
+        /// "exact", or "corotational": two-node elements; that of the network by default.
         formulation: Option<Spanned<Formulation>>,
     }
 }

@@ -1,6 +1,6 @@
 //! Members: their centre line, segments, axes and releases.
 
-use pennate_solver::structure::Release;
+use pennate_solver::structure::{Formulation, Release};
 
 use super::context::{Context, Names};
 use super::curve::{Frame, columns};
@@ -8,7 +8,7 @@ use super::line::{Draft, Line, Shape};
 use super::properties::Properties;
 use crate::error::{InputError, Span};
 use crate::input::read::{Count, Map, Named, Number, Spanned};
-use crate::input::{self, EndRelease, Formulation};
+use crate::input::{self, EndRelease, Formulation as Word};
 use crate::model::{FixedLaw, Member, MemberKind, Node, SegmentLaw};
 use crate::unit::Kind;
 
@@ -26,6 +26,8 @@ pub struct Surroundings<'a> {
     pub names: &'a Names,
     pub nodes: &'a [Option<Node>],
     pub properties: &'a Properties,
+    /// Of members that do not ask for one.
+    pub formulation: Word,
 }
 
 impl Members {
@@ -95,7 +97,7 @@ fn member(
     let help = "write nodes = [\"A\", \"B\"]: where it starts and where it ends";
     let nodes = around.names.pair(&data.nodes, &owner, help, cx);
     let order = order(data, cx);
-    refuse_corotational(data, cx);
+    let formulation = formulation(data, &owner, around.formulation, cx);
     let (kind, drafts) = drafts(named, &owner, around.properties, missing, cx)?;
     let nodes = nodes?;
     let (start, end) = (around.nodes[nodes[0]].as_ref()?, around.nodes[nodes[1]].as_ref()?);
@@ -112,6 +114,7 @@ fn member(
         axes: columns(&shape.frame),
         segments: shape.segments,
         releases,
+        formulation,
         order: order?,
     })
 }
@@ -130,15 +133,21 @@ fn order(data: &input::Member, cx: &mut Context) -> Option<Option<usize>> {
     }
 }
 
-fn refuse_corotational(data: &input::Member, cx: &mut Context) {
-    if let Some(formulation) = data.formulation
-        && formulation.value == Formulation::Corotational
-    {
-        cx.error(
-            InputError::new("formulation = \"corotational\" is not there yet")
-                .at(formulation.span)
-                .help("use formulation = \"exact\", the default"),
-        );
+/// The formulation of a member, its own or that of the network.
+fn formulation(data: &input::Member, owner: &str, network: Word, cx: &mut Context) -> Formulation {
+    match data.formulation.map_or(network, |own| own.value) {
+        Word::Exact => Formulation::Exact,
+        Word::Corotational => {
+            if let Some(order) = &data.order
+                && order.value.0 > 1
+            {
+                let message = format!("{owner} is corotational, and asks for elements of order {}", order.value.0);
+                cx.error(InputError::new(message).at(order.span).help(
+                    "leave order out: corotational elements have two nodes; or give the member formulation = \"exact\"",
+                ));
+            }
+            Formulation::Corotational
+        }
     }
 }
 

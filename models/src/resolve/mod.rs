@@ -29,7 +29,7 @@ use self::topology::Parts;
 use crate::error::{InputError, InputErrors, Source};
 use crate::input::read::{Input, Map, Named, Number, Spanned};
 use crate::input::tree::{self, Language};
-use crate::input::{DimensionWord, Network, UnitsWord};
+use crate::input::{DimensionWord, Formulation, Network, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
 use crate::unit::Kind;
 
@@ -95,7 +95,8 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let none = Map::default();
     let member_map = network.members.as_ref().unwrap_or(&none);
     let member_names = Names::new("member", member_map.iter().map(|named| named.name.as_str()));
-    let around = Surroundings { names: &names, nodes: &nodes, properties: &properties };
+    let formulation = network.formulation.map_or(Formulation::Exact, |word| word.value);
+    let around = Surroundings { names: &names, nodes: &nodes, properties: &properties, formulation };
     let Members { members, planar_only } = Members::resolve(member_map, &around, cx);
     let bodies = Bodies::resolve(network.rigid_bodies.as_ref(), &names, nodes.len(), cx);
     let supports = joints::supports(network.supports.as_ref(), &names, &bodies, cx);

@@ -1,6 +1,6 @@
 //! Elimination of what lies between the ends of a member, and the way back.
 
-use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Turn};
+use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Moduli, Turn};
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{Ldl, add, apply, axpy, madd, mscale, scale, sub, tapply, tmul, transpose, zeros};
 
@@ -38,11 +38,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
+        let moduli = self.moduli[self.segment_of[e]];
         if self.plain {
-            self.reset_stress(e);
+            self.reset_stress(e, &local, &moduli);
         }
         let stress = self.stress_of(e);
-        let moduli = self.moduli[self.segment_of[e]];
         let mut k = Local::zero();
         let at = At {
             table: &self.table,
@@ -117,16 +117,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Stresses of the present strains in place of mixed ones; multipliers stay.
     #[inline(always)]
-    fn reset_stress(&mut self, e: usize) {
-        let strains = self.strains(e);
-        let moduli = self.moduli[self.segment_of[e]];
-        for (g, strain) in strains.iter().enumerate() {
-            let stress = &mut self.state.stress[e * P + g];
-            for i in 0..D {
-                let elastic = moduli.stiffness[i] * (strain[i] - moduli.rest[i]);
-                stress[i] = elastic + moduli.held[i] * stress[i];
-            }
-        }
+    fn reset_stress(&mut self, e: usize, local: &[[T; D]; P], moduli: &Moduli<T, D>) {
+        let stress = self.stress_of(e);
+        let at =
+            At { table: &self.table, piece: &self.pieces[e], curved: self.curved(e), moduli, local, stress: &stress };
+        let stress = B::extrapolate(&at, &[[T::zero(); D]; P]);
+        self.state.stress[e * P..(e + 1) * P].copy_from_slice(&stress);
     }
 
     /// Adds the load along an element to its interior nodes; gives what couples to the turn of the frame.

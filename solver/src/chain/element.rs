@@ -1,8 +1,10 @@
 //! One element of a chain with all that it is evaluated at, out of the lanes.
 
-use pennate_elements::beam::{Beam, Moduli, Piece, Placement};
+use pennate_elements::beam::{Beam, Formulation, Moduli, Piece, Placement};
+use pennate_elements::corotational::Corotational;
+use pennate_elements::local_law::LocalLaw;
 use pennate_elements::real::Real;
-use pennate_elements::small::{M3, V3};
+use pennate_elements::small::{M3, V3, add, dot, scale};
 
 use super::lanes::{lane, lane_of, lanes};
 use super::{Chain, Pack};
@@ -10,6 +12,7 @@ use super::{Chain, Pack};
 /// Geometry, section and state of one element of one member.
 #[derive(Clone, Debug)]
 pub struct ElementState<const D: usize> {
+    pub formulation: Formulation,
     pub piece: Piece<f64>,
     /// Initial curvature in the axes of the element's start.
     pub curvature: V3<f64>,
@@ -27,12 +30,27 @@ pub struct ElementState<const D: usize> {
     pub load: V3<f64>,
 }
 
+impl ElementState<6> {
+    /// Stiffness in this state: where it depends on the state, that is seen as fixed.
+    pub fn stiffness(&self) -> [f64; 6] {
+        match self.formulation {
+            Formulation::Exact => self.moduli.stiffness,
+            Formulation::Corotational => {
+                let [x, y, z, ..] = self.local[0];
+                let chord = scale(1.0 / self.piece.length, add(self.piece.chord, [x, y, z]));
+                Corotational::stiffness(&self.moduli, dot(chord, chord))
+            }
+        }
+    }
+}
+
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn element_impl(&self, index: usize, e: usize) -> ElementState<D> {
         let packed = &self.pieces[e];
         let segment = self.segment_of[e];
         let moduli = &self.moduli[segment];
         ElementState {
+            formulation: B::FORMULATION,
             piece: Piece {
                 length: packed.length.lane(index),
                 axes: lanes(&packed.axes, index),
@@ -50,6 +68,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 stiffness: lane(&moduli.stiffness, index),
                 rest: lane(&moduli.rest, index),
                 held: lane(&moduli.held, index),
+                softening: lane(&moduli.softening, index),
             },
             load: lane_of(&self.loads[segment], index),
         }

@@ -1,6 +1,8 @@
 //! The lateral stiffness of a plane chain.
 
-use pennate_elements::beam::{At, Beam, Ends, Local, Moduli, Piece, Placement};
+use pennate_elements::beam::{At, Beam, Ends, Formulation, Local, Moduli, Piece, Placement};
+use pennate_elements::corotational::Corotational;
+use pennate_elements::local_law::Exact;
 use pennate_elements::plane;
 use pennate_elements::real::Real;
 use pennate_elements::rotation;
@@ -10,14 +12,14 @@ use super::Chain;
 use super::lanes::{lane_of, lanes, mul_block, sub_matrix};
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn lateral_impl(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64) {
+    pub(super) fn lateral_impl(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
         let plane: Vec<[f64; 3]> = self.state.nodes.iter().map(|n| B::pose(n, lane)).map(flat).collect();
         let mut negative = 0;
         let mut smallest = 1.0f64;
         let mut chain: Option<Ends<f64, 3>> = None;
         for e in 0..self.frames.len() {
             let segment = self.segment_of[e];
-            let next = self.lateral_element(lane, e, &plane, &stiffness[segment], &mut negative, &mut smallest);
+            let next = self.lateral_element(lane, e, &plane, &moduli[segment], &mut negative, &mut smallest);
             chain = Some(match chain {
                 None => next,
                 Some(so_far) => {
@@ -44,7 +46,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         lane: usize,
         e: usize,
         nodes: &[[f64; 3]],
-        stiffness: &[f64; 6],
+        moduli: &Moduli<f64, 6>,
         negative: &mut usize,
         smallest: &mut f64,
     ) -> Ends<f64, 3> {
@@ -62,19 +64,26 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let stress: [[f64; 3]; P] =
             std::array::from_fn(|g| std::array::from_fn(|d| self.state.stress[e * P + g][d].lane(lane)));
         let curved: Option<[M3<f64>; P]> = self.curved(e).map(|c| c.map(|m| lanes(&m, lane)));
-        let moduli = Moduli { stiffness: [stiffness[0], stiffness[1], stiffness[5]], rest: [0.0; 3], held: [0.0; 3] };
+        let flat = plane::plane_moduli(moduli);
         let at = At {
             table: &self.table,
             piece: &piece,
             curved: curved.as_ref(),
-            moduli: &moduli,
+            moduli: &flat,
             local: &local,
             stress: &stress,
         };
-        let mut k = Local::<f64, 3, P>::zero();
-        plane::lateral(&at, stiffness, &mut k);
-        let mut plane_part = Local::<f64, 3, P>::zero();
-        <plane::Plane as Beam<f64, 3>>::local::<P, true>(&at, &mut plane_part);
+        let (mut k, mut plane_part) = (Local::<f64, 3, P>::zero(), Local::<f64, 3, P>::zero());
+        match B::FORMULATION {
+            Formulation::Exact => {
+                plane::lateral::<Exact, P>(&at, moduli, &mut k);
+                <plane::Plane as Beam<f64, 3>>::local::<P, true>(&at, &mut plane_part);
+            }
+            Formulation::Corotational => {
+                plane::lateral::<Corotational, P>(&at, moduli, &mut k);
+                <plane::CorotationalPlane as Beam<f64, 3>>::local::<P, true>(&at, &mut plane_part);
+            }
+        }
 
         // Weight in the plane turns with the frame about axes 1 and 2.
         let mut turn = None;

@@ -5,7 +5,7 @@
 //! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
 //! the member. Members of equal mesh may lie side by side in the lanes of `T`.
 
-use pennate_elements::beam::{Beam, Ends, Moduli, Piece, Placement};
+use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
 use pennate_elements::rotation;
@@ -143,9 +143,10 @@ pub trait Pack<const D: usize>: Send {
     fn swap(&mut self, a: usize, b: usize);
     /// Linear extrapolation from two saved states.
     fn predict(&mut self, before: usize, last: usize, ratio: f64);
-    /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior.
-    fn lateral(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64);
-    /// Copies the state of a chain with the same elements and another order.
+    /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior. The moduli are
+    /// those of its segments, in space.
+    fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64);
+    /// Copies the state of a chain with the same elements and another order or formulation.
     fn prolong(&mut self, coarse: &dyn Pack<D>);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
     fn lift(&mut self, plane: &dyn Pack<3>);
@@ -157,6 +158,7 @@ pub trait Pack<const D: usize>: Send {
     fn element(&self, lane: usize, element: usize) -> ElementState<D>;
     fn elements(&self) -> usize;
     fn order(&self) -> usize;
+    fn formulation(&self) -> Formulation;
     fn length(&self, lane: usize) -> f64;
     /// Tangent at the middle of the unloaded length, and the load along the member up to there.
     fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
@@ -328,6 +330,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             target.rest[d].set_lane(lane, moduli.rest[from]);
             target.held[d].set_lane(lane, moduli.held[from]);
         }
+        for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
+            target.set_lane(lane, value);
+        }
     }
 
     fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>) {
@@ -474,8 +479,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         ahead(&mut self.state.stress, &a.stress, &b.stress);
     }
 
-    fn lateral(&mut self, lane: usize, stiffness: &[[f64; 6]]) -> (Ends<f64, 3>, usize, f64) {
-        self.lateral_impl(lane, stiffness)
+    fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
+        self.lateral_impl(lane, moduli)
     }
 
     fn prolong(&mut self, coarse: &dyn Pack<D>) {
@@ -504,6 +509,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn order(&self) -> usize {
         P
+    }
+
+    fn formulation(&self) -> Formulation {
+        B::FORMULATION
     }
 
     fn length(&self, lane: usize) -> f64 {

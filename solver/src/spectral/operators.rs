@@ -4,13 +4,15 @@
 //! place, and motions are looked for among those with G x = 0.
 
 use pennate_elements::beam::At;
+use pennate_elements::corotational::Corotational;
 use pennate_elements::interpolation::Table;
+use pennate_elements::local_law::{Exact, LocalLaw};
 use pennate_elements::mass::{self, Inertia};
 use pennate_elements::rotation::turn;
 use pennate_elements::small::{V3, add, scale, sub};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows};
-use pennate_elements::{beam::Beam, beam::Moduli};
+use pennate_elements::{beam::Beam, beam::Formulation, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
 use super::unknowns::{Column, Unknowns, end_curvature, network_node};
@@ -19,7 +21,7 @@ use crate::packs::Turn;
 use crate::structure::Spring;
 use crate::system::System;
 
-/// What an element's tangent is made with; it is linear in both together.
+/// What an element's tangent is made with.
 #[derive(Clone, Debug)]
 pub struct Stressing {
     pub stiffness: [f64; 6],
@@ -184,18 +186,24 @@ pub struct Evaluated {
 }
 
 impl Evaluated {
-    /// With an inertia: tangent, constraints and mass; without: tangent and forces.
+    /// With an inertia: tangent, constraints and mass; without, for rates of stiffness and stresses: the rate of the
+    /// tangent at a fixed shape, and forces.
     pub fn of(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
-        match state.local.len() {
-            1 => Self::of_order::<1>(state, stressing, inertia),
-            2 => Self::of_order::<2>(state, stressing, inertia),
-            3 => Self::of_order::<3>(state, stressing, inertia),
-            4 => Self::of_order::<4>(state, stressing, inertia),
-            _ => Self::of_order::<5>(state, stressing, inertia),
+        match (state.formulation, state.local.len()) {
+            (Formulation::Corotational, _) => Self::of_order::<Corotational, 1>(state, stressing, inertia),
+            (Formulation::Exact, 1) => Self::of_order::<Exact, 1>(state, stressing, inertia),
+            (Formulation::Exact, 2) => Self::of_order::<Exact, 2>(state, stressing, inertia),
+            (Formulation::Exact, 3) => Self::of_order::<Exact, 3>(state, stressing, inertia),
+            (Formulation::Exact, 4) => Self::of_order::<Exact, 4>(state, stressing, inertia),
+            (Formulation::Exact, _) => Self::of_order::<Exact, 5>(state, stressing, inertia),
         }
     }
 
-    fn of_order<const P: usize>(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
+    fn of_order<L: LocalLaw, const P: usize>(
+        state: &ElementState<6>,
+        stressing: &Stressing,
+        inertia: Option<&Inertia>,
+    ) -> Self {
         let table = Table::<P>::new();
         let pose = |end: usize| Pose { displacement: state.ends[end].displacement, rotation: state.ends[end].rotation };
         let frame = <Space as Beam<f64, 6>>::frame(&state.piece, &pose(0), &pose(1));
@@ -203,7 +211,9 @@ impl Evaluated {
         let reference: [V3<f64>; P] = std::array::from_fn(|i| state.reference[i]);
         let curved: Option<[_; P]> = state.curved.as_ref().map(|frames| std::array::from_fn(|g| frames[g]));
         let stress: [[f64; 6]; P] = std::array::from_fn(|g| stressing.stress[g]);
-        let moduli = Moduli { stiffness: stressing.stiffness, ..state.moduli };
+        // A rate of the stiffness is that at a fixed shape, softening included: it has none of its own.
+        let softening = if inertia.is_some() { state.moduli.softening } else { [0.0; 2] };
+        let moduli = Moduli { stiffness: stressing.stiffness, softening, ..state.moduli };
         let at = At {
             table: &table,
             piece: &state.piece,
@@ -214,14 +224,14 @@ impl Evaluated {
         };
         let nodes = Nodes { frame: &frame, reference: &reference, local: &local };
         let load = <Space as Beam<f64, 6>>::pull_back(&frame, scale(state.piece.length, stressing.load));
-        let mut own = Self { stiffness: whole::tangent(&at, &nodes, load), ..Self::default() };
+        let mut own = Self { stiffness: whole::tangent::<L, P>(&at, &nodes, load), ..Self::default() };
         match inertia {
             Some(inertia) => {
-                own.constraints = whole::constraints(&at, &nodes);
+                own.constraints = whole::constraints::<L, P>(&at, &nodes);
                 own.mass = mass::mass(&state.piece, state.curvature, &nodes, inertia);
             }
             None => {
-                own.forces = whole::forces(&at, &nodes);
+                own.forces = whole::forces::<L, P>(&at, &nodes);
                 let force = scale(state.piece.length, stressing.load);
                 let rest = 1.0 - table.integrals.iter().sum::<f64>();
                 for (i, target) in own.forces.iter_mut().enumerate() {

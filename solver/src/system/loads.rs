@@ -55,7 +55,7 @@ impl<const D: usize> System<D> {
             for (segment, description) in member.segments.iter().enumerate() {
                 let section = structure.laws[description.law].at(control);
                 let length = chain.element_length(slot.lane, segment);
-                let moduli = packs::moduli(&section, length, &slot.turn, self.auxiliary);
+                let moduli = packs::moduli(&section, chain.formulation(), length, &slot.turn, self.auxiliary);
                 self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
                 self.noise[0] = self.noise[0].max(1e-10 * moduli.stiffness[0]);
                 self.noise[1] = self.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);

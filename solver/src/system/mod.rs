@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::turn;
-use pennate_elements::section::Section;
 use pennate_elements::small::{M3, V3, cross, norm, scale, sub};
 use rayon::prelude::*;
 
@@ -690,10 +689,4 @@ fn end_tangents(member: &crate::structure::Member) -> [V3<f64>; 2] {
         axes = pennate_elements::small::tmul(&frame, &axes);
     }
     [member.axes[0], axes[0]]
-}
-
-/// Section with every stiffness finite, for a tangent that is no residual (out of the plane).
-pub fn finite_stiffness(section: &Section, element_length: f64, turn: &Turn, auxiliary: f64) -> [f64; 6] {
-    let state = SectionState { section: *section, strain: 0.0, curvature: [0.0; 3] };
-    packs::moduli(&state, element_length, turn, auxiliary).stiffness
 }

@@ -7,7 +7,8 @@ use pennate_elements::section::Section;
 use pennate_solver::history::{History, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{
-    Dimension, Drive, Member, Release, SectionLaw, SectionState, Segment, Stability, Step, Structure, Support,
+    Dimension, Drive, Formulation, Member, Release, SectionLaw, SectionState, Segment, Stability, Step, Structure,
+    Support,
 };
 
 #[derive(Debug)]
@@ -41,6 +42,7 @@ pub fn cantilever(dimension: Dimension, length: f64, section: Section, elements:
             segments: vec![Segment { length, elements, law: 0, initial_curvature: [0.0; 3] }],
             releases: [Release::Welded, Release::Welded],
             control: None,
+            formulation: Formulation::Exact,
             order,
         }],
         laws: vec![law(section)],
