@@ -2,7 +2,8 @@
 //!
 //! The solver repeats the end of every step on a mesh of the next order; what differs there is the error e of
 //! the mesh in use. Nodal values converge with h^2p, so elements shorter by the factor (2 e / asked)^(1/2p)
-//! are expected to do, with a margin of two.
+//! are expected to do, with a margin of two. Corotational elements count as order 1; what they are compared with are
+//! exact ones of order 2, of the same length.
 
 use std::time::Instant;
 
@@ -98,7 +99,7 @@ pub fn solve_to_accuracy(
         timing.solve += spent.saturating_sub(history.estimate);
         let probes = ProbeTable::new(&model, &history);
         if let Some((before, coarse, ..)) = &best {
-            estimate_critical_points(coarse, &mut history, before.elements(), &mesh);
+            estimate_critical_points(coarse, &mut history, before.elements(), &mesh, mesh.lowest_order(&model));
         }
         let error = largest_of(relative_error(&model, &structure, &history, &probes), critical_error(&history));
         let judged = judge(&model, &mesh, &history, error, asked, rounds, best.as_ref());
@@ -170,7 +171,7 @@ fn judge(
     if error < ASYMPTOTIC && best.is_some_and(|(.., before)| error > 0.5 * before) {
         return Judgement::End(Verdict::Stalled);
     }
-    let factor = refinement_factor(error / asked, mesh.order);
+    let factor = refinement_factor(error / asked, mesh.lowest_order(model));
     let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(factor, segments)).collect();
     let finer = mesh.refined(model, &factors);
     if finer == *mesh {
@@ -181,9 +182,9 @@ fn judge(
 }
 
 /// Estimates the errors of singular points from how far they lie from those of a coarser mesh.
-fn estimate_critical_points(coarse: &History, fine: &mut History, elements: usize, mesh: &Mesh) {
+fn estimate_critical_points(coarse: &History, fine: &mut History, elements: usize, mesh: &Mesh, order: usize) {
     let ratio = mesh.elements() as f64 / elements.max(1) as f64;
-    let gain = ratio.powi(2 * i32::try_from(mesh.order).unwrap_or(1)) - 1.0;
+    let gain = ratio.powi(2 * i32::try_from(order).unwrap_or(1)) - 1.0;
     for (before, now) in coarse.steps.iter().zip(&mut fine.steps) {
         if before.critical_points.len() != now.critical_points.len() || gain <= 0.0 {
             continue;

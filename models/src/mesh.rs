@@ -2,7 +2,7 @@
 
 use crate::input::read::Count;
 use crate::model::{Member, MemberKind, Model, Segment};
-use pennate_solver::structure::Dimension;
+use pennate_solver::structure::{Dimension, Formulation};
 
 /// Order of the elements and their number in every segment of every member.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,6 +53,11 @@ impl Mesh {
         mesh
     }
 
+    /// The lowest order of any element: errors fall as slowly as its do.
+    pub fn lowest_order(&self, model: &Model) -> usize {
+        model.members.iter().map(|member| member.order(self.order)).min().unwrap_or(self.order)
+    }
+
     /// Number of elements in all.
     pub fn elements(&self) -> usize {
         self.refinement.iter().flatten().fold(0, |sum, &count| sum.saturating_add(count))
@@ -80,6 +85,9 @@ impl Mesh {
     }
 }
 
+/// How many corotational elements are as good as one exact one, to begin with.
+const COROTATIONAL: usize = 8;
+
 fn initial_elements(member: &Member, segment: &Segment, long: bool, short: bool) -> usize {
     if let Some(elements) = segment.elements {
         return elements;
@@ -93,6 +101,7 @@ fn initial_elements(member: &Member, segment: &Segment, long: bool, short: bool)
         _ => 2,
     };
     let straight = if short && part > 0.25 { 2 * straight } else { straight };
+    let straight = if member.formulation == Formulation::Corotational { COROTATIONAL * straight } else { straight };
     let curvature = segment.initial_curvature.iter().map(|curvature| curvature * curvature).sum::<f64>().sqrt();
     // At most 30 degrees an element.
     let turns = (curvature * segment.length / 30.0_f64.to_radians() - 1e-9).ceil();
