@@ -12,7 +12,7 @@ use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;
 use pennate_solver::packs;
 use pennate_solver::path::{self, Path};
-use pennate_solver::structure::{Dimension, Structure};
+use pennate_solver::structure::{Dimension, Formulation, Structure};
 use pennate_solver::system::System;
 
 /// The heap, counting what each thread asks it for.
@@ -101,6 +101,12 @@ fn text(settings: &[(String, String)]) -> Model {
     pennate_models::read_text("everything.toml", EVERYTHING, settings).expect("a network")
 }
 
+/// The same network of corotational elements.
+fn corotational(mut model: Model) -> Model {
+    model.members.iter_mut().for_each(|member| member.formulation = Formulation::Corotational);
+    model
+}
+
 /// Allocations of an iteration to the loads of the first step, after one to half of them.
 fn allocations(model: &Model) -> usize {
     match model.dimension {
@@ -146,6 +152,13 @@ fn muscles_in_the_plane() {
 #[test]
 fn muscles_and_rings_in_space() {
     assert_eq!(allocations(&file("validation/peers/p6_4.toml")), 0);
+}
+
+#[test]
+fn corotational_muscles() {
+    assert_eq!(allocations(&corotational(file("models/networks/dyad.toml"))), 0);
+    assert_eq!(allocations(&corotational(file("validation/peers/p6_4.toml"))), 0);
+    assert_eq!(allocations(&corotational(text(&[]))), 0);
 }
 
 #[test]

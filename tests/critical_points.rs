@@ -7,6 +7,7 @@ use pennate::solution::Solution;
 use pennate_models::read;
 use pennate_solver::history::{CriticalKind, Status};
 use pennate_solver::options::Options;
+use pennate_solver::structure::Formulation;
 use serde_json::Value;
 
 /// Error of a critical load, over the load.
@@ -77,6 +78,45 @@ fn lees_frame_williams_toggle_and_the_deep_arch_end_at_their_limit_points() {
     stops_at("05_lee_frame", ["/load", "/load_point/displacement"], ("lee_frame.toml", &stiff, 2.0, limit, "P", 2));
     stops_at("06_williams_toggle", ["/load", "/apex/displacement"], ("toggle_load.toml", &[], 40.0, limit, "C", 0));
     stops_at("07_deep_arch_215", ["/load", "/apex/displacement"], ("arch.toml", &[], 900.0, limit, "P", 0));
+}
+
+/// Corotational elements lose their stability where exact ones do: at limit points, sideways, and twisted by more than
+/// half a turn.
+#[test]
+fn corotational_elements_have_the_same_singular_points() {
+    let cases: [(&str, &str, f64, &str); 5] = [
+        ("05_lee_frame", "lee_frame.toml", 2.0, "/results/0/quantities/load"),
+        ("07_deep_arch_215", "arch.toml", 900.0, "/results/0/quantities/load"),
+        ("08_right_angle_frame", "cantilever.toml", 1.5, "/results/0/quantities/critical_load_factor"),
+        ("08_right_angle_frame", "hinged.toml", 700.0, "/results/2/quantities/critical_load_factor"),
+        (
+            "11_twist_buckling",
+            "twist.toml",
+            720f64.to_radians(),
+            "/results_reissner/0/quantities/critical_end_rotation",
+        ),
+    ];
+    for (case, file, end, pointer) in cases {
+        let mut model = read(&validation(&format!("{case}/{file}")), &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        model.members.iter_mut().for_each(|member| member.formulation = Formulation::Corotational);
+        let options = Options { estimate: true, ..Options::default() };
+        let solution =
+            solve_to_accuracy(model, 1e-4, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"));
+        let step = &solution.history.steps[0];
+        let point = step.critical_points.last().expect("a critical point");
+        let expected = reference(case).pointer(pointer).and_then(Value::as_f64).expect("a number");
+        let (error, estimate) = (end * point.fraction / expected - 1.0, end * point.error.unwrap_or(0.0) / expected);
+        println!(
+            "{file}: {:?}, error {error:.1e}, estimated {estimate:.1e}, {} elements",
+            step.status,
+            solution.mesh.elements()
+        );
+        assert!(error.abs() <= 2e-4, "{file}: {} instead of {expected}", end * point.fraction);
+        assert!(
+            error.abs() < 10.0 * estimate && estimate < 10.0 * error.abs(),
+            "{file}: {error:.1e}, not {estimate:.1e}"
+        );
+    }
 }
 
 /// Both legs lie in a plane and are loaded in it; what is lost is their stability out of it.
