@@ -9,7 +9,9 @@ use pennate_models::hsim::{Muscle, MuscleLaw, Part};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::sensitivity::SegmentSensitivity;
-use pennate_solver::structure::{Dimension, Drive, Member, Release, SectionLaw, Segment, Stability, Structure};
+use pennate_solver::structure::{
+    Dimension, Drive, Formulation, Member, Release, SectionLaw, Segment, Stability, Structure,
+};
 use pennate_solver::system::System;
 use pennate_solver::{packs, path};
 
@@ -76,6 +78,7 @@ impl Cantilever {
                 segments: (0..3).map(segment).collect(),
                 releases: [Release::Welded, Release::Welded],
                 control: Some(0),
+                formulation: Formulation::Exact,
                 order: ORDER,
             }],
             laws: laws(muscle),
