@@ -29,6 +29,7 @@ pub mod input;
 pub mod library;
 pub mod mesh;
 pub mod model;
+pub mod prb;
 pub mod probes;
 mod resolve;
 pub mod scenes;

@@ -34,8 +34,13 @@ pub struct LengthErrors {
 impl Errors {
     /// Errors of the cases of one pressure.
     pub fn of(tube: &Tube, row: Row, cases: &[Case]) -> Self {
+        Self::over(cases, tube.compare(row, cases).into_iter())
+    }
+
+    /// Errors of cases whose differences are known, in their order.
+    pub fn over(cases: &[Case], differences: impl Iterator<Item = Option<Difference>>) -> Self {
         let mut errors = Self::default();
-        for (case, difference) in cases.iter().zip(tube.compare(row, cases)) {
+        for (case, difference) in cases.iter().zip(differences) {
             let mut add = |kind: usize, difference: f64, measured: f64| {
                 errors.mean[kind] += difference.abs();
                 errors.largest[kind] = errors.largest[kind].max(measured.abs());
