@@ -12,7 +12,7 @@ use pennate::fit::prb::{self, FittedPrb, NAMES};
 use pennate::fit::regression::regress;
 use pennate::fit::{self, EndLength, Fitted, Request, TESTS};
 use pennate::output::text::{Align, columns};
-use pennate_models::prb::Joint;
+use pennate_models::prb::{Gripper, Joint, Prb};
 
 const LENGTH: f64 = 130.0;
 
@@ -159,6 +159,14 @@ fn mechanisms(fitted: &Fitted, models: &[FittedPrb]) -> String {
             add(format!("rotary motor, {angle} degrees: rotation"), "deg", hsim, prb.to_degrees());
         }
     }
+    for angle in [20.0_f64, 30.0, 45.0, 60.0] {
+        let strip = |length: f64| Prb::strip(length, 2200.0 * 12.0 * 1.2, 2200.0 * 12.0 * 1.2_f64.powi(3) / 12.0);
+        let half =
+            Gripper { muscle: model, post: strip(60.0), link: strip(35.0_f64.hypot(60.0)), jaw: 80.0, offset: 35.0 };
+        if let (Some(hsim), Ok([stroke, ..])) = (solve(&directory, &gripper(angle)), half.motion(angle.to_radians())) {
+            add(format!("compliant gripper, {angle} degrees: stroke"), "mm", hsim, stroke);
+        }
+    }
     // What could not be removed is for the system to clean up.
     let _ = std::fs::remove_dir_all(&directory);
     columns(&[Align::Left, Align::Right, Align::Right, Align::Right], &rows)
@@ -191,6 +199,22 @@ fn motor(angle: f64) -> String {
          supports = {{ F = \"clamped\", O = \"pinned\" }}\n\
          steps = [{{ name = \"inflate\", pressure = {{ all = 20 }} }}]\n\
          probes.out = {{ node = \"O\", rotation = \"rz\" }}\n"
+    )
+}
+
+fn gripper(angle: f64) -> String {
+    format!(
+        "format = \"pennate/1\"\nparameters = {{ L = {LENGTH}, chi = {angle}, h = \"= L * sin(chi)\" }}\n\
+         muscles.m = {{ file = \"muscle.toml\" }}\n\
+         materials.abs = {{ youngs_modulus = 2200, poissons_ratio = 0.3 }}\n\
+         sections.strip = {{ rectangle = {{ width = 12, height = 1.2 }}, shear = false }}\n\
+         nodes = {{ A = [\"= L * cos(chi)\", 0], B = [0, \"= h\"], G = [35, \"= h\"], K = [35, \"= h + 60\"] }}\n\
+         members.m = {{ nodes = [\"A\", \"B\"], muscle = \"m\" }}\n\
+         members.post = {{ nodes = [\"G\", \"K\"], section = \"strip\", material = \"abs\" }}\n\
+         members.link = {{ nodes = [\"B\", \"K\"], section = \"strip\", material = \"abs\" }}\n\
+         supports = {{ A = \"clamped\", G = \"clamped\", B = [\"ux\", \"rz\"] }}\n\
+         steps = [{{ name = \"inflate\", pressure = {{ all = 20 }} }}]\n\
+         probes.out = {{ node = \"B\", displacement = [0, -1] }}\n"
     )
 }
 

@@ -12,6 +12,9 @@
 //! loop closure and virtual work (Eq. 16–19): what is stationary is energy, work and closure, each closure with the force
 //! that keeps it.
 
+mod mechanisms;
+
+pub use mechanisms::{Gripper, Joint};
 use nalgebra::{DMatrix, DVector};
 use pennate_elements::jet::Jet;
 
@@ -33,24 +36,28 @@ pub struct Prb {
 /// The dissertation's unit of K_th, which its text does not name: 0.1 N m/rad, by the size of its numbers.
 pub const TORSION_UNIT: f64 = 100.0;
 
-/// How the apex of a dyad is joined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Joint {
-    Fixed,
-    Pinned,
-}
-
 /// An iteration that came to no equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoEquilibrium;
 
 const ITERATIONS: usize = 60;
-/// Largest change of an angle (radians) or, over the length, of an elongation in an iteration.
+/// Largest change of an unknown over its size in an iteration.
 const LONGEST: f64 = 0.3;
-/// Parts that a mechanism's ramp of the stroke is divided into.
-const RAMP: usize = 20;
-
 impl Prb {
+    /// A uniform strip: γ = 1/√3, K_th = 2 EI/L, 2 K_ex = EA/L.
+    ///
+    /// With these the end of a clamped strip has the three compliances of the beam, for small motions exactly: the two
+    /// joints stand at the Gauss points of its length.
+    pub fn strip(length: f64, axial_stiffness: f64, bending_stiffness: f64) -> Self {
+        Self {
+            length,
+            stroke: 0.0,
+            gamma: 1.0 / 3.0_f64.sqrt(),
+            torsion: 2.0 * bending_stiffness / length,
+            extension: 0.5 * axial_stiffness / length,
+        }
+    }
+
     fn ends(&self) -> f64 {
         0.5 * (1.0 - self.gamma) * self.length
     }
@@ -80,75 +87,13 @@ impl Prb {
     /// [`NoEquilibrium`] where the iteration finds none.
     pub fn under_load(&self, force: [f64; 2], moment: f64) -> Result<[f64; 3], NoEquilibrium> {
         // The stiffness of the springs alone is a start good enough for any load of a muscle.
-        let state = stationary([0.0, 0.0, force[0] / (2.0 * self.extension)], self.length, |v: [Jet<3>; 3]| {
+        let start = [0.0, 0.0, force[0] / (2.0 * self.extension)];
+        let state = stationary(start, [1.0, 1.0, self.length], |v: [Jet<3>; 3]| {
             let [x, y] = self.tip(v);
             self.energy(v) - x.scaled(force[0]) - y.scaled(force[1]) - (v[0] + v[1]).scaled(moment)
         })?;
         let [x, y] = self.tip(state.map(Jet::<0>::constant)).map(|position| position.value);
         Ok([x, y, state[0] + state[1]])
-    }
-
-    /// Stroke of a dyad of two such muscles at an angle (radians) to the line of their anchors, its apex free along the axis
-    /// of symmetry; the anchors joined as the apex.
-    ///
-    /// Anchors at (∓L cos χ, 0), apex at (0, L sin χ). With fixed joints two closures hold the apex on the axis and keep its
-    /// slope. With pins nothing bends the muscles: they are as long as they are free, or flat, where that is too short.
-    ///
-    /// # Errors
-    /// [`NoEquilibrium`] where the ramp of the stroke is not followed to its end.
-    pub fn dyad_stroke(&self, angle: f64, joint: Joint) -> Result<f64, NoEquilibrium> {
-        let (sin_angle, cos_angle) = angle.sin_cos();
-        let width = self.length * cos_angle;
-        if joint == Joint::Pinned {
-            let free = self.length - self.stroke;
-            return Ok(self.length * sin_angle - (free * free - width * width).max(0.0).sqrt());
-        }
-        let follow = |part: f64, start: [f64; 5]| {
-            let muscle = Self { stroke: part * self.stroke, ..*self };
-            stationary(start, self.length, |[first, second, elongation, hold, turn]: [Jet<5>; 5]| {
-                let v = [first, second, elongation];
-                let [x, y] = muscle.tip(v);
-                let across = x.scaled(cos_angle) - y.scaled(sin_angle) - Jet::constant(width);
-                muscle.energy(v) + hold * across + turn * (first + second)
-            })
-        };
-        let mut state = [0.0; 5];
-        for step in 1..=RAMP {
-            state = follow(step as f64 / RAMP as f64, state)?;
-        }
-        let [first, second, elongation, ..] = state;
-        let [x, y] = self.tip([first, second, elongation].map(Jet::<0>::constant)).map(|position| position.value);
-        Ok(self.length * sin_angle - (x * sin_angle + y * cos_angle))
-    }
-
-    /// Rotation (radians) of a rotary motor of equal muscles, each clamped outside and pinned to a rotor of this radius.
-    ///
-    /// For the arm direction u and the tangent v of a muscle its clamp is at r u + L (u sin ζ + v cos ζ).
-    ///
-    /// # Errors
-    /// [`NoEquilibrium`] where the ramp of the stroke is not followed to its end.
-    pub fn motor_rotation(&self, radius: f64, angle: f64) -> Result<f64, NoEquilibrium> {
-        // u = e₁, v = e₂; the muscle runs from its clamp back to the pin, along a = −(sin ζ, cos ζ).
-        let along = [-angle.sin(), -angle.cos()];
-        let clamp = [radius - self.length * along[0], -self.length * along[1]];
-        let follow = |part: f64, start: [f64; 6]| {
-            let muscle = Self { stroke: part * self.stroke, ..*self };
-            stationary(start, self.length, |[first, second, elongation, rotor, hold_x, hold_y]: [Jet<6>; 6]| {
-                let v = [first, second, elongation];
-                let [x, y] = muscle.tip(v);
-                let pin = [
-                    Jet::constant(clamp[0]) + x.scaled(along[0]) - y.scaled(along[1]),
-                    Jet::constant(clamp[1]) + x.scaled(along[1]) + y.scaled(along[0]),
-                ];
-                let gap = [pin[0] - cos(rotor).scaled(radius), pin[1] - sin(rotor).scaled(radius)];
-                muscle.energy(v) + hold_x * gap[0] + hold_y * gap[1]
-            })
-        };
-        let mut state = [0.0; 6];
-        for step in 1..=RAMP {
-            state = follow(step as f64 / RAMP as f64, state)?;
-        }
-        Ok(state[3])
     }
 }
 
@@ -162,11 +107,13 @@ fn cos<const N: usize>(x: Jet<N>) -> Jet<N> {
     x.mapped(cos, -sin, -cos)
 }
 
-/// The state in which a function is stationary, by Newton's iteration; the third unknown is a length, the others angles or
-/// forces.
+/// The state in which a function is stationary, by Newton's iteration.
+///
+/// `sizes` are those that changes of the unknowns are measured by: one radian, the length of a member, and infinity for the
+/// force of a closure, which follows from the others.
 fn stationary<const N: usize>(
     start: [f64; N],
-    length: f64,
+    sizes: [f64; N],
     function: impl Fn([Jet<N>; N]) -> Jet<N>,
 ) -> Result<[f64; N], NoEquilibrium> {
     let mut state = start;
@@ -175,8 +122,8 @@ fn stationary<const N: usize>(
         let gradient = DVector::from_fn(N, |i, _| found.gradient[i]);
         let hessian = DMatrix::from_fn(N, N, |i, j| found.hessian[i][j]);
         let change = hessian.lu().solve(&gradient).ok_or(NoEquilibrium)?;
-        let size = (0..N.min(3)).map(|i| change[i].abs() / if i == 2 { length } else { 1.0 }).fold(0.0, f64::max);
-        if !size.is_finite() {
+        let size = change.iter().zip(sizes).map(|(change, size)| change.abs() / size).fold(0.0, f64::max);
+        if change.iter().any(|change| !change.is_finite()) {
             return Err(NoEquilibrium);
         }
         let part = if size > LONGEST { LONGEST / size } else { 1.0 };
@@ -221,26 +168,18 @@ mod tests {
         assert!((x - (130.0 - 14.5 + 6.0 / 2.4)).abs() < 1e-9 && y.abs() < 1e-9 && slope.abs() < 1e-9);
     }
 
-    /// With pins the stroke is geometry alone: both muscles as long as they are free.
+    /// L³/3EI and L²/2EI under a force, L²/2EI and L/EI under a moment, L/EA along the axis.
     #[test]
-    fn a_pinned_dyad_closes_its_triangle() {
-        let angle = 45.0_f64.to_radians();
-        let free: f64 = 130.0 - 14.5;
-        let width = 130.0 * angle.cos();
-        let expected = 130.0 * angle.sin() - (free * free - width * width).sqrt();
-        let pinned = MUSCLE.dyad_stroke(angle, Joint::Pinned).unwrap();
-        let fixed = MUSCLE.dyad_stroke(angle, Joint::Fixed).unwrap();
-        assert!((pinned - expected).abs() < 1e-8, "{pinned} {expected}");
-        assert!(fixed < pinned && fixed > 0.5 * pinned, "{fixed} {pinned}");
-    }
-
-    /// A muscle along the tangent turns the rotor by its stroke over the radius, less what its bending costs.
-    #[test]
-    fn a_motor_turns_by_about_its_stroke_over_the_radius() {
-        let soft = Prb { torsion: 1e-3, stroke: 3.0, ..MUSCLE };
-        let rotation = soft.motor_rotation(32.0, 0.0).unwrap();
-        assert!((rotation - 3.0 / 32.0).abs() < 2e-3, "{rotation}");
-        let stiff = MUSCLE.motor_rotation(32.0, 0.0).unwrap();
-        assert!(stiff > 0.0 && stiff < 14.5 / 32.0 * 1.3, "{stiff}");
+    fn a_strip_has_the_compliances_of_a_beam() {
+        let strip = Prb::strip(80.0, 3e4, 3800.0);
+        let small = 1e-6;
+        let [_, deflection, slope] = strip.under_load([0.0, small], 0.0).unwrap();
+        assert!((deflection / small / (80.0_f64.powi(3) / (3.0 * 3800.0)) - 1.0).abs() < 1e-8);
+        assert!((slope / small / (80.0_f64.powi(2) / (2.0 * 3800.0)) - 1.0).abs() < 1e-8);
+        let [_, deflection, slope] = strip.under_load([0.0; 2], small).unwrap();
+        assert!((deflection / small / (80.0_f64.powi(2) / (2.0 * 3800.0)) - 1.0).abs() < 1e-8);
+        assert!((slope / small / (80.0 / 3800.0) - 1.0).abs() < 1e-8);
+        let [x, ..] = strip.under_load([3.0, 0.0], 0.0).unwrap();
+        assert!((x - 80.0 - 3.0 * 80.0 / 3e4).abs() < 1e-10);
     }
 }
