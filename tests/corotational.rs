@@ -255,3 +255,22 @@ fn critical_factors_are_those_of_the_rod() {
         check_errors(&text, 4, "buckle", &["--count", "1", "--step", "load", "--set", near], &[critical / load]);
     }
 }
+
+/// Elements too long for a tension, N h² > 12 EI, give way sideways: the mesh is refined until they hold.
+#[test]
+fn tension_is_resolved() {
+    let text = "format = \"pennate/1\"\nnodes = { A = [0, 0], B = [60, 0] }\nsupports.A = \"clamped\"\n\
+                sections.rod = { stiffness = { EA = 3e3, GA2 = 1e3, EI3 = 20 } }\n\
+                members.rod = { nodes = [\"A\", \"B\"], section = \"rod\" }\n\
+                steps = [{ force = { B = [600, 0] } }]\n";
+    let folder = tempfile::tempdir().expect("a directory");
+    let file = folder.path().join("network.toml");
+    std::fs::write(&file, text).expect("a file");
+    let (_folder, file) = corotational(&file);
+    let results = run("solve", &file, &[]).expect("results");
+    assert_eq!(results["steps"][0]["status"], "converged");
+    let stretched = results["steps"][0]["nodes"]["B"]["displacement"][0].as_f64().expect("a displacement");
+    assert!((stretched - 12.0).abs() < 1e-9, "{stretched}");
+    let elements = results["mesh"]["elements"].as_f64().expect("a count");
+    assert!(60.0 / elements < (12.0 * 20.0 / 600.0_f64).sqrt(), "{elements} elements");
+}

@@ -15,6 +15,10 @@
 //! place of |x|, or with the shear angle Φ of the linear Timoshenko beam, the element converges to another rod as soon
 //! as that is stretched or contracts. Nodal errors fall with h².
 //!
+//! An axial force N in tension acts on the mean rotation against the chord as on a shear angle: once it exceeds about
+//! GA* = 12EI/|x|², h about √(12 EI/N), the element gives way sideways. It has to resolve what bending of a stretched
+//! rod there is at its ends anyway, of the length √(EI/N).
+//!
 //! Half a rotation by θ about n has the Gibbs vector g = tan(θ/4) n = α c, where c = tan(θ/2) n is the local unknown
 //! and α = 1/(1 + q), q² = 1 + c·c. The rotation vector is θ n = 2β c, β = 2α B(g·g) with B(x²) = arctan(x)/x.
 //!
