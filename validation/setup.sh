@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes validation/.venv with what the scripts of this folder need.
+# Makes validation/.venv with what the scripts of this folder need; `setup.sh bench` adds the programs of bench/.
 #
 # Pictures are drawn off-screen. Where VTK finds no graphics library it says so; on Debian and Ubuntu this
 # helps: apt-get install libgl1 libegl1
@@ -14,4 +14,7 @@ fi
 
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 .venv/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
+if [ "${1:-}" = bench ]; then
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check -r bench/requirements.txt
+fi
 echo "ready: validation/.venv/bin/python"
