@@ -105,7 +105,15 @@ fn repeat(network: &mut Network, pattern: &Spanned<Pattern>, numbers: &mut Numbe
         Some(merge) => cx.not_negative(merge, Kind::Length, "the merge tolerance of a pattern")?,
         None => MERGE * size(&places),
     };
-    let mut copier = Copier { network, places, grid: Grid::new(merge), step: &step, numbers, fused: HashMap::new() };
+    let mut copier = Copier {
+        network,
+        places,
+        grid: Grid::new(merge),
+        step: &step,
+        numbers,
+        fused: HashMap::new(),
+        held: Held::default(),
+    };
     for index in 0..copier.places.len() {
         copier.grid.add(copier.places[index], index);
     }
@@ -218,6 +226,15 @@ struct Copier<'a> {
     numbers: &'a mut Numbers,
     /// Bodies that came to share a node: the later by the earlier.
     fused: HashMap<usize, usize>,
+    held: Held,
+}
+
+/// Supports that are there, as far as they were looked at: names of their nodes, and which of them are repeated.
+#[derive(Default)]
+struct Held {
+    names: HashSet<String>,
+    repeated: Vec<usize>,
+    seen: usize,
 }
 
 impl Copier<'_> {
@@ -358,15 +375,21 @@ impl Copier<'_> {
     /// Copies the supports of nodes, unless the copy of the node has one already.
     fn supports(&mut self, renamed: &HashMap<String, String>, motion: Motion, cx: &mut Context) -> Option<()> {
         let Some(supports) = self.network.supports.as_mut() else { return Some(()) };
-        let mut there: HashSet<String> = supports.iter().map(|named| named.name.clone()).collect();
-        let originals: Vec<Named<Spanned<Support>>> =
-            supports.iter().filter(|named| renamed.contains_key(&named.name)).cloned().collect();
-        for mut named in originals {
-            let name = renamed[&named.name].clone();
-            if !there.insert(name.clone()) {
+        let held = &mut self.held;
+        for (index, named) in supports.iter().enumerate().skip(held.seen) {
+            held.names.insert(named.name.clone());
+            if renamed.contains_key(&named.name) {
+                held.repeated.push(index);
+            }
+        }
+        held.seen = supports.0.len();
+        for &index in &held.repeated {
+            let name = &renamed[&supports.0[index].name];
+            if !held.names.insert(name.clone()) {
                 continue;
             }
-            named.name = name;
+            let mut named = supports.0[index].clone();
+            named.name.clone_from(name);
             if self.step.turns() {
                 named.value.value = turned(&named, motion, cx)?;
             }
