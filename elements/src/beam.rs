@@ -157,6 +157,16 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// Linear change of the last node's local unknowns, and the turn of the frame, for changes of the end nodes.
     fn restrict(frame: &Self::Frame, first: &[T; D], last: &[T; D]) -> ([T; D], V3<T>);
 
+    /// Local unknowns of the last node after a move: the displacement by its linear change `shift`, the rotation by the
+    /// exponential of what the last node turns more than the first, so that no turn gets lost.
+    fn moved(piece: &Piece<T>, ends: [&Self::Pose; 2], turns: [&[T; D]; 2], local: &[T; D], shift: &[T; D]) -> [T; D];
+
+    /// The last node for these local unknowns, where the first one is known.
+    fn last(piece: &Piece<T>, first: &Self::Pose, local: &[T; D]) -> Self::Pose;
+
+    /// Displacement and small rotation (spatial) that lead from one pose to another.
+    fn between(from: &Self::Pose, to: &Self::Pose) -> [T; D];
+
     /// Moves a node: displacement added, rotation by the exponential.
     fn advance(pose: &mut Self::Pose, change: &[T; D]);
 
@@ -165,9 +175,6 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
 
     /// Gradient and tangent with respect to the turn of the frame of the potential of a force at a local position.
     fn load_turn(load: V3<T>, position: V3<T>) -> (V3<T>, M3<T>);
-
-    /// Linear extrapolation: `last` and `ratio` times the motion that led to it from `before`.
-    fn predict(before: &Self::Pose, last: &Self::Pose, ratio: f64) -> Self::Pose;
 
     fn pose(pose: &Self::Pose, lane: usize) -> Placement;
 

@@ -349,6 +349,26 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     }
 
     #[inline(always)]
+    fn moved(_: &Piece<T>, _: [&Pose<T>; 2], _: [&[T; 3]; 2], local: &[T; 3], shift: &[T; 3]) -> [T; 3] {
+        add(*local, *shift)
+    }
+
+    #[inline(always)]
+    fn last(piece: &Piece<T>, first: &Pose<T>, local: &[T; 3]) -> Pose<T> {
+        let start = [piece.axes[0][0], piece.axes[0][1]];
+        let (sin, versine) = sine_and_versine(first[2]);
+        let chord = turned(start, [piece.chord[0], piece.chord[1]]);
+        let carried = turned([versine, sin], chord);
+        let shifted = turned([T::one() + versine, sin], turned(start, [local[0], local[1]]));
+        [first[0] + carried[0] + shifted[0], first[1] + carried[1] + shifted[1], first[2] + local[2]]
+    }
+
+    #[inline(always)]
+    fn between(from: &Pose<T>, to: &Pose<T>) -> [T; 3] {
+        sub(*to, *from)
+    }
+
+    #[inline(always)]
     fn advance(pose: &mut Pose<T>, change: &[T; 3]) {
         *pose = add(*pose, *change);
     }
@@ -366,10 +386,6 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
         let moment = position[0] * load[1] - position[1] * load[0];
         let along = position[0] * load[0] + position[1] * load[1];
         ([-moment, o, o], [[along, o, o], [o; 3], [o; 3]])
-    }
-
-    fn predict(before: &Pose<T>, last: &Pose<T>, ratio: f64) -> Pose<T> {
-        add(*last, scale(T::splat(ratio), sub(*last, *before)))
     }
 
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {

@@ -435,6 +435,34 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
     }
 
     #[inline(always)]
+    fn moved(piece: &Piece<T>, ends: [&Pose<T>; 2], turns: [&[T; 6]; 2], local: &[T; 6], shift: &[T; 6]) -> [T; 6] {
+        let [first, last] = turns.map(|turn| split(turn).1);
+        let turned = compose(rotation::exp(sub(last, first)), ends[1].rotation);
+        let gibbs = apply(&piece.axes, &relative_gibbs(ends[0].rotation, turned));
+        join(split(&add(*local, *shift)).0, gibbs)
+    }
+
+    #[inline(always)]
+    fn last(piece: &Piece<T>, first: &Pose<T>, local: &[T; 6]) -> Pose<T> {
+        let (u, c) = split(local);
+        let carried = turn_less_identity(first.rotation, tapply(&piece.axes, &piece.chord));
+        let shifted = rotation::turn(first.rotation, tapply(&piece.axes, &u));
+        let gibbs = tapply(&piece.axes, &c);
+        let relative = [T::one(), gibbs[0], gibbs[1], gibbs[2]];
+        Pose {
+            displacement: add(first.displacement, add(carried, shifted)),
+            rotation: rotation::normalize(compose(first.rotation, relative)),
+        }
+    }
+
+    #[inline(always)]
+    fn between(from: &Pose<T>, to: &Pose<T>) -> [T; 6] {
+        let two = T::splat(-2.0);
+        let spin = scale(two, relative_gibbs(rotation::inverse(from.rotation), rotation::inverse(to.rotation)));
+        join(sub(to.displacement, from.displacement), spin)
+    }
+
+    #[inline(always)]
     fn advance(pose: &mut Pose<T>, change: &[T; 6]) {
         let (u, spin) = split(change);
         pose.displacement = add(pose.displacement, u);
@@ -453,21 +481,6 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
     #[inline(always)]
     fn load_turn(load: V3<T>, position: V3<T>) -> (V3<T>, M3<T>) {
         (cross(load, position), mscale(-T::one(), second_variation(load, position)))
-    }
-
-    fn predict(before: &Pose<T>, last: &Pose<T>, ratio: f64) -> Pose<T> {
-        let step = sub(last.displacement, before.displacement);
-        let mut pose = *last;
-        pose.displacement = add(last.displacement, scale(T::splat(ratio), step));
-        for lane in 0..T::LANES {
-            let (a, b) = (<Self as Beam<T, 6>>::pose(before, lane), <Self as Beam<T, 6>>::pose(last, lane));
-            let spin = rotation::log(compose(b.rotation, rotation::inverse(a.rotation)));
-            let ahead = compose(rotation::exp(scale(ratio, spin)), b.rotation);
-            for (component, value) in pose.rotation.iter_mut().zip(ahead) {
-                component.set_lane(lane, value);
-            }
-        }
-        pose
     }
 
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {

@@ -46,6 +46,8 @@ pub struct StepHistory {
     pub increments: Vec<Increment>,
     /// The same state on a mesh of the next order, where an estimate was asked for.
     pub refined: Option<Equilibrium>,
+    /// Strain energy of every member that its elements are too coarse for, where an estimate was asked for.
+    pub missing: Vec<f64>,
     /// Whether the last state is stable; `None` where loads have no potential.
     pub stable: Option<bool>,
     /// In which space that was judged.

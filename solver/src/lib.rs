@@ -36,7 +36,7 @@ use history::{History, Note};
 use joints::{Active, Topology};
 use lateral::Lateral;
 use options::{Options, Progress};
-use path::{OutOfPlane, Path};
+use path::{Guide, OutOfPlane, Path};
 use split::Split;
 use structure::{Dimension, Stability, Step, Structure};
 use system::System;
@@ -58,16 +58,47 @@ pub fn solve(
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<History, SolveError> {
+    solve_along(structure, steps, options, None, observe).map(|(history, _)| history)
+}
+
+/// States that a solve went through, for one of the same network on a finer mesh.
+pub struct Trail(Kind);
+
+enum Kind {
+    Plane(Box<Guide<3>>),
+    Space(Box<Guide<6>>),
+}
+
+impl std::fmt::Debug for Trail {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Trail").finish_non_exhaustive()
+    }
+}
+
+/// The same as [`solve`], by way of a solve on a coarser mesh of the same network: its trail, and its history.
+///
+/// Steps that went without a singular point there start from their end; the increments before it are those of the
+/// coarser mesh.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_along(
+    structure: &Structure,
+    steps: &[Step],
+    options: &Options,
+    coarse: Option<(Trail, &History)>,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<(History, Option<Trail>), SolveError> {
     let structure = Arc::new(structure.clone());
-    let history = follow(&structure, steps, options, observe)?;
+    let (history, trail) = follow(&structure, steps, options, coarse, observe)?;
     if history.inside.is_empty() {
-        return Ok(history);
+        return Ok((history, Some(trail)));
     }
     let split = Split::new(&structure, steps, &history.inside);
-    match follow(&split.structure, &split.steps, options, observe) {
-        Ok(better) => Ok(split.joined(better)),
+    match follow(&split.structure, &split.steps, options, None, observe) {
+        Ok((better, _)) => Ok((split.joined(better), None)),
         // A bar that spins about itself between two pins is a mechanism in halves.
-        Err(SolveError::Mechanism(_)) => Ok(history),
+        Err(SolveError::Mechanism(_)) => Ok((history, None)),
     }
 }
 
@@ -75,18 +106,29 @@ fn follow(
     structure: &Arc<Structure>,
     steps: &[Step],
     options: &Options,
+    coarse: Option<(Trail, &History)>,
     observe: &mut dyn FnMut(&Progress) -> bool,
-) -> Result<History, SolveError> {
+) -> Result<(History, Trail), SolveError> {
     let topology = path::topology(structure, steps);
     match structure.dimension {
         Dimension::Space => {
             let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space)?;
-            Ok(path.run(steps, observe))
+            if let Some((Trail(Kind::Space(guide)), history)) = coarse {
+                path.guide = Some(Guide { steps: history.steps.clone(), ..*guide });
+            }
+            let history = path.run(steps, observe);
+            let guide = path.into_guide();
+            Ok((history, Trail(Kind::Space(Box::new(guide)))))
         }
         Dimension::Plane => {
             let mut path = prepare(structure, &topology, steps, options, PLANE, packs::plane)?;
+            if let Some((Trail(Kind::Plane(guide)), history)) = coarse {
+                path.guide = Some(Guide { steps: history.steps.clone(), ..*guide });
+            }
             add_lateral(&mut path, structure);
-            Ok(path.run(steps, observe))
+            let history = path.run(steps, observe);
+            let guide = path.into_guide();
+            Ok((history, Trail(Kind::Plane(Box::new(guide)))))
         }
     }
 }
@@ -103,6 +145,7 @@ fn prepare<'a, const D: usize>(
     let build =
         |enrich| System::new(Arc::clone(structure), Arc::clone(topology), packs(structure, enrich), active, parallel);
     let mut path = Path::new(build(0), options.clone());
+    path.keeps = options.estimate;
     let motions = path.free_motions(steps);
     if !motions.is_empty() {
         return Err(SolveError::Mechanism(motions));

@@ -111,6 +111,7 @@ impl Newton {
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start) -> Result<Convergence, Lost> {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
+        let mut own_before = f64::INFINITY;
         let mut first = Size::default();
         let mut slow = 0;
         let mut astray = false;
@@ -119,7 +120,10 @@ impl Newton {
             let inertia = system.assemble(pending);
             let residual = system.residual();
             #[cfg(feature = "trace")]
-            eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
+            eprintln!(
+                "{iterations:3} {:.1e} {:.1e} {last:.1e} {own_before:.1e} {inertia:?}",
+                residual.force, residual.moment
+            );
             let passing = start.passing && last <= 1e3 * self.increment && residual.largest() <= 1e3 * self.settled;
             let converged = passing || self.is_converged(last, before, residual);
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
@@ -136,6 +140,7 @@ impl Newton {
             let Some(size) = system.advance(pending) else { return lost(Why::Singular) };
             if iterations == 1 {
                 first = size;
+                system.own_first = system.own_size.largest();
                 if let Some(rest) = start.rest
                     && start.negative_limit < usize::MAX
                     && !start.predicted
@@ -144,20 +149,22 @@ impl Newton {
                     return Err(Lost { iterations: iterations + 1, residual, why: Why::Unstable });
                 }
             }
-            let size = size.largest();
+            // How far parts swing with what carries them says little: what counts is what is left without.
+            let own = system.own_size.largest();
             // The negation catches a NaN too.
-            if !(size <= self.lost || size <= last) {
+            if !(own <= self.lost || own <= own_before) {
                 return lost(Why::Astray);
             }
-            if size > NEAR {
-                slow += usize::from(size > SLOW * last);
-                astray |= size > AWAY * last;
+            if own > NEAR {
+                slow += usize::from(own > SLOW * own_before);
+                astray |= own > AWAY * own_before;
                 if !start.may_wander && (astray || slow >= WANDERING) {
                     return Err(Lost { iterations, residual, why: Why::Wandered });
                 }
             }
             before = last;
-            last = size;
+            last = size.largest();
+            own_before = own;
         }
         unreachable!("the loop ends at its last iteration")
     }

@@ -38,7 +38,7 @@ pub struct End<'a> {
     pub moment: V3<f64>,
 }
 
-const MAX_FREE: usize = 6;
+pub const MAX_FREE: usize = 6;
 
 /// Factors of the released rotations of a member.
 #[derive(Clone, Copy, Debug)]

@@ -237,13 +237,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let stress = B::extrapolate(&at, &change);
             for i in 0..P {
                 self.state.stress[e * P + i] = stress[i];
-                if i < P - 1 {
-                    axpy(&mut self.state.local[e * P + i], T::one(), change[i]);
-                }
+                self.state.local[e * P + i] = add(local[i], change[i]);
             }
-        }
-        for k in 1..elements {
-            B::advance(&mut self.state.nodes[k], &self.increments[k]);
+            let ends = [&self.state.nodes[e], &self.state.nodes[e + 1]];
+            let turns = [&self.increments[e], &self.increments[e + 1]];
+            self.state.local[e * P + P - 1] = B::moved(&self.pieces[e], ends, turns, &local[P - 1], &change[P - 1]);
         }
     }
 }

@@ -21,7 +21,9 @@ mod geometry;
 mod lanes;
 mod lateral;
 mod shape;
+mod size;
 mod transfer;
+mod unroll;
 mod variation;
 
 use dashpots::Dashpots;
@@ -55,7 +57,7 @@ pub struct SegmentMesh {
 struct ChainState<Pose, T, const D: usize> {
     /// Element ends.
     nodes: Vec<Pose>,
-    /// Interior local unknowns, P an element (the last is a copy of the element's end).
+    /// Local unknowns, P an element; the last, those of the element's end, say where that goes to in a move.
     local: Vec<[T; D]>,
     /// Mixed stresses at the Gauss points, P an element.
     stress: Vec<[T; D]>,
@@ -116,12 +118,20 @@ pub trait Pack<const D: usize>: Send {
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
-    /// Back-substitution for the increments of the ends, and the move of the interior; the ends move with
-    /// [`Pack::set_end`].
+    /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
+    /// [`Pack::set_end`] and [`Pack::unroll`].
     fn advance(&mut self);
+    /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
+    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
+    /// Places the nodes between the ends by the local unknowns of the elements; what these miss the ends by is shared.
+    fn unroll(&mut self);
+    /// Moves the nodes between the ends by their increments, each on its own.
+    fn shift(&mut self);
     fn size(&self, lane: usize) -> Size;
     /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
+    /// The same without the motion that the member makes as a whole with its start.
+    fn own_size(&self, lane: usize) -> Size;
     /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
     fn set_plain(&mut self, plain: bool);
     /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
@@ -129,6 +139,8 @@ pub trait Pack<const D: usize>: Send {
     fn set_dashpots(&mut self, stiffness: f64, slot: usize);
     /// Mass of the ends for those dashpots: against displacements and against rotations.
     fn end_masses(&self, lane: usize) -> [[f64; 2]; 2];
+    /// Strain energy in the highest mode of the strains of all elements: what elements of an order less lack.
+    fn top_energy(&self, lane: usize) -> f64;
     /// Work of the load along the member from the unloaded state.
     fn load_work(&self, lane: usize) -> f64;
     /// Part of a diagonal entry below which its pivot has no sign.
@@ -141,13 +153,22 @@ pub trait Pack<const D: usize>: Send {
     fn restore(&mut self, slot: usize);
     /// Exchanges two saved states.
     fn swap(&mut self, a: usize, b: usize);
-    /// Linear extrapolation from two saved states.
+    /// Linear extrapolation of the local unknowns and stresses from two saved states; nodes follow as after
+    /// [`Pack::advance`].
     fn predict(&mut self, before: usize, last: usize, ratio: f64);
     /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior. The moduli are
     /// those of its segments, in space.
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64);
-    /// Copies the state of a chain with the same elements and another order or formulation.
-    fn prolong(&mut self, coarse: &dyn Pack<D>);
+    /// Takes over the state of lane `from` of a pack with the same segments, on elements of another number, order or
+    /// formulation.
+    fn prolong(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize);
+    /// Where a member is at a unit coordinate of one of its elements.
+    fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
+    /// First element of a segment, and their number.
+    fn elements_of(&self, segment: usize) -> (usize, usize);
+    /// Keeps the present state for good, as the next of those that [`Pack::recall`] knows.
+    fn keep(&mut self);
+    fn recall(&mut self, index: usize);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
     fn lift(&mut self, plane: &dyn Pack<3>);
     /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
@@ -185,6 +206,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     noise: f64,
     state: ChainState<B::Pose, T, D>,
     saved: [ChainState<B::Pose, T, D>; SLOTS],
+    kept: Vec<ChainState<B::Pose, T, D>>,
     frames: Vec<B::Frame>,
     /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns.
     inner: Vec<[[T; D]; D]>,
@@ -264,6 +286,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             plain: false,
             noise: PIVOT_NOISE,
             saved: std::array::from_fn(|_| state.clone()),
+            kept: Vec::new(),
             state,
             frames: vec![frame; elements],
             inner: vec![zeros(); elements * Self::INNER_BLOCKS],
@@ -392,20 +415,27 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(condense::Advance(self));
     }
 
-    fn size(&self, lane: usize) -> Size {
-        let mut size = Size::default();
-        let length = self.total_length.lane(lane);
-        for increment in &self.increments {
-            for (d, x) in increment.iter().enumerate() {
-                let x = x.lane(lane).abs();
-                if d < Self::TRANSLATIONS {
-                    size.displacement = larger(size.displacement, x / length);
-                } else {
-                    size.rotation = larger(size.rotation, x);
-                }
-            }
+    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement {
+        self.carried_impl(lane, end, from)
+    }
+
+    fn unroll(&mut self) {
+        T::run(unroll::Unroll(self));
+    }
+
+    fn shift(&mut self) {
+        let inner = 1..self.frames.len();
+        for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
+            B::advance(node, increment);
         }
-        size
+    }
+
+    fn size(&self, lane: usize) -> Size {
+        self.size_impl(lane)
+    }
+
+    fn own_size(&self, lane: usize) -> Size {
+        self.own_size_impl(lane)
     }
 
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
@@ -423,6 +453,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn end_masses(&self, lane: usize) -> [[f64; 2]; 2] {
         [self.end_mass(0, lane), self.end_mass(self.frames.len(), lane)]
+    }
+
+    fn top_energy(&self, lane: usize) -> f64 {
+        self.top_energy_impl(lane)
     }
 
     fn load_work(&self, lane: usize) -> f64 {
@@ -467,24 +501,43 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn predict(&mut self, before: usize, last: usize, ratio: f64) {
         let (a, b) = (&self.saved[before], &self.saved[last]);
-        for (target, (a, b)) in self.state.nodes.iter_mut().zip(a.nodes.iter().zip(&b.nodes)) {
-            *target = B::predict(a, b, ratio);
-        }
+        let ratio = T::splat(ratio);
         let ahead = |target: &mut Vec<[T; D]>, a: &[[T; D]], b: &[[T; D]]| {
             for (target, (a, b)) in target.iter_mut().zip(a.iter().zip(b)) {
-                *target = add(*b, scale(T::splat(ratio), sub(*b, *a)));
+                *target = add(*b, scale(ratio, sub(*b, *a)));
             }
         };
         ahead(&mut self.state.local, &a.local, &b.local);
         ahead(&mut self.state.stress, &a.stress, &b.stress);
+        for (e, piece) in self.pieces.iter().enumerate() {
+            let [a, b] = [a, b].map(|s| B::last_local(&B::frame(piece, &s.nodes[e], &s.nodes[e + 1])));
+            self.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
+        }
     }
 
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
         self.lateral_impl(lane, moduli)
     }
 
-    fn prolong(&mut self, coarse: &dyn Pack<D>) {
-        self.prolong_impl(coarse);
+    fn prolong(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
+        self.prolong_impl(lane, coarse, from);
+    }
+
+    fn place(&self, lane: usize, element: usize, s: f64) -> Placement {
+        self.place_impl(lane, element, s)
+    }
+
+    fn elements_of(&self, segment: usize) -> (usize, usize) {
+        let first = self.segment_of.partition_point(|&s| s < segment);
+        (first, self.segment_of.partition_point(|&s| s <= segment) - first)
+    }
+
+    fn keep(&mut self) {
+        self.kept.push(self.state.clone());
+    }
+
+    fn recall(&mut self, index: usize) {
+        copy(&self.kept[index], &mut self.state);
     }
 
     fn lift(&mut self, plane: &dyn Pack<3>) {

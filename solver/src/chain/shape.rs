@@ -158,6 +158,31 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
         shape
     }
+
+    /// Energy of the Legendre component of order P − 1 of the strains; held ones have none.
+    pub(super) fn top_energy_impl(&self, lane: usize) -> f64 {
+        // The highest polynomial that P Gauss points see, up to a factor: the alternating one of the divided difference.
+        let points = &self.table.points;
+        let mode: [f64; P] = std::array::from_fn(|g| {
+            let product: f64 = (0..P).filter(|&o| o != g).map(|o| points[g] - points[o]).product();
+            1.0 / product
+        });
+        let size: f64 = (0..P).map(|g| mode[g] * mode[g] / self.table.weights[g]).sum();
+        let mut energy = 0.0;
+        for e in 0..self.frames.len() {
+            let strains = self.strains(e);
+            let moduli = &self.moduli[self.segment_of[e]];
+            for d in 0..D {
+                if moduli.held[d].lane(lane) == 0.0 {
+                    let top: f64 = (0..P).map(|g| mode[g] * strains[g][d].lane(lane)).sum();
+                    let stiffness = moduli.stiffness[d].lane(lane) * self.pieces[e].length.lane(lane);
+                    energy += 0.5 * stiffness * top * top / size;
+                }
+            }
+        }
+        energy
+    }
+
     pub(super) fn strains(&self, e: usize) -> [[T; D]; P] {
         T::run(Strains(self, e))
     }

@@ -278,6 +278,11 @@ impl<const D: usize> Equations<D> {
         pending
     }
 
+    /// Whether no row holds a joint.
+    pub fn holds_nothing(&self, joint: usize) -> bool {
+        self.joints[joint].rows.is_empty()
+    }
+
     /// Sets held components to their values exactly.
     pub fn enforce(&self, states: &mut [JointState], fraction: f64) {
         for (equations, state) in self.joints.iter().zip(states) {

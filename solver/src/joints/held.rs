@@ -20,6 +20,17 @@ impl JointState {
         add(self.place.displacement, rotation::turn_less_identity(self.place.rotation, arm))
     }
 
+    /// The same joint where one of its points, at `arm`, is at `place`; `motion` tells how often it turned on the way.
+    pub fn carried(&self, place: &Placement, arm: V3<f64>, motion: &[f64; 6], plane: bool) -> Self {
+        let mut after = *self;
+        after.place.rotation = rotation::normalize(place.rotation);
+        after.place.displacement = sub(place.displacement, rotation::turn_less_identity(after.place.rotation, arm));
+        after.place.angle = if plane { place.angle } else { self.place.angle + motion[5] };
+        let guess = add(self.theta, [motion[3], motion[4], motion[5]]);
+        after.theta = whole_turns(log(after.place.rotation), guess);
+        after
+    }
+
     /// Adds a displacement and a spin.
     pub fn advance(&mut self, change: &[f64; 6]) {
         let spin = [change[3], change[4], change[5]];

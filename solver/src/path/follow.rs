@@ -4,7 +4,7 @@ use super::critical::After;
 use super::{Count, Path};
 use crate::chain::Size;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Newton, Start, Why};
+use crate::newton::{Lost, Newton, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::{Inertia, NEUTRAL, System};
 
@@ -20,6 +20,10 @@ pub(super) const SHORTEST: f64 = 1e-4;
 const NEARLY_NEUTRAL: f64 = 1e-5;
 /// An iteration that wandered is not believed on an increment longer than this.
 const LONG: f64 = 0.01;
+/// A first increment larger than this (radians, or lengths of a member) foresees too much by far.
+const WILD: f64 = 3.0;
+/// One of this size is a guess that iterations can start from.
+const TAME: f64 = 1.2;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
 
@@ -128,6 +132,17 @@ impl<const D: usize> Path<'_, D> {
             let may_wander = !conservative || step <= LONG;
             let start = Start { predicted, rest: Some(LAST), negative_limit, passing: target < 1.0, may_wander };
             let mut outcome = self.newton.solve(&mut self.system, start);
+            if let Err(Lost { iterations, why: Why::Astray, .. }) = outcome
+                && self.system.own_first < WILD
+            {
+                // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
+                tally.iterations += iterations;
+                tally.factorizations += iterations;
+                self.system.restore(LAST);
+                self.system.straight = true;
+                outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
+                self.system.straight = false;
+            }
             if let (Err(lost), true) = (&outcome, retries > 0)
                 && !matches!(lost.why, Why::Unstable | Why::Wandered)
             {
@@ -203,6 +218,9 @@ impl<const D: usize> Path<'_, D> {
                     tally.factorizations += lost.iterations;
                     self.system.restore(LAST);
                     increment = 0.4 * step;
+                    if lost.why == Why::Astray && self.system.own_first > WILD {
+                        increment = increment.min(TAME / self.system.own_first * step);
+                    }
                     if lost.why == Why::Wandered {
                         increment = 0.5 * step;
                         continue;

@@ -22,12 +22,14 @@ use crate::system::{Inertia, System};
 mod arc;
 mod critical;
 mod follow;
+mod guide;
 mod held;
 mod jump;
 mod report;
 mod trace;
 
 use follow::{Course, Ramp};
+pub use guide::Guide;
 pub use held::{first_rows, topology};
 use report::empty_step;
 
@@ -55,6 +57,12 @@ pub struct Path<'a, const D: usize> {
     pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
+    /// The same structure on a coarser mesh, and what became of it.
+    pub guide: Option<Guide<D>>,
+    /// Whether ends of steps are kept for a finer mesh.
+    pub keeps: bool,
+    /// See [`Guide::ends`].
+    pub ends: Vec<Option<usize>>,
     pub options: Options,
     pub notes: Vec<Note>,
     pub stability: Dimension,
@@ -86,6 +94,9 @@ impl<'a, const D: usize> Path<'a, D> {
             system,
             lateral: None,
             refined: None,
+            guide: None,
+            keeps: false,
+            ends: Vec::new(),
             options,
             notes: Vec::new(),
             stability: structure.dimension,
@@ -147,10 +158,11 @@ impl<'a, const D: usize> Path<'a, D> {
                 let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
                 let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
                 let course = Course { method: step.method, branch: step.branch, stop: step.stop };
-                going = match step.method {
-                    Method::ArcLength => self.follow_arc(&ramp, &mut record, &mut watch, &course),
-                    Method::Newton | Method::Jump => self.follow(&ramp, &mut record, &mut watch, Some(&course)),
-                };
+                going = !prestressed && self.guided(index, step, &ramp, &mut record, &mut watch)
+                    || match step.method {
+                        Method::ArcLength => self.follow_arc(&ramp, &mut record, &mut watch, &course),
+                        Method::Newton | Method::Jump => self.follow(&ramp, &mut record, &mut watch, Some(&course)),
+                    };
             } else if steps.is_empty() && !prestressed {
                 let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
                 going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()));
@@ -158,9 +170,13 @@ impl<'a, const D: usize> Path<'a, D> {
             if let Some(node) = self.system.endless_moment() {
                 record.notes.push(Note::EndlessMoment { node });
             }
+            self.keep_end(&record);
             if going && self.options.estimate {
                 let start = Instant::now();
-                record.refined = self.refine();
+                if let Some((state, missing)) = self.refine() {
+                    record.refined = Some(state);
+                    record.missing = missing;
+                }
                 history.estimate += start.elapsed();
             }
             history.steps.push(record);
@@ -235,8 +251,8 @@ impl<'a, const D: usize> Path<'a, D> {
         }
     }
 
-    /// The present equilibrium on elements of the next order.
-    fn refine(&mut self) -> Option<Equilibrium> {
+    /// The present equilibrium on elements of the next order, and what the members lack for it.
+    fn refine(&mut self) -> Option<(Equilibrium, Vec<f64>)> {
         let refined = self.refined.as_mut()?;
         refined.fading.clone_from(&self.system.fading);
         refined.hold_like(&self.system);
@@ -244,6 +260,7 @@ impl<'a, const D: usize> Path<'a, D> {
         self.newton.solve(refined, Start::nearby()).ok()?;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
-        Some(state)
+        let missing = refined.members.iter().map(|slot| refined.packs[slot.pack].top_energy(slot.lane)).collect();
+        Some((state, missing))
     }
 }

@@ -152,6 +152,7 @@ pub(super) fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory 
         factorizations: 0,
         increments: Vec::new(),
         refined: None,
+        missing: Vec::new(),
         stable: None,
         stability,
         negative_pivots: 0,

@@ -4,16 +4,18 @@ use std::sync::Arc;
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::turn;
-use pennate_elements::small::{M3, V3, cross, norm, scale, sub};
+use pennate_elements::small::{M3, V3, norm, scale, sub};
 use rayon::prelude::*;
 
 use crate::chain::{Pack, SLOTS, Size};
 use crate::joints::{Active, EndKind, Equations, Held, HeldKind, JointState, Topology};
 use crate::linear::{Pivots, Symmetric};
 use crate::packs::{self, Turn};
-use crate::reduce::{self, End, Reduced, ReleaseFactor, ReleaseState};
+use crate::reduce::{self, End, MAX_FREE, Reduced, ReleaseFactor, ReleaseState};
 use crate::structure::{MemberId, NodeId, SectionState, Spring, Structure};
 
+mod advance;
+mod carriers;
 mod dashpots;
 mod loads;
 mod rates;
@@ -23,6 +25,7 @@ mod skew;
 mod springs;
 mod states;
 
+use carriers::Carrier;
 use loads::loaded_nodes;
 pub use rates::{Linearized, NEUTRAL};
 use scatter::{Scatters, add_local, unit_motion};
@@ -88,6 +91,8 @@ pub struct MemberSlot {
     pub tangents: [V3<f64>; 2],
     pub factor: ReleaseFactor,
     pub released: bool,
+    /// Moves of its released rotations in the last increment.
+    pub moves: [f64; MAX_FREE],
     /// Forces on the ends at the last assembly.
     pub ends: [[f64; 6]; 2],
 }
@@ -100,6 +105,7 @@ pub struct System<const D: usize> {
     pub members: Vec<MemberSlot>,
     pub state: State,
     saved: [State; SLOTS],
+    kept: Vec<State>,
     pub drives: Vec<f64>,
     /// Part of the springs' misfit that is in place.
     pub prestress: f64,
@@ -131,6 +137,16 @@ pub struct System<const D: usize> {
     /// Mass and inertia of the joints, for dashpots; empty until they are asked for.
     masses: Vec<[f64; 2]>,
     parallel: bool,
+    /// Joints that a member carries, in the order in which they move.
+    carriers: Arc<Vec<Carrier>>,
+    carried: Vec<bool>,
+    /// Whether nodes move straight along a solution, each on its own, instead of being carried by their members.
+    pub straight: bool,
+    /// Size of the last increment, without what members and joints move as a whole with what carries them.
+    pub own_size: Size,
+    /// The same of the first increment of an iteration.
+    pub own_first: f64,
+    scratch: Vec<JointState>,
     released_neutral: usize,
     released_negative: usize,
     last_inertia: Inertia,
@@ -160,6 +176,7 @@ impl<const D: usize> System<D> {
                     turn: Turn::of(structure.dimension, description),
                     tangents: end_tangents(description),
                     factor: ReleaseFactor::default(),
+                    moves: [0.0; MAX_FREE],
                     released: topology.ends[member].iter().any(|e| *e != EndKind::Welded),
                     ends: [[0.0; 6]; 2],
                 });
@@ -196,6 +213,7 @@ impl<const D: usize> System<D> {
             unstressed,
             fraction: 0.0,
             saved: std::array::from_fn(|_| state.clone()),
+            kept: Vec::new(),
             state,
             members: members.into_iter().flatten().collect(),
             packs,
@@ -210,6 +228,12 @@ impl<const D: usize> System<D> {
             holds_strains: false,
             masses: Vec::new(),
             parallel,
+            carriers: Arc::default(),
+            carried: vec![false; joints],
+            straight: false,
+            own_size: Size::default(),
+            own_first: 0.0,
+            scratch: Vec::new(),
             released_neutral: 0,
             released_negative: 0,
             last_inertia: Inertia::default(),
@@ -231,6 +255,7 @@ impl<const D: usize> System<D> {
             let (linear, scatters) = Scatters::analyse(&self.equations, &members, &springs);
             self.linear = linear;
             self.scatters = Arc::new(scatters);
+            self.set_carriers(Arc::new(self.find_carriers()));
             self.measure_by_rest();
         }
     }
@@ -240,6 +265,7 @@ impl<const D: usize> System<D> {
         if self.set_held(other.equations.held.clone()) {
             self.linear = other.linear.alike();
             self.scatters = Arc::clone(&other.scatters);
+            self.set_carriers(Arc::clone(&other.carriers));
             self.measure_by_rest();
         }
     }
@@ -555,103 +581,6 @@ impl<const D: usize> System<D> {
             }
         }
         residual
-    }
-
-    /// Solves for the increment at the last assembly and moves the state by it; `None` where there is no solution.
-    pub fn advance(&mut self, pending: bool) -> Option<Size> {
-        let mut solution = std::mem::take(&mut self.rhs);
-        solution.iter_mut().for_each(|x| *x = -*x);
-        let solved = self.solve_in_place(&mut solution);
-        let size = solved.then(|| self.move_by(&solution, pending));
-        self.rhs = solution;
-        size
-    }
-
-    /// Moves joints, ends and interiors by a solution of the joint equations.
-    pub fn move_by(&mut self, solution: &[f64], pending: bool) -> Size {
-        let mut motions = std::mem::take(&mut self.motions);
-        for (joint, motion) in motions.iter_mut().enumerate() {
-            *motion = self.equations.motion(joint, solution, pending);
-        }
-        let active = self.equations.active;
-        let structure = self.structure.clone();
-        let topology = self.topology.clone();
-        let mut size = Size::default();
-        // Increments of the ends, at the state before the move.
-        for index in 0..self.members.len() {
-            let nodes = structure.members[index].nodes;
-            let moves: [[f64; 6]; 2] = nodes.map(|n| self.node_motion(&topology.links[n], &motions));
-            let kinds = [&topology.ends[index][0], &topology.ends[index][1]];
-            let slot = &self.members[index];
-            let (ends, free) = reduce::recover(&active, kinds, &slot.factor, &moves);
-            self.packs[slot.pack].set_increment(slot.lane, &ends);
-            if slot.released {
-                for end in 0..2 {
-                    let joint = topology.links[nodes[end]].joint;
-                    let mut after = self.state.joints[joint];
-                    after.advance(&motions[joint]);
-                    let slot = &self.members[index];
-                    reduce::move_release(
-                        kinds[end],
-                        end,
-                        &slot.factor,
-                        &free,
-                        (after.place.rotation, after.place.angle),
-                        &mut self.state.releases[index][end],
-                    );
-                }
-            }
-        }
-        if self.parallel {
-            self.packs.par_iter_mut().for_each(|pack| pack.advance());
-        } else {
-            self.packs.iter_mut().for_each(|pack| pack.advance());
-        }
-        for slot in &self.members {
-            size = size.join(self.packs[slot.pack].size(slot.lane));
-        }
-        for (state, motion) in self.state.joints.iter_mut().zip(&motions) {
-            state.advance(motion);
-            let (u, spin) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);
-            size = size.join(Size { rotation: norm(spin), displacement: norm(u) / self.size });
-        }
-        self.motions = motions;
-        if pending {
-            self.equations.enforce(&mut self.state.joints, self.fraction);
-        }
-        self.place_ends();
-        size
-    }
-
-    pub fn node_motion(&self, link: &crate::joints::Link, motions: &[[f64; 6]]) -> [f64; 6] {
-        let mut motion = motions[link.joint];
-        if link.has_arm() {
-            let lever = turn(self.state.joints[link.joint].place.rotation, link.arm);
-            let shift = cross([motion[3], motion[4], motion[5]], lever);
-            for c in 0..3 {
-                motion[c] += shift[c];
-            }
-        }
-        motion
-    }
-
-    /// Puts the ends of all chains where their joints are.
-    pub fn place_ends(&mut self) {
-        for index in 0..self.members.len() {
-            let slot = &self.members[index];
-            for end in 0..2 {
-                let link = self.topology.links[self.structure.members[index].nodes[end]];
-                let joint = &self.state.joints[link.joint];
-                let mut place = joint.place;
-                place.displacement = joint.point(link.arm);
-                if self.topology.ends[index][end] != EndKind::Welded {
-                    let release = &self.state.releases[index][end];
-                    place.rotation = release.rotation;
-                    place.angle = release.angle;
-                }
-                self.packs[slot.pack].set_end(slot.lane, end, &place);
-            }
-        }
     }
 }
 

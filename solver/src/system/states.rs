@@ -67,19 +67,21 @@ impl<const D: usize> System<D> {
 
     /// Extrapolates linearly from two saved states.
     pub fn predict(&mut self, before: usize, last: usize, ratio: f64) {
-        for joint in 0..self.state.joints.len() {
+        self.packs.iter_mut().for_each(|pack| pack.predict(before, last, ratio));
+        let mut motions = std::mem::take(&mut self.motions);
+        for (joint, motion) in motions.iter_mut().enumerate() {
             let (a, b) = (self.saved[before].joints[joint], self.saved[last].joints[joint]);
             self.state.joints[joint] = b;
             let spin = between(a.place.rotation, b.place.rotation);
             let spin = if D == 3 { [0.0, 0.0, b.place.angle - a.place.angle] } else { spin };
             let step = sub(b.place.displacement, a.place.displacement);
-            let mut motion = [0.0; 6];
             for c in 0..3 {
                 motion[c] = ratio * step[c];
                 motion[3 + c] = ratio * spin[c];
             }
-            self.state.joints[joint].advance(&motion);
         }
+        self.move_joints(&motions, true);
+        self.motions = motions;
         for (index, kinds) in self.topology.ends.iter().enumerate() {
             for (end, kind) in kinds.iter().enumerate() {
                 if *kind == EndKind::Welded {
@@ -105,22 +107,32 @@ impl<const D: usize> System<D> {
                 }
             }
         }
-        self.packs.iter_mut().for_each(|pack| pack.predict(before, last, ratio));
-        self.equations.enforce(&mut self.state.joints, self.fraction);
         self.place_ends();
+        self.packs.iter_mut().for_each(|pack| pack.unroll());
     }
 
-    /// Takes over the state of a system with the same elements and another order.
+    /// Takes over the state of a system of the same members on another mesh.
     pub fn prolong(&mut self, coarse: &Self) {
         copy_state(&coarse.state, &mut self.state);
         self.drives.copy_from_slice(&coarse.drives);
         self.prestress = coarse.prestress;
         self.fraction = coarse.fraction;
-        for (fine, coarse) in self.packs.iter_mut().zip(&coarse.packs) {
-            fine.prolong(coarse.as_ref());
+        for (slot, from) in self.members.iter().zip(&coarse.members) {
+            self.packs[slot.pack].prolong(slot.lane, coarse.packs[from.pack].as_ref(), from.lane);
         }
         self.apply_drives();
         self.place_ends();
+    }
+
+    /// Keeps the present state for good, as the next of those that [`System::recall`] knows.
+    pub fn keep(&mut self) {
+        self.kept.push(self.state.clone());
+        self.packs.iter_mut().for_each(|pack| pack.keep());
+    }
+
+    pub fn recall(&mut self, index: usize) {
+        copy_state(&self.kept[index], &mut self.state);
+        self.packs.iter_mut().for_each(|pack| pack.recall(index));
     }
 }
 

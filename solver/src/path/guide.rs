@@ -1,0 +1,97 @@
+//! A step whose end is known from a coarser mesh.
+//!
+//! Where a coarser mesh went without a singular point, the end of a step on a finer one lies next to it: a few
+//! iterations lead there, and the way need not be gone again. If they do not, or if stability is another, it is.
+
+use super::Path;
+use super::follow::{LAST, Ramp, Tally};
+use crate::history::{Status, StepHistory};
+use crate::newton::Start;
+use crate::structure::{Method, Step};
+use crate::system::System;
+
+/// Iterations that a state of a coarser mesh may need on a finer one.
+const FEW: usize = 7;
+/// A first increment larger than this leads elsewhere.
+const ASIDE: f64 = 0.2;
+
+/// What a solve on a coarser mesh went through.
+pub struct Guide<const D: usize> {
+    pub system: System<D>,
+    pub steps: Vec<StepHistory>,
+    /// Which of the states that the system keeps is the end of a step.
+    pub ends: Vec<Option<usize>>,
+}
+
+impl<const D: usize> Path<'_, D> {
+    /// Goes to the end of a step by way of the coarser mesh; false where that is not possible, with nothing changed.
+    pub(super) fn guided(
+        &mut self,
+        index: usize,
+        step: &Step,
+        ramp: &Ramp,
+        record: &mut StepHistory,
+        watch: &mut dyn FnMut(f64) -> bool,
+    ) -> bool {
+        let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
+        let Some(guide) = &mut self.guide else { return false };
+        let Some(kept) = guide.ends.get(index).copied().flatten().filter(|_| simple) else { return false };
+        guide.system.recall(kept);
+        self.system.save(LAST);
+        self.system.prolong(&guide.system);
+        ramp.apply(&mut self.system, 1.0);
+        self.system.place_ends();
+        let known = guide.steps[index].negative_pivots;
+        let start = Start { predicted: true, rest: None, negative_limit: known, passing: false, may_wander: false };
+        let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
+        let found = match self.newton.solve(&mut self.system, start) {
+            Ok(found) if found.iterations <= FEW && found.first.largest() <= ASIDE => Some(found),
+            _ => None,
+        };
+        let alike = found.and_then(|found| {
+            let count = self.count(&found.inertia);
+            (count.own + count.lateral == known).then_some((found, count))
+        });
+        let Some((found, count)) = alike else {
+            self.system.restore(LAST);
+            ramp.apply(&mut self.system, 0.0);
+            return false;
+        };
+        tally.iterations = found.iterations - 1;
+        tally.factorizations = found.iterations;
+        self.base = count;
+        if let Some(guide) = &self.guide {
+            let before = &guide.steps[index];
+            let way = before.increments.len().saturating_sub(1);
+            record.increments.extend_from_slice(&before.increments[..way]);
+            record.iterations += before.iterations;
+            record.factorizations += before.factorizations;
+        }
+        self.accept(record, 1.0, &found, &tally);
+        self.settle(record, 1.0, &tally);
+        record.status = Status::Converged;
+        watch(1.0);
+        true
+    }
+
+    /// What a solve on a finer mesh may start from; the steps are to be filled in.
+    pub fn into_guide(self) -> Guide<D> {
+        Guide { system: self.system, steps: Vec::new(), ends: self.ends }
+    }
+
+    /// Keeps the end of a step that a finer mesh may start from.
+    pub(super) fn keep_end(&mut self, record: &StepHistory) {
+        if !self.keeps {
+            return;
+        }
+        let plain = record.status == Status::Converged
+            && record.critical_points.is_empty()
+            && record.jumps.is_empty()
+            && record.notes.is_empty();
+        let index = self.ends.iter().flatten().count();
+        self.ends.push(plain.then_some(index));
+        if plain {
+            self.system.keep();
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Which joints a member carries along.
+//!
+//! A joint that nothing holds goes where the members between it and the supports carry it, not where the linearized
+//! motion points: over a chain of many joints that curls up the straight line would stretch what lies between. Where
+//! several ways lead to a support, the stiffest carries; the others follow with what they then miss.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::Arc;
+
+use super::System;
+use crate::joints::{EndKind, Idle};
+use crate::structure::MemberId;
+
+/// A joint, and the member at whose far end it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Carrier {
+    pub joint: usize,
+    pub member: MemberId,
+    /// The member's end at the joint.
+    pub end: usize,
+}
+
+/// A compliance, to order by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Softness(f64);
+
+impl Eq for Softness {}
+
+impl PartialOrd for Softness {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Softness {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+impl<const D: usize> System<D> {
+    pub(super) fn set_carriers(&mut self, carriers: Arc<Vec<Carrier>>) {
+        self.carried.fill(false);
+        for carrier in carriers.iter() {
+            self.carried[carrier.joint] = true;
+        }
+        self.carriers = carriers;
+    }
+
+    /// The tree of stiffest ways (Dijkstra, compliance in bending as length) from the joints that something holds.
+    pub(super) fn find_carriers(&self) -> Vec<Carrier> {
+        let count = self.equations.joints.len();
+        let mut members = vec![Vec::new(); count];
+        let mut ways = Vec::with_capacity(self.members.len());
+        for (index, member) in self.structure.members.iter().enumerate().take(self.members.len()) {
+            let joints = member.nodes.map(|n| self.topology.links[n].joint);
+            let welded = self.topology.ends[index].iter().all(|end| *end == EndKind::Welded);
+            if welded && joints[0] != joints[1] {
+                members[joints[0]].push(index);
+                members[joints[1]].push(index);
+            }
+            ways.push((joints, self.softness(index)));
+        }
+        let carried: Vec<bool> = (0..count)
+            .map(|joint| self.topology.idle[joint] == Idle::None && self.equations.holds_nothing(joint))
+            .collect();
+
+        let mut tree = Vec::new();
+        let mut reached = vec![false; count];
+        let mut heap = BinaryHeap::new();
+        // What no member leads to from a held joint starts a tree of its own.
+        heap.extend((0..count).filter(|&joint| !carried[joint]).map(|joint| (Reverse(Softness(0.0)), joint, None)));
+        for joint in 0..=count {
+            while let Some((Reverse(Softness(softness)), joint, carrier)) = heap.pop() {
+                if std::mem::replace(&mut reached[joint], true) {
+                    continue;
+                }
+                tree.extend(carrier);
+                for &member in &members[joint] {
+                    let (joints, own) = ways[member];
+                    let end = usize::from(joints[0] == joint);
+                    let next = joints[end];
+                    if !reached[next] && carried[next] && self.topology.idle[joint] == Idle::None {
+                        let carrier = Carrier { joint: next, member, end };
+                        heap.push((Reverse(Softness(softness + own)), next, Some(carrier)));
+                    }
+                }
+            }
+            if joint < count && !reached[joint] {
+                heap.push((Reverse(Softness(0.0)), joint, None));
+            }
+        }
+        tree
+    }
+
+    /// By how much a member bends for a unit of force, without its factor.
+    fn softness(&self, member: MemberId) -> f64 {
+        let segments = &self.structure.members[member].segments;
+        let length: f64 = segments.iter().map(|segment| segment.length).sum();
+        let bending = |(index, segment): (usize, &crate::structure::Segment)| {
+            let section = self.section(member, index).section;
+            let stiffness = if D == 3 { section.ei3 } else { section.ei2.min(section.ei3) };
+            segment.length / stiffness
+        };
+        length * length * segments.iter().enumerate().map(bending).sum::<f64>()
+    }
+}
