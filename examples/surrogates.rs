@@ -19,7 +19,10 @@ const LENGTH: f64 = 130.0;
 fn main() {
     let fitted = fit::run(&request()).unwrap_or_else(|errors| panic!("{errors}"));
     let models = fit_all(&fitted);
-    println!("Pseudo-rigid-body model, K_ex that of one of its two springs:\n\n{}", prb::report(&models, "psi"));
+    println!(
+        "Pseudo-rigid-body model, K_th in 0.1 N m/rad, K_ex in N/mm of one of its two springs:\n\n{}",
+        parameters(&models)
+    );
     println!("Mean absolute errors at {LENGTH} mm, and the time of a load case:\n\n{}", errors(&fitted, &models));
     println!(
         "Regression over aspect ratio and pressure; the fibre angle is 30 degrees throughout:\n\n{}",
@@ -62,6 +65,21 @@ fn fit_all(fitted: &Fitted) -> Vec<FittedPrb> {
         }
     }
     models
+}
+
+fn parameters(models: &[FittedPrb]) -> String {
+    let head =
+        ["L/D", "psi", "gamma", "K_th", "K_ex", "axial, mm", "bending, mm", "slope, deg", "starts agree", "on a bound"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for model in models {
+        let mut cells = vec![format!("{}", model.model.length / 13.0), format!("{}", model.pressure)];
+        cells.extend(model.parameters().map(|value| format!("{value:.4}")));
+        cells.extend(model.errors.mean.map(|mean| format!("{mean:.3}")));
+        cells.push(format!("{} of {}", model.agreeing[0], model.agreeing[1]));
+        cells.push(model.on_bounds.join(", "));
+        rows.push(cells);
+    }
+    columns(&[Align::Right; 10], &rows)
 }
 
 fn errors(fitted: &Fitted, models: &[FittedPrb]) -> String {

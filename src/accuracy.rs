@@ -84,15 +84,20 @@ pub fn solve_to_accuracy(
     let mut mesh = Mesh::initial(&model, asked);
     let mut timing = Timing { mesh: start.elapsed(), ..Timing::default() };
     let mut best: Option<(Mesh, History, ProbeTable, f64)> = None;
+    let mut trail = None;
     for rounds in 1.. {
         let start = Instant::now();
         let (structure, steps) = discretize(&model, &mesh);
         timing.mesh += start.elapsed();
         let start = Instant::now();
-        let solved = pennate_solver::solve(&structure, &steps, options, observe);
+        let coarse = trail.take().zip(best.as_ref().map(|(_, history, ..)| history));
+        let solved = pennate_solver::solve_along(&structure, &steps, options, coarse, observe);
         let spent = start.elapsed();
         let mut history = match solved {
-            Ok(history) => history,
+            Ok((history, left)) => {
+                trail = left;
+                history
+            }
             Err(error) => return Err((Box::new(model), error)),
         };
         timing.estimate += history.estimate;
@@ -171,8 +176,7 @@ fn judge(
     if error < ASYMPTOTIC && best.is_some_and(|(.., before)| error > 0.5 * before) {
         return Judgement::End(Verdict::Stalled);
     }
-    let factor = refinement_factor(error / asked, mesh.lowest_order(model));
-    let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(factor, segments)).collect();
+    let factors = member_factors(mesh, mesh.lowest_order(model), &missing(history), error / asked);
     let finer = mesh.refined(model, &factors);
     if finer == *mesh {
         let at_limit = mesh.refinement.iter().any(|segments| capped(2, segments) == 1);
@@ -217,6 +221,48 @@ fn progress_of(history: &History) -> f64 {
 pub fn refinement_factor(excess: f64, order: usize) -> usize {
     let factor = (2.0 * excess).powf(0.5 / order as f64).ceil();
     (factor as usize).clamp(2, MAX_FACTOR)
+}
+
+/// Energy that every member lacks in the worst step; empty where none was estimated.
+fn missing(history: &History) -> Vec<f64> {
+    history.steps.iter().map(|step| &step.missing).fold(Vec::new(), |worst, here| match worst.is_empty() {
+        true => here.clone(),
+        false if here.is_empty() => worst,
+        false => worst.iter().zip(here).map(|(a, b)| a.max(*b)).collect(),
+    })
+}
+
+/// Factors for the elements of all members that reduce an error which is too large by `excess`.
+///
+/// The error is taken to go with the energy that the elements lack: member i, refined by f, keeps f^-2p of its part.
+/// The fewest elements that do have f proportional to (energy / elements)^(1/(2p + 1)).
+pub fn member_factors(mesh: &Mesh, order: usize, missing: &[f64], excess: f64) -> Vec<usize> {
+    let uniform = refinement_factor(excess, order);
+    let total: f64 = missing.iter().sum();
+    let counts: Vec<f64> = mesh.refinement.iter().map(|segments| segments.iter().sum::<usize>() as f64).collect();
+    if !(total > 0.0 && total.is_finite()) || missing.len() != counts.len() {
+        return mesh.refinement.iter().map(|segments| capped(uniform, segments)).collect();
+    }
+    let exponent = 2.0 * order as f64;
+    let wish: Vec<f64> = missing.iter().zip(&counts).map(|(m, n)| (m / n).powf(1.0 / (exponent + 1.0))).collect();
+    let factors = |scale: f64| wish.iter().map(move |w| (scale * w).clamp(1.0, MAX_FACTOR as f64));
+    let left = |scale: f64| missing.iter().zip(factors(scale)).map(|(m, f)| m * f.powf(-exponent)).sum::<f64>();
+    let target = total / (2.0 * excess);
+    let largest = wish.iter().copied().fold(0.0, f64::max);
+    let smallest = wish.iter().copied().filter(|w| *w > 0.0).fold(largest, f64::min);
+    // The scale at which just enough is left, between no refinement and the most.
+    let (mut low, mut high) = ((1.0 / largest).ln(), (MAX_FACTOR as f64 / smallest).ln());
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if left(middle.exp()) > target { low = middle } else { high = middle }
+    }
+    let factors: Vec<usize> = factors(high.exp()).map(|f| (f - 0.05).ceil().max(1.0) as usize).collect();
+    let factors: Vec<usize> = mesh.refinement.iter().zip(factors).map(|(segments, f)| capped(f, segments)).collect();
+    // Rounding down must not end in the same mesh again.
+    if factors.iter().all(|&f| f == 1) {
+        return mesh.refinement.iter().map(|segments| capped(uniform, segments)).collect();
+    }
+    factors
 }
 
 /// The factor, made smaller where a member would get too many elements.

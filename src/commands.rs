@@ -171,29 +171,15 @@ pub fn sweep(sweep: &Sweep) -> Exit {
     }
 }
 
-/// What `pennate fit` prints besides the table of the muscle.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct FitShown {
-    /// Errors at every length of the data.
-    pub check: bool,
-    /// The pseudo-rigid-body model of the same load cases.
-    pub pseudo_rigid_body: bool,
-}
-
 /// `pennate fit`: the table of a muscle from test data, with its errors, as text, file and picture.
-pub fn fit(request: &fit::Request, shown: FitShown, output: Option<&Path>, plot: Option<&Path>) -> Exit {
+pub fn fit(request: &fit::Request, output: Option<&Path>, check: bool, plot: Option<&Path>) -> Exit {
     let fitted = match fit::run(request) {
         Ok(fitted) => fitted,
         Err(errors) => return refuse(&Refusal::Input(errors)),
     };
     let mut text = fit::report::report(&fitted);
-    if shown.check {
+    if check {
         text += &format!("\n{}", fit::report::check(&fitted));
-    }
-    if shown.pseudo_rigid_body {
-        let models = fit::prb::fit_all(&fitted);
-        let table = fit::prb::report(&models, &fitted.data.pressure_unit);
-        text += &format!("\nPseudo-rigid-body model, K_ex that of one of its two springs:\n\n{table}");
     }
     let printed = print(|out| out.write_all(text.as_bytes()));
     if let Some(path) = output

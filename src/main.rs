@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use pennate::commands::{self, Destination, FitShown};
+use pennate::commands::{self, Destination};
 use pennate::fit::optimize::Method;
 use pennate::fit::{self, EndLength};
 use pennate::spectrum::{self, Question};
@@ -144,10 +144,7 @@ struct Fit {
     /// Print the errors at every length of the data.
     #[arg(long)]
     check: bool,
-    /// Fit the pseudo-rigid-body model to the same load cases too, and print it.
-    #[arg(long)]
-    prb: bool,
-    /// Draw the errors at every length, SVG.
+    /// Draw them, SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
@@ -255,10 +252,7 @@ fn main() -> ExitCode {
             threads: arguments.threads.map(usize::from),
             directory: arguments.output,
         }),
-        Command::Fit(fit) => {
-            let shown = FitShown { check: fit.check, pseudo_rigid_body: fit.prb };
-            commands::fit(&fit.request(), shown, fit.output.as_deref(), fit.plot.as_deref())
-        }
+        Command::Fit(fit) => commands::fit(&fit.request(), fit.output.as_deref(), fit.check, fit.plot.as_deref()),
         Command::Schema => commands::schema(),
         Command::Scene(Scene { name: Some(name), settings }) => commands::scene(&name, &settings),
         Command::Scene(Scene { name: None, .. }) => commands::scenes(),

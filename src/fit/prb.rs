@@ -7,12 +7,9 @@ use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
 use pennate_models::prb::{Prb, TORSION_UNIT};
 
-use super::Fitted;
 use super::data::Case;
 use super::errors::Errors;
 use super::problem::{Difference, scales};
-use super::select::Pressure;
-use crate::output::text::{Align, columns, number};
 
 /// γ, K_th, K_ex.
 const BOUNDS: [[f64; 2]; 3] = [[0.1, 0.85], [0.0, 10.0], [0.0, 10.0]];
@@ -101,43 +98,6 @@ pub fn fit(stroke: f64, cases: &[Case]) -> Option<FittedPrb> {
         on_bounds: on_bounds.map(|(_, name)| name).collect(),
         evaluations,
     })
-}
-
-/// Fits the model at every pressure to the load cases of the muscle that were fitted, at their length.
-///
-/// A pressure at which no start has an equilibrium for all loads is left out.
-pub fn fit_all(fitted: &Fitted) -> Vec<FittedPrb> {
-    let one = |at: &Pressure| {
-        let stroke = at.free.iter().map(|case| case.length - case.tip[0]).sum::<f64>() / at.free.len() as f64;
-        fit(stroke, &at.cases)
-    };
-    fitted.selection.pressures.iter().filter_map(one).collect()
-}
-
-/// The parameters with their errors, as a table.
-pub fn report(models: &[FittedPrb], pressure_unit: &str) -> String {
-    let head = [
-        "length, mm",
-        "pressure",
-        NAMES[0],
-        "K_th, 0.1 N m/rad",
-        "K_ex, N/mm",
-        "axial, mm",
-        "bending, mm",
-        "slope, deg",
-        "starts agree",
-        "on a bound",
-    ];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
-    for model in models {
-        let mut cells = vec![number(model.model.length), format!("{} {pressure_unit}", model.pressure)];
-        cells.extend(model.parameters().map(|value| format!("{value:.4}")));
-        cells.extend(model.errors.mean.map(|mean| format!("{mean:.3}")));
-        cells.push(format!("{} of {}", model.agreeing[0], model.agreeing[1]));
-        cells.push(model.on_bounds.join(", "));
-        rows.push(cells);
-    }
-    columns(&[Align::Right; 10], &rows)
 }
 
 /// Difference of the model from a load case; `None` without an equilibrium.

@@ -1,7 +1,6 @@
 //! Which load cases are fitted, and whether they can be.
 
 use pennate_models::error::InputError;
-use pennate_models::input::read::suggest;
 
 use super::data::{Case, Data};
 use super::{EndLength, Request};
@@ -50,15 +49,6 @@ pub fn select(data: &Data, request: &Request) -> Result<Selection, Vec<InputErro
         }
     };
     let mut errors = Vec::new();
-    let mut tests: Vec<&str> = all.iter().map(|case| case.test.as_str()).filter(|test| !test.is_empty()).collect();
-    tests.sort_unstable();
-    tests.dedup();
-    if let (false, Some(unknown)) =
-        (tests.is_empty(), request.tests.iter().find(|test| !tests.contains(&test.as_str())))
-    {
-        let message = format!("no load case of the muscle is of the test '{unknown}'");
-        return Err(vec![InputError::new(message).help(suggest(unknown, tests.into_iter(), "tests"))]);
-    }
     let known = |case: &&Case| case.test.is_empty() || request.tests.contains(&case.test);
     let round = |case: &&Case| match (request.min_ovality, case.ovality) {
         (Some(least), Some(ovality)) => ovality >= least,
