@@ -257,7 +257,9 @@ fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) ->
 
 /// The name that pictures go by: that of the network file.
 fn stem(input: &Input) -> String {
-    let stem = input.file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    // Collections are XML, which cannot name a file that has such letters.
+    let forbidden = |letter: char| letter.is_control() || matches!(letter, '\u{fffe}' | '\u{ffff}');
+    let stem = input.file.file_stem().map(|stem| stem.to_string_lossy().replace(forbidden, "_"));
     stem.filter(|stem| stem != "-").unwrap_or_else(|| "network".to_owned())
 }
 

@@ -57,7 +57,7 @@ pub fn read(input: &Input) -> Result<Model, InputErrors> {
     if input.file != Path::new("-") {
         return pennate_models::read(&input.file, &input.settings);
     }
-    match std::io::read_to_string(std::io::stdin()) {
+    match pennate_models::file::read_from(std::io::stdin().lock()) {
         Ok(text) => pennate_models::read_text("<stdin>", &text, &input.settings),
         Err(error) => {
             let error = InputError::new(format!("standard input cannot be read: {error}"));

@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 pub mod discretize;
 pub mod error;
 pub mod expression;
+pub mod file;
 pub mod hsim;
 pub mod input;
 pub mod library;
@@ -60,7 +61,7 @@ impl Document {
     /// A file that cannot be read.
     pub fn open(path: &Path) -> Result<Self, InputErrors> {
         let name = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match file::read(path) {
             Ok(text) => {
                 let directory = path.parent().unwrap_or(Path::new("")).to_owned();
                 let language = resolve::language(path, &text);

@@ -78,7 +78,7 @@ const SLOPE: Column = Column { name: "tip_theta", kind: Kind::Angle, example: "t
 /// Missing columns, units of another kind, entries that are no numbers: each with its place.
 pub fn read(path: &Path) -> Result<Data, InputErrors> {
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match pennate_models::file::read(path) {
         Ok(text) => parse(Source { name, path: path.to_owned(), text }),
         Err(error) => {
             let error = InputError::new(format!("{name} cannot be read: {error}"))

@@ -92,7 +92,7 @@ fn scales(from: Units, to: Units) -> [f64; 3] {
 
 fn read_muscle_file(name: &str, file: &Spanned<String>, cx: &mut Context) -> Option<input::Muscle> {
     let path = cx.directory.join(&file.value);
-    let text = match std::fs::read_to_string(&path) {
+    let text = match crate::file::read(&path) {
         Ok(text) => text,
         Err(error) => {
             cx.error(

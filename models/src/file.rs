@@ -1,0 +1,54 @@
+//! Texts of a user's files, read within reason.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Bytes of a file at most: a network of a million members needs less.
+const LIMIT: u64 = 256 << 20;
+
+/// The text of a file.
+///
+/// # Errors
+/// Those of the system; a file of more than 256 MiB, which is refused before it takes memory; bytes that are no text.
+pub fn read(path: &Path) -> io::Result<String> {
+    let file = File::open(path)?;
+    // Only files of a known size: a pipe has none.
+    if file.metadata()?.len() > LIMIT {
+        return Err(too_large());
+    }
+    read_from(file)
+}
+
+/// The text that a reader holds up to its end, of a pipe or of standard input for instance.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn read_from(reader: impl Read) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    if reader.take(LIMIT + 1).read_to_end(&mut bytes)? as u64 > LIMIT {
+        return Err(too_large());
+    }
+    // A parser would find fault with every one of them.
+    if bytes.contains(&0) {
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "it holds zero bytes and is no text"));
+    }
+    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is no text in UTF-8"))
+}
+
+fn too_large() -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MiB", LIMIT >> 20))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_end_is_refused() {
+        assert_eq!(read_from(io::repeat(b'#')).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(read_from(&b"a\0b"[..]).unwrap_err().kind(), io::ErrorKind::InvalidData);
+        assert_eq!(read_from(&b"\xff"[..]).unwrap_err().kind(), io::ErrorKind::InvalidData);
+        assert_eq!(read_from("ä".as_bytes()).unwrap(), "ä");
+    }
+}
