@@ -93,6 +93,20 @@ impl<T: Real, const D: usize, const P: usize> Local<T, D, P> {
         let o = T::zero();
         Self { tangent: [[[[o; D]; D]; P]; P], gradient: [[o; D]; P], mixed_end: [o; D], energy: o }
     }
+
+    /// Sets to zero in place what counts: blocks `[i][j]` with j ≥ i, gradients and energy.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        let o = T::zero();
+        for (i, row) in self.tangent.iter_mut().enumerate() {
+            for block in &mut row[i..] {
+                *block = [[o; D]; D];
+            }
+        }
+        self.gradient = [[o; D]; P];
+        self.mixed_end = [o; D];
+        self.energy = o;
+    }
 }
 
 /// Tangent and gradient of what is left after elimination: the last node's unknowns e, and the turn of the frame.

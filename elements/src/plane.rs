@@ -151,7 +151,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
 
     #[inline(always)]
     fn local<const P: usize, const TANGENT: bool>(at: &At<T, 3, P>, out: &mut Local<T, 3, P>) {
-        *out = Local::zero();
+        out.clear();
         let inverse = T::one() / at.piece.length;
         for g in 0..P {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;
@@ -420,7 +420,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
 /// `at` is the plane state, `moduli` are the spatial ones. In-plane and out-of-plane parts of the spatial Hessian do not
 /// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
 pub fn lateral<L: LocalLaw, const P: usize>(at: &At<f64, 3, P>, moduli: &Moduli<f64, 6>, out: &mut Local<f64, 3, P>) {
-    *out = Local::zero();
+    out.clear();
     let inverse = 1.0 / at.piece.length;
     for g in 0..P {
         let weight = at.table.weights[g] * at.piece.length;

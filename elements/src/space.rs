@@ -272,7 +272,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
 
     #[inline(always)]
     fn local<const P: usize, const TANGENT: bool>(at: &At<T, 6, P>, out: &mut Local<T, 6, P>) {
-        *out = Local::zero();
+        out.clear();
         let inverse = T::one() / at.piece.length;
         for g in 0..P {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;

@@ -34,7 +34,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Advance<'_
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Condenses one element to its last node, and stores the factors.
     #[inline(always)]
-    fn condense_element(&mut self, e: usize) -> Ends<T, D> {
+    fn condense_element(&mut self, e: usize, k: &mut Local<T, D, P>) -> Ends<T, D> {
         let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
@@ -43,7 +43,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             self.reset_stress(e, &local, &moduli);
         }
         let stress = self.stress_of(e);
-        let mut k = Local::zero();
         let at = At {
             table: &self.table,
             piece: &self.pieces[e],
@@ -52,7 +51,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             local: &local,
             stress: &stress,
         };
-        B::local::<P, true>(&at, &mut k);
+        B::local::<P, true>(&at, k);
         self.energy += k.energy;
 
         if self.dashpots.stiffness > 0.0 {
@@ -66,7 +65,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
         let mut turn = None;
         if self.loaded {
-            turn = Some(self.load_element(e, &frame, &local, &mut k));
+            turn = Some(self.load_element(e, &frame, &local, k));
         }
         let mut coupling = turn.map(|t| t.1);
         let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
@@ -157,11 +156,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.negative = T::zero();
         self.smallest = T::one();
         self.energy = T::zero();
-        let first = self.condense_element(0);
+        // One place for all elements: clearing what counts is cheaper than a new one for each.
+        let mut k = Local::zero();
+        let first = self.condense_element(0, &mut k);
         let (mut left, mut link, mut here) = (first.k00, first.k01, first.k11);
         let (mut left_rest, mut rest) = (first.r0, first.r1);
         for e in 1..self.frames.len() {
-            let next = self.condense_element(e);
+            let next = self.condense_element(e, &mut k);
             let mut pivot = madd(here, next.k00);
             if self.dashpots.stiffness > 0.0 {
                 for d in 0..D {

@@ -500,19 +500,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn predict(&mut self, before: usize, last: usize, ratio: f64) {
-        let (a, b) = (&self.saved[before], &self.saved[last]);
-        let ratio = T::splat(ratio);
-        let ahead = |target: &mut Vec<[T; D]>, a: &[[T; D]], b: &[[T; D]]| {
-            for (target, (a, b)) in target.iter_mut().zip(a.iter().zip(b)) {
-                *target = add(*b, scale(ratio, sub(*b, *a)));
-            }
-        };
-        ahead(&mut self.state.local, &a.local, &b.local);
-        ahead(&mut self.state.stress, &a.stress, &b.stress);
-        for (e, piece) in self.pieces.iter().enumerate() {
-            let [a, b] = [a, b].map(|s| B::last_local(&B::frame(piece, &s.nodes[e], &s.nodes[e + 1])));
-            self.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
-        }
+        T::run(unroll::Predict(self, [before, last], ratio));
     }
 
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
