@@ -45,7 +45,7 @@ fn calm(history: &History) -> Option<&Equilibrium> {
 /// The state under all loads, reached by increments that leave no doubt which one it is: nothing guards large ones where
 /// loads have no potential.
 fn end(network: &Network) -> Option<Equilibrium> {
-    let step = Step { min_increments: Some(INCREMENTS), ..network.step(1.0) };
+    let step = Step { targets: network.loads.clone(), min_increments: Some(INCREMENTS), ..Step::default() };
     calm(&run(&network.structure, &[step])).cloned()
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use pennate_elements::section::Section;
 use pennate_solver::structure::{
     ComplianceOf, Dimension, Drive, Formulation, Member, Release, RigidBody, SectionLaw, SectionState, Segment, Spring,
-    Stability, Step, Structure, Support,
+    Stability, Structure, Support,
 };
 
 pub type Vector = Vector3<f64>;
@@ -63,11 +63,6 @@ impl Network {
     /// The laws of the structure are those of `laws`.
     pub fn adopt_laws(&mut self) {
         self.structure.laws = self.laws.iter().map(|&law| Arc::new(law) as Arc<dyn SectionLaw>).collect();
-    }
-
-    /// One step that brings a part of all loads.
-    pub fn step(&self, part: f64) -> Step {
-        Step { targets: self.loads.iter().map(|&(drive, value)| (drive, part * value)).collect(), ..Step::default() }
     }
 }
 
@@ -210,7 +205,7 @@ fn release(random: &mut fastrand::Rng, frame: &[[f64; 3]; 3], deep: bool) -> Rel
 fn body(pairs: &[[usize; 2]], free: &[usize], random: &mut fastrand::Rng) -> Option<RigidBody> {
     let (a, b) = (free.first()?, free.last()?);
     let joined = pairs.iter().any(|pair| pair.contains(a) && pair.contains(b));
-    (a != b && !joined && random.bool()).then(|| RigidBody { nodes: vec![*a, *b], reference: *b, mass: 1e-5 })
+    (a != b && !joined && random.bool()).then(|| RigidBody { nodes: vec![*a, *b], reference: *b, mass: 0.0 })
 }
 
 fn springs(nodes: &[Vector], free: &[usize], random: &mut fastrand::Rng) -> Vec<Spring> {

@@ -1,0 +1,228 @@
+//! Whether a state is an equilibrium, found out without the solver: from positions, rotations and member end forces alone.
+//!
+//! Joints: the actions of members, springs and loads add up to the reaction, about the reference of the body if there is one.
+//! Members: the equations of the rod are integrated from a welded end, with the pose and the actions there, by the
+//! classical Runge-Kutta formula; they must arrive at the other end.
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use pennate_solver::history::Equilibrium;
+use pennate_solver::structure::{Dimension, Drive, Release, Spring};
+
+use crate::random::{Network, Vector};
+
+/// Steps of an integration along a member.
+const STEPS: usize = 200;
+/// √(force / bending stiffness) × length beyond which errors of the start grow more than a thousandfold on the way.
+const STIFF: f64 = 6.0;
+
+/// What is left of the equations.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Residual {
+    /// Of the joints: forces over the largest force, moments over the largest moment (no smaller than force times length).
+    pub joints: f64,
+    /// Of the members: distance of the integrated end from the node, over the length.
+    pub members: f64,
+    /// Members that were integrated.
+    pub integrated: usize,
+}
+
+/// Checks a state under the values of its drives.
+pub fn residual(network: &Network, state: &Equilibrium, values: &[f64]) -> Residual {
+    let mut residual = Residual { joints: joints(network, state, values), ..Residual::default() };
+    for member in 0..network.structure.members.len() {
+        if let Some(miss) = integrate(network, state, values, member) {
+            residual.members = residual.members.max(miss);
+            residual.integrated += 1;
+        }
+    }
+    residual
+}
+
+struct Poses<'a> {
+    network: &'a Network,
+    state: &'a Equilibrium,
+}
+
+impl Poses<'_> {
+    fn place(&self, node: usize) -> Vector {
+        Vector::from(self.network.structure.nodes[node]) + Vector::from(self.state.nodes[node].displacement)
+    }
+
+    fn rotation(&self, node: usize) -> Rotation3<f64> {
+        Rotation3::new(Vector::from(self.state.nodes[node].rotation))
+    }
+}
+
+fn joints(network: &Network, state: &Equilibrium, values: &[f64]) -> f64 {
+    let structure = &network.structure;
+    let poses = Poses { network, state };
+    let mut sums = vec![(Vector::zeros(), Vector::zeros()); structure.nodes.len()];
+    let (mut force_scale, mut moment_scale) = (1e-9f64, 1e-9f64);
+    let mut act = |node: usize, force: Vector, moment: Vector| {
+        sums[node].0 += force;
+        sums[node].1 += moment;
+        force_scale = force_scale.max(force.norm());
+        moment_scale = moment_scale.max(moment.norm());
+    };
+    for (member, now) in structure.members.iter().zip(&state.members) {
+        for end in 0..2 {
+            act(member.nodes[end], -Vector::from(now.end_forces[end]), -Vector::from(now.end_moments[end]));
+        }
+    }
+    for spring in &structure.springs {
+        spring_actions(&poses, spring, &mut act);
+    }
+    for (drive, &value) in structure.drives.iter().zip(values) {
+        let unit = |component: usize| value * Vector::ith(component, 1.0);
+        match *drive {
+            Drive::Force(node, c) => act(node, unit(c), Vector::zeros()),
+            Drive::Moment(node, c) => act(node, Vector::zeros(), unit(c)),
+            Drive::FollowerForce(node, c) => act(node, poses.rotation(node) * unit(c), Vector::zeros()),
+            Drive::FollowerMoment(node, c) => act(node, Vector::zeros(), poses.rotation(node) * unit(c)),
+            // These act along members; bodies have no mass.
+            Drive::Control | Drive::Distributed(..) | Drive::Gravity(_) => {}
+        }
+    }
+    for (node, now) in state.nodes.iter().enumerate() {
+        act(node, now.reaction_force.into(), now.reaction_moment.into());
+    }
+    // A body takes the actions on its nodes to its reference.
+    let mut owner: HashMap<usize, usize> = HashMap::new();
+    for body in &structure.bodies {
+        owner.extend(body.nodes.iter().map(|&node| (node, body.reference)));
+    }
+    let mut totals: HashMap<usize, (Vector, Vector)> = HashMap::new();
+    for (node, &(force, moment)) in sums.iter().enumerate() {
+        let at = owner.get(&node).copied().unwrap_or(node);
+        let total = totals.entry(at).or_default();
+        total.0 += force;
+        total.1 += moment + (poses.place(node) - poses.place(at)).cross(&force);
+    }
+    moment_scale = moment_scale.max(force_scale * crate::random::LENGTH);
+    totals.values().fold(0.0, |worst, (f, m)| worst.max(f.norm() / force_scale).max(m.norm() / moment_scale))
+}
+
+fn spring_actions(poses: &Poses, spring: &Spring, act: &mut impl FnMut(usize, Vector, Vector)) {
+    match *spring {
+        Spring::Axial { nodes: [a, b], stiffness, natural_length } => {
+            let chord = poses.place(b) - poses.place(a);
+            let force = stiffness * (chord.norm() - natural_length) * chord.normalize();
+            act(a, force, Vector::zeros());
+            act(b, -force, Vector::zeros());
+        }
+        Spring::Ground { node, stiffness: k } => {
+            let u = Vector::from(poses.state.nodes[node].displacement);
+            let moment = gradient(&turn(&poses.rotation(node)), &k);
+            act(node, -Vector::new(k[0] * u.x, k[1] * u.y, k[2] * u.z), -moment);
+        }
+        Spring::Coupling { nodes: [a, b], stiffness: k } => {
+            let [from, to] = [a, b].map(|node| poses.rotation(node));
+            let [before, now] = [
+                Vector::from(poses.network.structure.nodes[b]) - Vector::from(poses.network.structure.nodes[a]),
+                poses.place(b) - poses.place(a),
+            ];
+            let d = from.inverse() * now - before;
+            let force = from * Vector::new(k[0] * d.x, k[1] * d.y, k[2] * d.z);
+            let moment = from * gradient(&turn(&(from.inverse() * to)), &k);
+            act(b, -force, -moment);
+            act(a, force, moment + now.cross(&force));
+        }
+    }
+}
+
+/// The rotation vector of a rotation.
+fn turn(rotation: &Rotation3<f64>) -> Vector {
+    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
+}
+
+/// Moment of ½ Σ kᵢ θᵢ²: its derivative by a spin, T⁻ᵀ(θ) k θ.
+fn gradient(theta: &Vector, k: &[f64; 6]) -> Vector {
+    let g = Vector::new(k[3] * theta.x, k[4] * theta.y, k[5] * theta.z);
+    let angle = theta.norm();
+    let eta = if angle < 1e-2 { 1.0 / 12.0 } else { (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle) };
+    let skew = theta.cross_matrix();
+    // δθ = (I − ½ S + η S²) δω; transposed, the sign of S changes.
+    (Matrix3::identity() + 0.5 * skew + eta * skew * skew) * g
+}
+
+/// By how much the rod that begins at a welded end misses its other end, over its length.
+fn integrate(network: &Network, state: &Equilibrium, values: &[f64], index: usize) -> Option<f64> {
+    let structure = &network.structure;
+    let (member, now, law) = (&structure.members[index], &state.members[index], &network.laws[index]);
+    let start = (0..2).find(|&end| member.releases[end] == Release::Welded)?;
+    let (length, section) = (member.segments[0].length, law.section);
+    let largest = Vector::from(now.end_forces[0]).norm().max(Vector::from(now.end_forces[1]).norm());
+    if (largest / section.ei2.min(section.ei3)).sqrt() * length > STIFF {
+        return None;
+    }
+    let poses = Poses { network, state };
+    let mut load = Vector::zeros();
+    for (drive, &value) in structure.drives.iter().zip(values) {
+        match *drive {
+            Drive::Distributed(of, c) if of == index => load[c] += value,
+            Drive::Gravity(c) => load[c] += value * section.mass_per_length,
+            _ => {}
+        }
+    }
+    let control = member.control.map_or(0.0, |drive| values[drive]);
+    let sign = if start == 0 { 1.0 } else { -1.0 };
+    let frame = Matrix3::from_columns(&member.axes.map(Vector::from));
+    let place = poses.place(member.nodes[start]);
+    let mut rod = Rod {
+        place,
+        frame: poses.rotation(member.nodes[start]) * frame,
+        // The section force at the start is what the part beyond exerts: minus the action there, seen along the rod.
+        force: -sign * Vector::from(now.end_forces[start]),
+        moment: -sign * Vector::from(now.end_moments[start]),
+    };
+    let rate = |rod: &Rod| {
+        let n = rod.frame.transpose() * rod.force;
+        let m = rod.frame.transpose() * rod.moment;
+        let gamma = Vector::new(1.0 + control * law.strain + n.x / section.ea, n.y / section.ga2, n.z / section.ga3);
+        let kappa = Vector::new(m.x / section.gj, m.y / section.ei2, m.z / section.ei3 + control * law.curvature);
+        let tangent = rod.frame * gamma;
+        Rod {
+            place: tangent,
+            frame: rod.frame * kappa.cross_matrix(),
+            force: -load,
+            moment: -tangent.cross(&rod.force),
+        }
+    };
+    let h = sign * length / STEPS as f64;
+    for _ in 0..STEPS {
+        let k1 = rate(&rod);
+        let k2 = rate(&rod.plus(&k1, 0.5 * h));
+        let k3 = rate(&rod.plus(&k2, 0.5 * h));
+        let k4 = rate(&rod.plus(&k3, h));
+        rod = rod.plus(&k1, h / 6.0).plus(&k2, h / 3.0).plus(&k3, h / 3.0).plus(&k4, h / 6.0);
+    }
+    let other = 1 - start;
+    let mut miss = (rod.place - poses.place(member.nodes[other])).norm() / length;
+    if member.releases[other] == Release::Welded {
+        let end = poses.rotation(member.nodes[other]) * frame;
+        miss = miss.max((rod.frame - end).norm());
+    }
+    debug_assert!(structure.dimension == Dimension::Space || rod.place.z == 0.0);
+    Some(miss)
+}
+
+/// Place, frame and section forces of a rod at one point, or their rates.
+struct Rod {
+    place: Vector,
+    frame: Matrix3<f64>,
+    force: Vector,
+    moment: Vector,
+}
+
+impl Rod {
+    fn plus(&self, rate: &Self, step: f64) -> Self {
+        Self {
+            place: self.place + step * rate.place,
+            frame: self.frame + step * rate.frame,
+            force: self.force + step * rate.force,
+            moment: self.moment + step * rate.moment,
+        }
+    }
+}
