@@ -17,6 +17,8 @@ const AHEAD: f64 = 1e-6;
 const EXACT: f64 = 1e-9;
 /// Part of a bracket that is good enough where rounding stands in the way of a smaller one.
 const NEARLY: f64 = 1e-5;
+/// Part of the fraction by which a bracket may have to begin sooner.
+const BEHIND: f64 = 1e-4;
 /// Value of the test function, over that at the ends of the bracket, that is zero.
 const SMALL: f64 = 1e-8;
 /// Trials for one singular point.
@@ -196,7 +198,14 @@ impl<const D: usize> Tracer<'_, D> {
             let (near, value) = judge(tracer.system, &point);
             Some((point, near, value))
         };
-        let (first, near, mut low) = at(self, 0.0)?;
+        let (mut first, mut near, mut low) = at(self, 0.0)?;
+        let mut begin = 0.0;
+        // With a softer auxiliary stiffness the point lies a little before where the path was found to pass it.
+        let behind = -BEHIND * ends[1].abs() / rate.abs();
+        if !near && behind < 0.0 {
+            (first, near, low) = at(self, behind)?;
+            begin = behind;
+        }
         let start = first.fraction;
         let (mut best, far, mut high) = at(self, 1.0)?;
         if !near || far {
@@ -205,7 +214,7 @@ impl<const D: usize> Tracer<'_, D> {
         // The count of pivots has noise that a smooth function has not.
         let first = low.zip(high).filter(|(a, b)| a * b < 0.0);
         let small = first.map_or(0.0, |(a, b)| SMALL * a.abs().max(b.abs()));
-        let mut bracket = [0.0, 1.0];
+        let mut bracket = [begin, 1.0];
         let mut fractions = [start, best.fraction];
         let mut kept = 0;
         for _ in 0..TRIALS {
