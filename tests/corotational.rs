@@ -11,7 +11,7 @@ use pennate_solver::options::Options;
 use pennate_solver::structure::Formulation;
 use serde_json::Value;
 
-#[allow(dead_code)]
+#[allow(dead_code, reason = "a part of the comparison is used here")]
 #[path = "../validation/compare/mod.rs"]
 mod compare;
 

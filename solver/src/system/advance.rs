@@ -113,7 +113,8 @@ impl<const D: usize> System<D> {
         self.scratch = before;
     }
 
-    fn for_packs(&mut self, act: impl Fn(&mut Box<dyn Pack<D>>) + Sync + Send) {
+    /// Lets all packs do the same, side by side where that pays.
+    pub(super) fn for_packs(&mut self, act: impl Fn(&mut Box<dyn Pack<D>>) + Sync + Send) {
         if self.parallel {
             self.packs.par_iter_mut().for_each(act);
         } else {

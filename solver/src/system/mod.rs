@@ -5,7 +5,6 @@ use std::sync::Arc;
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::turn;
 use pennate_elements::small::{M3, V3, norm, scale, sub};
-use rayon::prelude::*;
 
 use crate::chain::{Pack, SLOTS, Size};
 use crate::joints::{Active, EndKind, Equations, Held, HeldKind, JointState, Topology};
@@ -423,11 +422,7 @@ impl<const D: usize> System<D> {
     }
 
     fn condense(&mut self) {
-        if self.parallel {
-            self.packs.par_iter_mut().for_each(|pack| pack.condense());
-        } else {
-            self.packs.iter_mut().for_each(|pack| pack.condense());
-        }
+        self.for_packs(|pack| pack.condense());
     }
 
     /// The ends of a member as the reduction needs them.
