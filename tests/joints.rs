@@ -332,7 +332,14 @@ fn partly_held_rotations_react_with_moments_that_balance() {
         assert!(solved.rotation("B").angle() > 0.3, "{held}: {}", solved.rotation("B").angle());
         let (force, moment) = solved.imbalance(&[("B", [-10.0, 3.0, 4.0], [90.0, 200.0, 250.0])]);
         assert!(force < 1e-9 && moment < 1e-7, "{held}: {force:.1e} {moment:.1e}");
-        assert!(solved.factorizations() < 45, "{held}: {}", solved.factorizations());
+        // The reference is from 400 increments; two long ones lead to another, unstable state with 40 factorizations.
+        let enough = if held == "\"rx\"" {
+            assert_close(solved.shift("B"), [-35.371033, 27.844493, 38.119512], 1e-5);
+            70
+        } else {
+            45
+        };
+        assert!(solved.factorizations() < enough, "{held}: {}", solved.factorizations());
     }
 }
 

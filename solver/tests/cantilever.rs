@@ -18,7 +18,8 @@ fn end_moment_rolls_a_cantilever_into_a_circle() {
         let off = [tip.displacement[0] + 10.0, tip.displacement[1], tip.displacement[2]];
         println!("{dimension:?} {off:?} {} factorizations, {:?}", step.factorizations, history.mesh);
         assert!(off.iter().all(|x| x.abs() < 1e-3));
-        assert!(step.factorizations <= 9);
+        // In space the moment has no potential, and the increment is made again in two parts.
+        assert!(step.factorizations <= if dimension == Dimension::Plane { 9 } else { 15 });
         let root = &step.increments.last().unwrap().state.nodes[0];
         assert!((root.reaction_moment[2] + TAU * 10.0).abs() < 1e-6, "{:?}", root.reaction_moment);
     }

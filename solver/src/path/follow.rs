@@ -1,10 +1,11 @@
 //! One ramp, increment by increment.
 
+use super::arc::NEXT;
 use super::critical::After;
 use super::{Count, Path};
 use crate::chain::Size;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Lost, Newton, Start, Why};
+use crate::newton::{Convergence, DETOUR, Lost, Newton, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::{Inertia, NEUTRAL, System};
 
@@ -24,6 +25,11 @@ const LONG: f64 = 0.01;
 const WILD: f64 = 3.0;
 /// One of this size is a guess that iterations can start from.
 const TAME: f64 = 1.2;
+/// The first part of an increment that is made again in two. Not a half: a rod that rolls up by an even number of turns is
+/// at whole turns in the middle too, where its tangent is singular.
+const FIRST_PART: f64 = 0.47;
+/// Two states nearer than this (radians, or lengths) are one.
+const SAME: f64 = 1e-4;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
 
@@ -77,7 +83,7 @@ impl<const D: usize> Path<'_, D> {
         let mut count = Count {
             own: inertia.negative,
             lateral: 0,
-            odd: (inertia.negative % 2 == 1) != inertia.skew_negative,
+            odd: inertia.is_odd(),
             potential,
             lateral_potential: true,
             smallest: inertia.smallest,
@@ -129,8 +135,8 @@ impl<const D: usize> Path<'_, D> {
             let foreseen = if predicted { self.system.distance(LAST) } else { Size::default() };
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
-            let may_wander = !conservative || step <= LONG;
-            let start = Start { predicted, rest: Some(LAST), negative_limit, passing: target < 1.0, may_wander };
+            let passing = target < 1.0;
+            let start = Start { predicted, rest: Some(LAST), negative_limit, passing, may_wander: step <= LONG };
             let mut outcome = self.newton.solve(&mut self.system, start);
             if let Err(Lost { iterations, why: Why::Astray, .. }) = outcome
                 && self.system.own_first < WILD
@@ -155,7 +161,7 @@ impl<const D: usize> Path<'_, D> {
                 self.system.set_plain(false);
             }
             let rough = match outcome {
-                Ok(found) => {
+                Ok(mut found) => {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.iterations;
                     let mut count = self.count(&found.inertia);
@@ -171,11 +177,22 @@ impl<const D: usize> Path<'_, D> {
                     }
                     let guarded = rose && self.guards(&count);
                     let foreseen = if predicted { foreseen } else { found.first };
-                    let doubtful = conservative && leapt(self.system.distance(LAST), foreseen);
-                    if (guarded || doubtful) && step > BRACKET {
+                    let doubtful = leapt(self.system.distance(LAST), foreseen);
+                    let flipped = !conservative && count.odd != self.base.odd;
+                    if (guarded || doubtful || flipped) && step > BRACKET {
                         self.system.restore(LAST);
                         increment = (0.4 * step).max(0.9 * BRACKET);
                         continue;
+                    }
+                    if !conservative && count.own > self.base.own && step > BRACKET {
+                        let ratio = behind.then_some(step / last_increment);
+                        let Some(again) = self.in_two_parts(ramp, [fraction, target], ratio, &mut tally) else {
+                            self.system.restore(LAST);
+                            increment = 0.5 * step;
+                            continue;
+                        };
+                        count = self.count(&again.inertia);
+                        found = Convergence { iterations: found.iterations, ..again };
                     }
                     if guarded || doubtful && self.system.jumped(LAST, BEFORE, behind) {
                         let sideways = guarded && count.own <= self.base.own;
@@ -255,6 +272,41 @@ impl<const D: usize> Path<'_, D> {
                 }
             }
         }
+    }
+
+    /// Makes an increment to the present state again in two parts, `None` where they end elsewhere.
+    ///
+    /// `ratio` is that of the increment to the one before, if there is one to extrapolate from.
+    fn in_two_parts(
+        &mut self,
+        ramp: &Ramp,
+        [from, to]: [f64; 2],
+        ratio: Option<f64>,
+        tally: &mut Tally,
+    ) -> Option<Convergence> {
+        self.system.save(DETOUR);
+        self.system.restore(LAST);
+        let middle = from + FIRST_PART * (to - from);
+        let start = Start { may_wander: false, ..Start::nearby() };
+        for target in [middle, to] {
+            ramp.apply(&mut self.system, target);
+            if target == to {
+                self.system.save(NEXT);
+                self.system.predict(LAST, NEXT, (1.0 - FIRST_PART) / FIRST_PART);
+            } else if let Some(ratio) = ratio {
+                self.system.predict(BEFORE, LAST, FIRST_PART * ratio);
+            }
+            let predicted = target == to || ratio.is_some();
+            let outcome = self.newton.solve(&mut self.system, Start { predicted, passing: target < 1.0, ..start });
+            let iterations = outcome.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+            tally.iterations += iterations - 1;
+            tally.factorizations += iterations;
+            let found = outcome.ok().filter(|found| found.inertia.is_odd() == self.base.odd)?;
+            if target == to {
+                return (self.system.distance(DETOUR).largest() <= SAME).then_some(found);
+            }
+        }
+        None
     }
 
     /// Ends a step at the end of its ramp.

@@ -261,8 +261,7 @@ impl<const D: usize> Path<'_, D> {
             },
             (CriticalKind::Bifurcation, false) => {
                 let near = if !conservative {
-                    let odd = (point.inertia.negative % 2 == 1) != point.inertia.skew_negative;
-                    odd == base.odd
+                    point.inertia.is_odd() == base.odd
                 } else if count.own > base.own {
                     point.inertia.negative < far
                 } else {

@@ -80,6 +80,13 @@ pub struct Inertia {
     pub skew_negative: bool,
 }
 
+impl Inertia {
+    /// Whether the determinant of the whole tangent is negative.
+    pub fn is_odd(&self) -> bool {
+        (self.negative % 2 == 1) != self.skew_negative
+    }
+}
+
 /// A member's place among the packs, and what its ends are.
 #[derive(Clone, Debug)]
 pub struct MemberSlot {
