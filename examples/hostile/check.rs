@@ -28,9 +28,9 @@ pub struct Residual {
     pub integrated: usize,
 }
 
-/// Checks a state under the values of its drives.
-pub fn residual(network: &Network, state: &Equilibrium, values: &[f64]) -> Residual {
-    let mut residual = Residual { joints: joints(network, state, values), ..Residual::default() };
+/// Checks a state under the values of its drives, and what is left of reactions that fade: node, component, value.
+pub fn residual(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> Residual {
+    let mut residual = Residual { joints: joints(network, state, values, fading), ..Residual::default() };
     for member in 0..network.structure.members.len() {
         if let Some(miss) = integrate(network, state, values, member) {
             residual.members = residual.members.max(miss);
@@ -55,7 +55,7 @@ impl Poses<'_> {
     }
 }
 
-fn joints(network: &Network, state: &Equilibrium, values: &[f64]) -> f64 {
+fn joints(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> f64 {
     let structure = &network.structure;
     let poses = Poses { network, state };
     let mut sums = vec![(Vector::zeros(), Vector::zeros()); structure.nodes.len()];
@@ -84,6 +84,10 @@ fn joints(network: &Network, state: &Equilibrium, values: &[f64]) -> f64 {
             // These act along members; bodies have no mass.
             Drive::Control | Drive::Distributed(..) | Drive::Gravity(_) => {}
         }
+    }
+    for &(node, component, value) in fading {
+        let unit = value * Vector::ith(component % 3, 1.0);
+        if component < 3 { act(node, unit, Vector::zeros()) } else { act(node, Vector::zeros(), unit) }
     }
     for (node, now) in state.nodes.iter().enumerate() {
         act(node, now.reaction_force.into(), now.reaction_moment.into());
@@ -152,7 +156,8 @@ fn integrate(network: &Network, state: &Equilibrium, values: &[f64], index: usiz
     let structure = &network.structure;
     let (member, now, law) = (&structure.members[index], &state.members[index], &network.laws[index]);
     let start = (0..2).find(|&end| member.releases[end] == Release::Welded)?;
-    let (length, section) = (member.segments[0].length, law.section);
+    let control = member.control.map_or(0.0, |drive| values[drive]);
+    let (length, section) = (member.segments[0].length, law.section(control));
     let largest = Vector::from(now.end_forces[0]).norm().max(Vector::from(now.end_forces[1]).norm());
     if (largest / section.ei2.min(section.ei3)).sqrt() * length > STIFF {
         return None;
@@ -166,7 +171,6 @@ fn integrate(network: &Network, state: &Equilibrium, values: &[f64], index: usiz
             _ => {}
         }
     }
-    let control = member.control.map_or(0.0, |drive| values[drive]);
     let sign = if start == 0 { 1.0 } else { -1.0 };
     let frame = Matrix3::from_columns(&member.axes.map(Vector::from));
     let place = poses.place(member.nodes[start]);

@@ -26,12 +26,23 @@ pub struct Actuated {
     pub section: Section,
     pub strain: f64,
     pub curvature: f64,
+    /// Part of the stiffness by which it grows with the control, as that of a muscle does with its pressure.
+    pub stiffening: f64,
+}
+
+impl Actuated {
+    pub fn section(&self, control: f64) -> Section {
+        let factor = 1.0 + self.stiffening * control;
+        let Section { ea, ga2, ga3, gj, ei2, ei3, .. } = self.section;
+        let [ea, ga2, ga3, gj, ei2, ei3] = [ea, ga2, ga3, gj, ei2, ei3].map(|stiffness| factor * stiffness);
+        Section { ea, ga2, ga3, gj, ei2, ei3, ..self.section }
+    }
 }
 
 impl SectionLaw for Actuated {
     fn at(&self, control: f64) -> SectionState {
         SectionState {
-            section: self.section,
+            section: self.section(control),
             strain: control * self.strain,
             curvature: [0.0, 0.0, control * self.curvature],
         }
@@ -189,7 +200,7 @@ fn section(random: &mut fastrand::Rng, length: f64, deep: bool) -> Actuated {
     };
     let strain = if random.bool() { -0.15 * random.f64() } else { 0.0 };
     let curvature = if random.u8(0..4) == 0 { (random.f64() - 0.5) / length } else { 0.0 };
-    Actuated { section, strain, curvature }
+    Actuated { section, strain, curvature, stiffening: 0.0 }
 }
 
 fn release(random: &mut fastrand::Rng, frame: &[[f64; 3]; 3], deep: bool) -> Release {
