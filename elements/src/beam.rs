@@ -94,15 +94,10 @@ impl<T: Real, const D: usize, const P: usize> Local<T, D, P> {
         Self { tangent: [[[[o; D]; D]; P]; P], gradient: [[o; D]; P], mixed_end: [o; D], energy: o }
     }
 
-    /// Sets to zero in place what counts: blocks `[i][j]` with j ≥ i, gradients and energy.
+    /// Sets the sums to zero; the tangent is written anew.
     #[inline(always)]
     pub fn clear(&mut self) {
         let o = T::zero();
-        for (i, row) in self.tangent.iter_mut().enumerate() {
-            for block in &mut row[i..] {
-                *block = [[o; D]; D];
-            }
-        }
         self.gradient = [[o; D]; P];
         self.mixed_end = [o; D];
         self.energy = o;

@@ -1,12 +1,12 @@
 //! Four members side by side in one register of the processor.
 //!
-//! The only `unsafe` of the crate. Every operation rounds as that of a single number does, without fused products, so
-//! that a member gets the same digits in a lane and alone.
+//! The only `unsafe` of the crate. Products that are added are rounded once, together with the sum, so that a member
+//! gets the same digits in a lane and alone up to rounding.
 
 /// Whether the processor can compute with [`Lanes`].
 pub fn are_there() -> bool {
     #[cfg(target_arch = "x86_64")]
-    return is_x86_feature_detected!("avx2");
+    return is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
     #[cfg(not(target_arch = "x86_64"))]
     return false;
 }
@@ -56,7 +56,7 @@ mod avx2 {
     }
 
     /// Runs work compiled for processors with these registers.
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     fn run<W: Work>(work: W) -> W::Output {
         work.run()
     }
@@ -127,6 +127,14 @@ mod avx2 {
             Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
         }
         #[inline(always)]
+        fn plus(self, a: Self, b: Self) -> Self {
+            Self(unsafe { _mm256_fmadd_pd(a.0, b.0, self.0) })
+        }
+        #[inline(always)]
+        fn minus(self, a: Self, b: Self) -> Self {
+            Self(unsafe { _mm256_fnmadd_pd(a.0, b.0, self.0) })
+        }
+        #[inline(always)]
         fn max(self, other: Self) -> Self {
             // The instruction gives the second where one is not a number; the larger of two is the one that is.
             unsafe {
@@ -157,7 +165,7 @@ mod tests {
     use super::*;
     use crate::real::Real;
 
-    /// A lane computes what a number computes, bit for bit, for whatever number.
+    /// A lane computes what a number computes, bit for bit, for whatever number; products added are rounded once.
     #[test]
     fn lanes_have_the_digits_of_numbers() {
         if !are_there() {
@@ -175,6 +183,8 @@ mod tests {
             same(x - y, a[i] - b[i]);
             same(x * y, a[i] * b[i]);
             same(x / y, a[i] / b[i]);
+            same(x.plus(y, x), b[i].mul_add(a[i], a[i]));
+            same(x.minus(y, x), (-b[i]).mul_add(a[i], a[i]));
             same(-x, -a[i]);
             same(Real::abs(x), a[i].abs());
             same(Real::sqrt(y), b[i].sqrt());

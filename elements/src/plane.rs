@@ -8,10 +8,11 @@ use std::marker::PhantomData;
 
 use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Moduli, Piece, Placement};
 use crate::corotational::Corotational;
+use crate::interpolation::Table;
 use crate::local_law::{Exact, LocalLaw};
 use crate::real::Real;
 use crate::rotation;
-use crate::small::{M3, V3, add, axpy, scale, sub};
+use crate::small::{M3, V3, add, axpy, scale, sub, zeros};
 use crate::space;
 
 /// A plane beam with one local law: components ux, uy and the angle.
@@ -113,6 +114,47 @@ fn square<T: Real>(a: [T; 2]) -> T {
     a[0] * a[0] + a[1] * a[1]
 }
 
+/// Tangent of one Gauss point with respect to v, the angle and the curvature.
+#[derive(Clone, Copy, Debug)]
+struct PointTangent<T> {
+    vv: [[T; 2]; 2],
+    va: [T; 2],
+    aa: T,
+    bending: T,
+}
+
+impl<T: Real> PointTangent<T> {
+    fn zero() -> Self {
+        let o = T::zero();
+        Self { vv: [[o; 2]; 2], va: [o; 2], aa: o, bending: o }
+    }
+}
+
+/// The block of the local tangent that belongs to nodes i + 1 and j + 1.
+#[inline(always)]
+fn node_tangent<T: Real, const P: usize>(
+    table: &Table<P>,
+    inverse: T,
+    points: &[PointTangent<T>; P],
+    [i, j]: [usize; 2],
+) -> [[T; 3]; 3] {
+    let mut target = zeros::<T, 3, 3>();
+    for (g, t) in points.iter().enumerate() {
+        let (ni, nj) = (T::splat(table.values[g][i]), T::splat(table.values[g][j]));
+        let (si, sj) = (T::splat(table.slopes[g][i]) * inverse, T::splat(table.slopes[g][j]) * inverse);
+        let (ss, sn, ns) = (si * sj, si * nj, ni * sj);
+        for a in 0..2 {
+            for b in 0..2 {
+                target[a][b] = target[a][b].plus(ss, t.vv[a][b]);
+            }
+            target[a][2] = target[a][2].plus(sn, t.va[a]);
+            target[2][a] = target[2][a].plus(ns, t.va[a]);
+        }
+        target[2][2] = target[2][2].plus(ni * nj, t.aa).plus(ss, t.bending);
+    }
+    target
+}
+
 impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     const FORMULATION: Formulation = L::FORMULATION;
     type Pose = Pose<T>;
@@ -153,6 +195,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     fn local<const P: usize, const TANGENT: bool>(at: &At<T, 3, P>, out: &mut Local<T, 3, P>) {
         out.clear();
         let inverse = T::one() / at.piece.length;
+        let mut points = [PointTangent::zero(); P];
         for g in 0..P {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
@@ -170,7 +213,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
                 stiffness[i] = weight * section[i];
                 let spring = stiffness[i] * elastic[i];
                 stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
-                out.energy += T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring * elastic[i];
+                out.energy = out.energy.plus(T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring, elastic[i]);
             }
             let n = turned(axis, [stress[0], stress[1]]);
             let mut r_v = turned([k.cos, k.sin], n);
@@ -183,7 +226,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
                 let value = T::splat(at.table.values[g][i]);
                 let slope = T::splat(at.table.slopes[g][i]) * inverse;
                 let node = [slope * r_v[0], slope * r_v[1], value * r_angle + slope * stress[2]];
-                axpy(&mut out.gradient[i], T::one(), node);
+                out.gradient[i] = add(out.gradient[i], node);
             }
             if !TANGENT {
                 continue;
@@ -200,7 +243,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
                 axpy(&mut pull, -weight * softening.pull, v);
             }
             let end = [slope * pull[0], slope * pull[1], value * m_angle + slope * mixed[2]];
-            axpy(&mut out.mixed_end, T::one(), end);
+            out.mixed_end = add(out.mixed_end, end);
 
             // Stiffness of Γ in axes turned back by the initial curvature (b), then in the local frame (C).
             let [c1, c2, c3] = stiffness;
@@ -232,21 +275,12 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
                 }
                 axpy(&mut va, -c2 * along * turned_back(axis, k.slope)[1], v);
             }
+            points[g] = PointTangent { vv, va, aa, bending: c3 };
+        }
+        if TANGENT {
             for i in 0..P {
-                let ni = T::splat(at.table.values[g][i]);
-                let si = T::splat(at.table.slopes[g][i]) * inverse;
                 for j in i..P {
-                    let nj = T::splat(at.table.values[g][j]);
-                    let sj = T::splat(at.table.slopes[g][j]) * inverse;
-                    let target = &mut out.tangent[i][j];
-                    for a in 0..2 {
-                        for b in 0..2 {
-                            target[a][b] += si * sj * vv[a][b];
-                        }
-                        target[a][2] += si * nj * va[a];
-                        target[2][a] += ni * sj * va[a];
-                    }
-                    target[2][2] += ni * nj * aa + si * sj * c3;
+                    out.tangent[i][j] = node_tangent(at.table, inverse, &points, [i, j]);
                 }
             }
         }
@@ -421,6 +455,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
 /// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
 pub fn lateral<L: LocalLaw, const P: usize>(at: &At<f64, 3, P>, moduli: &Moduli<f64, 6>, out: &mut Local<f64, 3, P>) {
     out.clear();
+    out.tangent = [[zeros(); P]; P];
     let inverse = 1.0 / at.piece.length;
     for g in 0..P {
         let weight = at.table.weights[g] * at.piece.length;

@@ -30,6 +30,16 @@ pub trait Real:
     fn set_lane(&mut self, index: usize, value: f64);
     fn sqrt(self) -> Self;
     fn abs(self) -> Self;
+    /// self + a b, rounded once where these numbers have an instruction for it.
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        self + a * b
+    }
+    /// self − a b, rounded once where these numbers have an instruction for it.
+    #[inline(always)]
+    fn minus(self, a: Self, b: Self) -> Self {
+        self - a * b
+    }
     /// The larger of the two.
     fn max(self, other: Self) -> Self;
     /// One where the number is negative, else zero.

@@ -1,7 +1,8 @@
 //! Vectors and matrices of three, and blocks of D, generic over the scalar.
 //!
-//! Plain arrays, because the kernels must compile to straight-line code for numbers and for lanes alike. Matrices are
-//! stored by rows.
+//! Plain arrays, because the kernels must compile to straight-line code for numbers and for lanes alike; plain loops,
+//! because what is called with a closure may stay a call, without the instructions of the lanes. Matrices are stored by
+//! rows.
 
 use crate::real::Real;
 
@@ -10,9 +11,10 @@ pub type M3<T> = [[T; 3]; 3];
 
 #[inline(always)]
 pub fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
 }
 
+/// a × b, every product rounded on its own, so that a × a is zero.
 #[inline(always)]
 pub fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -20,24 +22,36 @@ pub fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
 
 #[inline(always)]
 pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| a[i] + b[i])
+    let mut c = a;
+    for i in 0..N {
+        c[i] += b[i];
+    }
+    c
 }
 
 #[inline(always)]
 pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| a[i] - b[i])
+    let mut c = a;
+    for i in 0..N {
+        c[i] -= b[i];
+    }
+    c
 }
 
 #[inline(always)]
 pub fn scale<T: Real, const N: usize>(s: T, a: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| s * a[i])
+    let mut c = a;
+    for i in 0..N {
+        c[i] = s * a[i];
+    }
+    c
 }
 
 /// a += s b
 #[inline(always)]
 pub fn axpy<T: Real, const N: usize>(a: &mut [T; N], s: T, b: [T; N]) {
     for i in 0..N {
-        a[i] += s * b[i];
+        a[i] = a[i].plus(s, b[i]);
     }
 }
 
@@ -64,10 +78,20 @@ pub fn diagonal<T: Real>(s: T) -> M3<T> {
     [[s, o, o], [o, s, o], [o, o, s]]
 }
 
+/// A + b cᵀ
+#[inline(always)]
+pub fn plus_outer<T: Real>(a: M3<T>, b: V3<T>, c: V3<T>) -> M3<T> {
+    let mut sum = a;
+    for i in 0..3 {
+        axpy(&mut sum[i], b[i], c);
+    }
+    sum
+}
+
 /// a bᵀ
 #[inline(always)]
 pub fn outer<T: Real>(a: V3<T>, b: V3<T>) -> M3<T> {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i] * b[j]))
+    [scale(a[0], b), scale(a[1], b), scale(a[2], b)]
 }
 
 #[inline(always)]
@@ -77,12 +101,20 @@ pub fn zeros<T: Real, const N: usize, const M: usize>() -> [[T; M]; N] {
 
 #[inline(always)]
 pub fn madd<T: Real, const N: usize, const M: usize>(a: [[T; M]; N], b: [[T; M]; N]) -> [[T; M]; N] {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
+    let mut c = a;
+    for i in 0..N {
+        c[i] = add(c[i], b[i]);
+    }
+    c
 }
 
 #[inline(always)]
 pub fn mscale<T: Real, const N: usize, const M: usize>(s: T, a: [[T; M]; N]) -> [[T; M]; N] {
-    std::array::from_fn(|i| std::array::from_fn(|j| s * a[i][j]))
+    let mut c = a;
+    for i in 0..N {
+        c[i] = scale(s, a[i]);
+    }
+    c
 }
 
 /// diag(s) A
@@ -97,7 +129,13 @@ pub fn scale_rows<T: Real, const N: usize, const M: usize>(s: [T; N], a: &[[T; M
 
 #[inline(always)]
 pub fn transpose<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N]) -> [[T; N]; M] {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
+    let mut b = zeros();
+    for i in 0..M {
+        for j in 0..N {
+            b[i][j] = a[j][i];
+        }
+    }
+    b
 }
 
 /// A B
@@ -105,11 +143,11 @@ pub fn transpose<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N]) -> [[
 pub fn mul<T: Real, const N: usize, const K: usize, const M: usize>(a: &[[T; K]; N], b: &[[T; M]; K]) -> [[T; M]; N] {
     let mut c = zeros();
     for i in 0..N {
-        for k in 0..K {
-            for j in 0..M {
-                c[i][j] += a[i][k] * b[k][j];
-            }
+        let mut row = scale(a[i][0], b[0]);
+        for k in 1..K {
+            axpy(&mut row, a[i][k], b[k]);
         }
+        c[i] = row;
     }
     c
 }
@@ -118,14 +156,93 @@ pub fn mul<T: Real, const N: usize, const K: usize, const M: usize>(a: &[[T; K];
 #[inline(always)]
 pub fn tmul<T: Real, const N: usize, const K: usize, const M: usize>(a: &[[T; N]; K], b: &[[T; M]; K]) -> [[T; M]; N] {
     let mut c = zeros();
-    for k in 0..K {
-        for i in 0..N {
-            for j in 0..M {
-                c[i][j] += a[k][i] * b[k][j];
-            }
+    for i in 0..N {
+        let mut row = scale(a[0][i], b[0]);
+        for k in 1..K {
+            axpy(&mut row, a[k][i], b[k]);
         }
+        c[i] = row;
     }
     c
+}
+
+/// C − Aᵀ B, in place.
+#[inline(always)]
+pub fn sub_tmul<T: Real, const N: usize, const K: usize, const M: usize>(
+    c: &mut [[T; M]; N],
+    a: &[[T; N]; K],
+    b: &[[T; M]; K],
+) {
+    for i in 0..N {
+        let mut row = c[i];
+        for k in 0..K {
+            for j in 0..M {
+                row[j] = row[j].minus(a[k][i], b[k][j]);
+            }
+        }
+        c[i] = row;
+    }
+}
+
+/// C − Aᵀ B, in place, where both are symmetric: the upper right quarter is copied, as is the rest of the upper triangle.
+#[inline(always)]
+pub fn sub_tmul_symmetric<T: Real, const N: usize, const K: usize>(
+    c: &mut [[T; N]; N],
+    a: &[[T; N]; K],
+    b: &[[T; N]; K],
+) {
+    let half = N.div_ceil(2);
+    for i in 0..half {
+        let mut row = c[i];
+        for k in 0..K {
+            for j in 0..half {
+                row[j] = row[j].minus(a[k][i], b[k][j]);
+            }
+        }
+        c[i] = row;
+    }
+    for i in half..N {
+        let mut row = c[i];
+        for k in 0..K {
+            for j in 0..N {
+                row[j] = row[j].minus(a[k][i], b[k][j]);
+            }
+        }
+        c[i] = row;
+    }
+    for i in 1..N {
+        for j in 0..i {
+            c[j][i] = c[i][j];
+        }
+    }
+}
+
+/// C + Aᵀ B, where all are symmetric: the lower triangle is computed, and copied.
+#[inline(always)]
+pub fn tmul_symmetric<T: Real>(c: &M3<T>, a: &M3<T>, b: &M3<T>) -> M3<T> {
+    let mut sum = *c;
+    for i in 0..3 {
+        for j in 0..=i {
+            for k in 0..3 {
+                sum[i][j] = sum[i][j].plus(a[k][i], b[k][j]);
+            }
+            sum[j][i] = sum[i][j];
+        }
+    }
+    sum
+}
+
+/// A skew(x)
+#[inline(always)]
+pub fn mul_skew<T: Real>(a: &M3<T>, x: V3<T>) -> M3<T> {
+    [cross(a[0], x), cross(a[1], x), cross(a[2], x)]
+}
+
+/// skew(x)ᵀ A
+#[inline(always)]
+pub fn skew_tmul<T: Real>(x: V3<T>, a: &M3<T>) -> M3<T> {
+    let columns: M3<T> = transpose(a);
+    transpose(&[cross(columns[0], x), cross(columns[1], x), cross(columns[2], x)])
 }
 
 /// A v
@@ -133,8 +250,9 @@ pub fn tmul<T: Real, const N: usize, const K: usize, const M: usize>(a: &[[T; N]
 pub fn apply<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N], v: &[T; M]) -> [T; N] {
     let mut r = [T::zero(); N];
     for i in 0..N {
-        for j in 0..M {
-            r[i] += a[i][j] * v[j];
+        r[i] = a[i][0] * v[0];
+        for j in 1..M {
+            r[i] = r[i].plus(a[i][j], v[j]);
         }
     }
     r
@@ -143,13 +261,31 @@ pub fn apply<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N], v: &[T; M
 /// Aᵀ v
 #[inline(always)]
 pub fn tapply<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N], v: &[T; N]) -> [T; M] {
-    let mut r = [T::zero(); M];
-    for i in 0..N {
-        for j in 0..M {
-            r[j] += a[i][j] * v[i];
-        }
+    let mut r = scale(v[0], a[0]);
+    for i in 1..N {
+        axpy(&mut r, v[i], a[i]);
     }
     r
+}
+
+/// v − A w, in place.
+#[inline(always)]
+pub fn sub_apply<T: Real, const N: usize, const M: usize>(v: &mut [T; N], a: &[[T; M]; N], w: &[T; M]) {
+    for i in 0..N {
+        for j in 0..M {
+            v[i] = v[i].minus(a[i][j], w[j]);
+        }
+    }
+}
+
+/// v − Aᵀ w, in place.
+#[inline(always)]
+pub fn sub_tapply<T: Real, const N: usize, const M: usize>(v: &mut [T; M], a: &[[T; M]; N], w: &[T; N]) {
+    for i in 0..N {
+        for j in 0..M {
+            v[j] = v[j].minus(a[i][j], w[i]);
+        }
+    }
 }
 
 /// R A Rᵀ
@@ -159,7 +295,21 @@ pub fn rotate<T: Real>(r: &M3<T>, a: &M3<T>) -> M3<T> {
     let mut c = zeros();
     for i in 0..3 {
         for j in 0..3 {
-            c[i][j] = ra[i][0] * r[j][0] + ra[i][1] * r[j][1] + ra[i][2] * r[j][2];
+            c[i][j] = dot(ra[i], r[j]);
+        }
+    }
+    c
+}
+
+/// R A Rᵀ of a symmetric matrix: the lower triangle is computed, and copied.
+#[inline(always)]
+pub fn rotate_symmetric<T: Real>(r: &M3<T>, a: &M3<T>) -> M3<T> {
+    let ra = mul(r, a);
+    let mut c = zeros();
+    for i in 0..3 {
+        for j in 0..=i {
+            c[i][j] = dot(ra[i], r[j]);
+            c[j][i] = c[i][j];
         }
     }
     c
@@ -187,65 +337,79 @@ impl<T: Real, const D: usize> Ldl<T, D> {
     /// The same; a negative pivot counts as such only beyond `noise` times the diagonal entry it came from.
     #[inline(always)]
     pub fn with_noise(a: &[[T; D]; D], noise: T) -> Self {
-        let mut l = *a;
+        let mut l = zeros::<T, D, D>();
+        // L D: what a row of L is before its division by the pivots.
+        let mut ld = zeros::<T, D, D>();
         let mut inverse_pivots = [T::zero(); D];
-        let mut pivots = [T::zero(); D];
         let mut negative = T::zero();
-        let mut smallest = T::splat(f64::MAX);
+        let mut largest = T::zero();
         for j in 0..D {
-            let mut pivot = l[j][j];
+            let mut pivot = a[j][j];
             for k in 0..j {
-                pivot -= l[j][k] * l[j][k] * pivots[k];
-            }
-            negative += (pivot + noise * a[j][j].abs()).is_negative();
-            let ratio = (pivot / (a[j][j].abs() + T::splat(f64::MIN_POSITIVE))).abs();
-            smallest = -((-smallest).max(-ratio));
-            pivots[j] = pivot;
-            inverse_pivots[j] = T::one() / pivot;
-            for i in j + 1..D {
-                let mut entry = a[i][j];
-                for k in 0..j {
-                    entry -= l[i][k] * l[j][k] * pivots[k];
+                let mut entry = a[j][k];
+                for m in 0..k {
+                    entry = entry.minus(ld[j][m], l[k][m]);
                 }
-                l[i][j] = entry * inverse_pivots[j];
+                ld[j][k] = entry;
+                l[j][k] = entry * inverse_pivots[k];
+                pivot = pivot.minus(entry, l[j][k]);
             }
+            let diagonal = a[j][j].abs();
+            let inverse = T::one() / pivot;
+            negative += pivot.plus(noise, diagonal).is_negative();
+            largest = largest.max(((diagonal + T::splat(f64::MIN_POSITIVE)) * inverse).abs());
+            inverse_pivots[j] = inverse;
         }
-        Self { l, inverse_pivots, negative, smallest }
+        Self { l, inverse_pivots, negative, smallest: T::one() / largest }
     }
 
     /// Solves for every column of the right-hand side.
     #[inline(always)]
     pub fn solve<const M: usize>(&self, b: &[[T; M]; D]) -> [[T; M]; D] {
         let mut x = *b;
+        self.solve_in_place(&mut x);
+        x
+    }
+
+    /// The same, with the right-hand side replaced by the solution.
+    #[inline(always)]
+    pub fn solve_in_place<const M: usize>(&self, x: &mut [[T; M]; D]) {
         for i in 1..D {
+            let mut row = x[i];
             for k in 0..i {
                 let f = self.l[i][k];
                 for m in 0..M {
-                    let t = x[k][m];
-                    x[i][m] -= f * t;
+                    row[m] = row[m].minus(f, x[k][m]);
                 }
             }
-        }
-        for i in 0..D {
-            for m in 0..M {
-                x[i][m] = x[i][m] * self.inverse_pivots[i];
-            }
+            x[i] = row;
         }
         for i in (0..D).rev() {
+            let mut row = scale(self.inverse_pivots[i], x[i]);
             for k in i + 1..D {
                 let f = self.l[k][i];
                 for m in 0..M {
-                    let t = x[k][m];
-                    x[i][m] -= f * t;
+                    row[m] = row[m].minus(f, x[k][m]);
                 }
             }
+            x[i] = row;
         }
-        x
     }
 
     #[inline(always)]
     pub fn solve_vector(&self, b: &[T; D]) -> [T; D] {
-        let x = self.solve(&std::array::from_fn::<[T; 1], D, _>(|i| [b[i]]));
-        std::array::from_fn(|i| x[i][0])
+        let mut x = *b;
+        for i in 1..D {
+            for k in 0..i {
+                x[i] = x[i].minus(self.l[i][k], x[k]);
+            }
+        }
+        for i in (0..D).rev() {
+            x[i] = x[i] * self.inverse_pivots[i];
+            for k in i + 1..D {
+                x[i] = x[i].minus(self.l[k][i], x[k]);
+            }
+        }
+        x
     }
 }

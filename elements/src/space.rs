@@ -14,12 +14,13 @@ use std::marker::PhantomData;
 
 use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Piece, Placement};
 use crate::corotational::Corotational;
+use crate::interpolation::Table;
 use crate::local_law::{Exact, LocalLaw, Softening};
 use crate::real::Real;
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
-    M3, V3, add, apply, axpy, cross, diagonal, dot, identity, madd, mscale, mul, outer, rotate, scale, scale_rows,
-    skew, sub, tapply, tmul, transpose,
+    M3, V3, add, apply, axpy, cross, diagonal, dot, madd, mscale, mul, mul_skew, outer, plus_outer, rotate,
+    rotate_symmetric, scale, scale_rows, skew, skew_tmul, sub, tapply, tmul, tmul_symmetric, transpose, zeros,
 };
 
 /// A spatial beam with one local law.
@@ -88,6 +89,12 @@ pub struct PointTangent<T> {
     pub dd: M3<T>,
 }
 
+impl<T: Real> PointTangent<T> {
+    fn zero() -> Self {
+        Self { vv: zeros(), vc: zeros(), cc: zeros(), cd: zeros(), dd: zeros() }
+    }
+}
+
 /// Strains and their derivatives. `u` is U′ and `tangent` the unloaded tangent, so that v is their sum.
 #[inline(always)]
 pub fn kinematics<T: Real>(u: V3<T>, tangent: V3<T>, c: V3<T>, d: V3<T>, curved: Option<&M3<T>>) -> Kinematics<T> {
@@ -97,10 +104,19 @@ pub fn kinematics<T: Real>(u: V3<T>, tangent: V3<T>, c: V3<T>, d: V3<T>, curved:
     let gamma = add(u, scale(t, sub(cross(c, cv), cv)));
     let z = sub(d, cross(c, d));
     let kappa = scale(t, z);
-    let kappa_d = mscale(t, madd(identity(), skew(scale(-T::one(), c))));
-    let gamma_v = madd(kappa_d, madd(mscale(t, outer(c, c)), diagonal(-T::one())));
-    let gamma_c = mul(&skew(add(gamma, tangent)), &kappa_d);
-    let kappa_c = madd(mscale(t, skew(d)), mscale(-t * t, outer(z, c)));
+    let tc = scale(t, c);
+    let kappa_d = [[t, tc[2], -tc[1]], [-tc[2], t, tc[0]], [tc[1], -tc[0], t]];
+    let mut gamma_v = plus_outer(kappa_d, tc, c);
+    for i in 0..3 {
+        gamma_v[i][i] = (tc[i] * c[i] - T::one()) + t;
+    }
+    // skew(w) t (I − skew c), multiplied out.
+    let w = add(gamma, tangent);
+    let (tw, along) = (scale(t, w), dot(w, tc));
+    let turn = [[along, -tw[2], tw[1]], [tw[2], along, -tw[0]], [-tw[1], tw[0], along]];
+    let minus = -T::one();
+    let gamma_c = plus_outer(turn, scale(minus, tc), w);
+    let kappa_c = plus_outer(skew(scale(t, d)), scale(minus * t * t, z), c);
     match curved {
         None => Kinematics { gamma, kappa, gamma_v, gamma_c, kappa_c, kappa_d },
         Some(axes) => Kinematics {
@@ -127,15 +143,24 @@ pub fn geometric<T: Real>(n: V3<T>, m: V3<T>, v: V3<T>, c: V3<T>, d: V3<T>) -> G
     let phi_v = add(sub(n, cross(n, c)), scale(nc, c));
     let phi_d = sub(m, cross(m, c));
     let phi_c = add(add(cross(n, v), cross(m, d)), add(scale(cv, n), scale(nc, v)));
-    let phi_vc = madd(madd(skew(scale(-T::one(), n)), outer(c, n)), diagonal(nc));
-    let cross_term = outer(c, phi_c);
+    let (tn, tm, ttc) = (scale(t, n), scale(t, m), scale(tt, c));
+    let (along, double) = (t * nc, T::splat(2.0) * t * phi);
+    let turn = [[along, tn[2], -tn[1]], [-tn[2], along, tn[0]], [tn[1], -tn[0], along]];
+    let mut cc = zeros();
+    for i in 0..3 {
+        for j in 0..=i {
+            let outer = (tn[i] * v[j]).plus(tn[j], v[i]);
+            let radial = phi_c[i] - double * c[i];
+            cc[i][j] = outer.minus(ttc[j], radial).minus(ttc[i], phi_c[j]);
+            cc[j][i] = cc[i][j];
+        }
+        cc[i][i] = cc[i][i].minus(tt, phi);
+    }
+    let minus_ttc = scale(-T::one(), ttc);
     Geometric {
-        vc: madd(mscale(t, phi_vc), mscale(-tt, outer(phi_v, c))),
-        dc: madd(mscale(-t, skew(m)), mscale(-tt, outer(phi_d, c))),
-        cc: madd(
-            madd(mscale(t, madd(outer(n, v), outer(v, n))), mscale(-tt, madd(cross_term, transpose(&cross_term)))),
-            madd(mscale(T::splat(2.0) * tt * t * phi, outer(c, c)), diagonal(-tt * phi)),
-        ),
+        vc: plus_outer(plus_outer(turn, c, tn), phi_v, minus_ttc),
+        dc: plus_outer(skew(scale(-T::one(), tm)), phi_d, minus_ttc),
+        cc,
     }
 }
 
@@ -146,11 +171,11 @@ pub fn point_tangent<T: Real>(k: &Kinematics<T>, c6: &[T; 6], geometric: &Geomet
     let (cgv, cgc) = (scale_rows(c_n, &k.gamma_v), scale_rows(c_n, &k.gamma_c));
     let (ckc, ckd) = (scale_rows(c_m, &k.kappa_c), scale_rows(c_m, &k.kappa_d));
     PointTangent {
-        vv: tmul(&k.gamma_v, &cgv),
-        vc: madd(tmul(&k.gamma_v, &cgc), geometric.vc),
-        cc: madd(madd(tmul(&k.gamma_c, &cgc), tmul(&k.kappa_c, &ckc)), geometric.cc),
-        cd: madd(tmul(&k.kappa_c, &ckd), transpose(&geometric.dc)),
-        dd: tmul(&k.kappa_d, &ckd),
+        vv: tmul_symmetric(&zeros(), &k.gamma_v, &cgv),
+        vc: madd(geometric.vc, tmul(&k.gamma_v, &cgc)),
+        cc: tmul_symmetric(&tmul_symmetric(&geometric.cc, &k.gamma_c, &cgc), &k.kappa_c, &ckc),
+        cd: madd(transpose(&geometric.dc), tmul(&k.kappa_c, &ckd)),
+        dd: tmul_symmetric(&zeros(), &k.kappa_d, &ckd),
     }
 }
 
@@ -180,6 +205,58 @@ fn unloaded_tangent<T: Real>(curved: Option<&M3<T>>) -> V3<T> {
     }
 }
 
+/// Adds what a point gives to the gradient of a node.
+#[inline(always)]
+fn add_node<T: Real>(node: &mut [T; 6], value: T, slope: T, [v, c, d]: [V3<T>; 3]) {
+    for a in 0..3 {
+        node[a] = node[a].plus(slope, v[a]);
+        node[3 + a] = node[3 + a].plus(value, c[a]).plus(slope, d[a]);
+    }
+}
+
+/// The block of the local tangent that belongs to nodes i + 1 and j + 1.
+#[inline(always)]
+fn node_tangent<T: Real, const P: usize>(
+    table: &Table<P>,
+    inverse: T,
+    points: &[PointTangent<T>; P],
+    [i, j]: [usize; 2],
+    target: &mut [[T; 6]; 6],
+) {
+    let o = T::zero();
+    let (mut vv, mut vc, mut cv, mut cc) = ([[o; 3]; 3], [[o; 3]; 3], [[o; 3]; 3], [[o; 3]; 3]);
+    for (g, t) in points.iter().enumerate() {
+        let (ni, nj) = (T::splat(table.values[g][i]), T::splat(table.values[g][j]));
+        let (si, sj) = (T::splat(table.slopes[g][i]) * inverse, T::splat(table.slopes[g][j]) * inverse);
+        let (ss, sn, ns, nn) = (si * sj, si * nj, ni * sj, ni * nj);
+        for a in 0..3 {
+            for b in 0..=a {
+                vv[a][b] = vv[a][b].plus(ss, t.vv[a][b]);
+                let twice = (nn * t.cc[a][b]).plus(ss, t.dd[a][b]);
+                cc[a][b] += twice.plus(ns, t.cd[a][b]).plus(sn, t.cd[b][a]);
+                if i != j && a != b {
+                    cc[b][a] += twice.plus(ns, t.cd[b][a]).plus(sn, t.cd[a][b]);
+                }
+            }
+            for b in 0..3 {
+                vc[a][b] = vc[a][b].plus(sn, t.vc[a][b]);
+                if i != j {
+                    cv[b][a] = cv[b][a].plus(ns, t.vc[a][b]);
+                }
+            }
+        }
+    }
+    for a in 0..3 {
+        for b in 0..3 {
+            let (low, high) = if a < b { (b, a) } else { (a, b) };
+            target[a][b] = vv[low][high];
+            target[a][3 + b] = vc[a][b];
+            target[3 + a][b] = if i == j { vc[b][a] } else { cv[a][b] };
+            target[3 + a][3 + b] = if i == j { cc[low][high] } else { cc[a][b] };
+        }
+    }
+}
+
 /// Shear strains less what the shear forces make of a softer section: their derivative in the mixed tangent.
 #[inline(always)]
 fn soften<T: Real>(k: &mut Kinematics<T>, softening: &Softening<T>, v: V3<T>) {
@@ -191,7 +268,10 @@ fn soften<T: Real>(k: &mut Kinematics<T>, softening: &Softening<T>, v: V3<T>) {
 /// The map from ψ, the spin of the last node against the first, to the change of the Gibbs vector.
 #[inline(always)]
 fn gibbs_map<T: Real>(c: V3<T>) -> M3<T> {
-    mscale(T::splat(0.5), madd(madd(identity(), skew(scale(-T::one(), c))), outer(c, c)))
+    let half = T::splat(0.5);
+    let h = scale(half, c);
+    let turn = [[half, h[2], -h[1]], [-h[2], half, h[0]], [h[1], -h[0], half]];
+    plus_outer(turn, h, c)
 }
 
 #[inline(always)]
@@ -207,12 +287,18 @@ fn join<T: Real>(a: V3<T>, b: V3<T>) -> [T; 6] {
 /// The 3 × 3 block of a 6 × 6 matrix that starts at (i, j).
 #[inline(always)]
 fn block<T: Real>(a: &[[T; 6]; 6], i: usize, j: usize) -> M3<T> {
-    std::array::from_fn(|r| std::array::from_fn(|c| a[i + r][j + c]))
+    let mut part = zeros();
+    for r in 0..3 {
+        for c in 0..3 {
+            part[r][c] = a[i + r][j + c];
+        }
+    }
+    part
 }
 
 #[inline(always)]
 fn blocks<T: Real>(a: &M3<T>, b: &M3<T>, c: &M3<T>, d: &M3<T>) -> [[T; 6]; 6] {
-    std::array::from_fn(|i| if i < 3 { join(a[i], b[i]) } else { join(c[i - 3], d[i - 3]) })
+    [join(a[0], b[0]), join(a[1], b[1]), join(a[2], b[2]), join(c[0], d[0]), join(c[1], d[1]), join(c[2], d[2])]
 }
 
 /// From the tangent in local unknowns (X, c) to blocks in (u, φ₀, ψ) in the local frame: uu, uφ, uψ, φφ, φψ, ψψ.
@@ -222,20 +308,21 @@ pub fn end_blocks<T: Real>(frame: &Frame<T>, condensed: &Condensed<T, 6>) -> [M3
     let (f, w) = split(&condensed.mixed_end);
     let map = gibbs_map(frame.gibbs);
     let m = tapply(&map, &w);
-    let x = skew(frame.position);
+    let x = frame.position;
     let half = T::splat(0.5);
     let (kxx, kxc, kcc) = (block(k, 0, 0), block(k, 0, 3), block(k, 3, 3));
-    let kxx_x = mul(&kxx, &x);
+    let kxx_x = mul_skew(&kxx, x);
     let uw = mul(&kxc, &map);
-    let mc = outer(m, frame.gibbs);
-    let ww = madd(tmul(&map, &mul(&kcc, &map)), mscale(half, madd(mc, transpose(&mc))));
+    let hm = scale(half, m);
+    let mc = outer(hm, frame.gibbs);
+    let ww = tmul_symmetric(&madd(mc, transpose(&mc)), &map, &mul(&kcc, &map));
     let mut uf = madd(kxx_x, skew(scale(-T::one(), f)));
-    let mut ff = madd(tmul(&x, &kxx_x), second_variation(f, frame.position));
-    let mut fw = madd(tmul(&x, &uw), mscale(half, skew(m)));
+    let mut ff = madd(skew_tmul(x, &kxx_x), second_variation(f, x));
+    let mut fw = madd(skew_tmul(x, &uw), skew(hm));
     if let Some(turn) = &condensed.turn {
-        let kxf: M3<T> = std::array::from_fn(|i| turn.coupling[i]);
-        let kcf: M3<T> = std::array::from_fn(|i| turn.coupling[3 + i]);
-        let xk = tmul(&x, &kxf);
+        let [x1, x2, x3, c1, c2, c3] = turn.coupling;
+        let (kxf, kcf) = ([x1, x2, x3], [c1, c2, c3]);
+        let xk = skew_tmul(x, &kxf);
         uf = madd(uf, kxf);
         ff = madd(madd(ff, turn.tangent), madd(xk, transpose(&xk)));
         fw = madd(fw, tmul(&kcf, &map));
@@ -274,6 +361,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
     fn local<const P: usize, const TANGENT: bool>(at: &At<T, 6, P>, out: &mut Local<T, 6, P>) {
         out.clear();
         let inverse = T::one() / at.piece.length;
+        let mut points = [PointTangent::zero(); P];
         for g in 0..P {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;
             let curved = at.curved.map(|axes| &axes[g]);
@@ -290,7 +378,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
                 stiffness[i] = weight * section[i];
                 let spring = stiffness[i] * elastic[i];
                 stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
-                out.energy += T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring * elastic[i];
+                out.energy = out.energy.plus(T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring, elastic[i]);
             }
             let (n, m) = split(&stress);
             let mut r_v = tapply(&k.gamma_v, &n);
@@ -304,8 +392,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
             for i in 0..P {
                 let value = T::splat(at.table.values[g][i]);
                 let slope = T::splat(at.table.slopes[g][i]) * inverse;
-                let node = join(scale(slope, r_v), add(scale(value, r_c), scale(slope, r_d)));
-                axpy(&mut out.gradient[i], T::one(), node);
+                add_node(&mut out.gradient[i], value, slope, [r_v, r_c, r_d]);
             }
             if !TANGENT {
                 continue;
@@ -321,8 +408,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
             }
             let mixed_c = add(tapply(&k.gamma_c, &n), tapply(&k.kappa_c, &m));
             let mixed_d = tapply(&k.kappa_d, &m);
-            let end = join(scale(slope, mixed_v), add(scale(value, mixed_c), scale(slope, mixed_d)));
-            axpy(&mut out.mixed_end, T::one(), end);
+            add_node(&mut out.mixed_end, value, slope, [mixed_v, mixed_c, mixed_d]);
 
             let (n, m) = match curved {
                 None => (n, m),
@@ -332,23 +418,12 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
             if let Some(softening) = softening {
                 t.vv = madd(t.vv, diagonal(-weight * softening.pull));
             }
+            points[g] = t;
+        }
+        if TANGENT {
             for i in 0..P {
-                let ni = T::splat(at.table.values[g][i]);
-                let si = T::splat(at.table.slopes[g][i]) * inverse;
                 for j in i..P {
-                    let nj = T::splat(at.table.values[g][j]);
-                    let sj = T::splat(at.table.slopes[g][j]) * inverse;
-                    let (ss, sn, ns, nn) = (si * sj, si * nj, ni * sj, ni * nj);
-                    let target = &mut out.tangent[i][j];
-                    for a in 0..3 {
-                        for b in 0..3 {
-                            target[a][b] += ss * t.vv[a][b];
-                            target[a][3 + b] += sn * t.vc[a][b];
-                            target[3 + a][b] += ns * t.vc[b][a];
-                            target[3 + a][3 + b] +=
-                                nn * t.cc[a][b] + ns * t.cd[a][b] + sn * t.cd[b][a] + ss * t.dd[a][b];
-                        }
-                    }
+                    node_tangent(at.table, inverse, &points, [i, j], &mut out.tangent[i][j]);
                 }
             }
         }
@@ -397,11 +472,11 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         // ψ = φ_p − φ₀ and u = u_p − u₀.
         let u_first = rotate(&frame.axes, &madd(uf, mscale(minus, uw)));
         let u_last = rotate(&frame.axes, &uw);
-        let uu = rotate(&frame.axes, &uu);
+        let uu = rotate_symmetric(&frame.axes, &uu);
         let first = madd(madd(ff, ww), mscale(minus, madd(fw, transpose(&fw))));
-        let first = rotate(&frame.axes, &first);
+        let first = rotate_symmetric(&frame.axes, &first);
         let mixed = rotate(&frame.axes, &madd(fw, mscale(minus, ww)));
-        let last = rotate(&frame.axes, &ww);
+        let last = rotate_symmetric(&frame.axes, &ww);
         let negative = |a: &M3<T>| mscale(minus, *a);
 
         let turn = condensed.turn.map_or([T::zero(); 3], |turn| turn.gradient);
@@ -436,7 +511,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
 
     #[inline(always)]
     fn moved(piece: &Piece<T>, ends: [&Pose<T>; 2], turns: [&[T; 6]; 2], local: &[T; 6], shift: &[T; 6]) -> [T; 6] {
-        let [first, last] = turns.map(|turn| split(turn).1);
+        let (first, last) = (split(turns[0]).1, split(turns[1]).1);
         let turned = compose(rotation::exp(sub(last, first)), ends[1].rotation);
         let gibbs = apply(&piece.axes, &relative_gibbs(ends[0].rotation, turned));
         join(split(&add(*local, *shift)).0, gibbs)

@@ -2,10 +2,11 @@
 
 use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Moduli, Turn};
 use pennate_elements::real::{Real, Work};
-use pennate_elements::small::{Ldl, add, apply, axpy, madd, mscale, scale, sub, tapply, tmul, transpose, zeros};
+use pennate_elements::small::{
+    Ldl, add, axpy, madd, scale, sub_apply, sub_tapply, sub_tmul, sub_tmul_symmetric, transpose, zeros,
+};
 
-use super::lanes::{mul_block, sub_matrix};
-use super::{Chain, NodeFactor};
+use super::Chain;
 
 /// The elimination, as work in lanes.
 pub(super) struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
@@ -71,35 +72,39 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
         let mut block = blocks;
         for i in 0..P - 1 {
-            let ldl = Ldl::with_noise(&k.tangent[i][i], T::splat(self.noise));
+            let (above, below) = k.tangent.split_at_mut(i + 1);
+            let row = &above[i];
+            let ldl = Ldl::with_noise(&row[i], T::splat(self.noise));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));
             let rest = ldl.solve_vector(&k.gradient[i]);
-            self.inner_rest[nodes + i] = rest;
             if let (Some((t, _)), Some(coupling)) = (&mut turn, &mut coupling) {
                 let solved = ldl.solve(&coupling[i]);
-                self.inner_turn[nodes + i] = solved;
                 let own = coupling[i];
-                t.tangent = sub_matrix(t.tangent, tmul(&own, &solved));
-                t.gradient = sub(t.gradient, tapply(&own, &rest));
-                for (j, row) in k.tangent[i].iter().enumerate().skip(i + 1) {
-                    coupling[j] = sub_matrix(coupling[j], tmul(row, &solved));
+                sub_tmul_symmetric(&mut t.tangent, &own, &solved);
+                sub_tapply(&mut t.gradient, &own, &rest);
+                for (coupling, own) in coupling.iter_mut().zip(row).skip(i + 1) {
+                    sub_tmul(coupling, own, &solved);
                 }
+                self.inner_turn[nodes + i] = solved;
             }
             for j in i + 1..P {
-                let kij = k.tangent[i][j];
-                let solved = ldl.solve(&kij);
-                self.inner[block] = solved;
+                let solved = &mut self.inner[block];
+                *solved = row[j];
+                ldl.solve_in_place(solved);
                 block += 1;
-                k.gradient[j] = sub(k.gradient[j], tapply(&kij, &rest));
-                for l in i + 1..=j {
-                    let other = k.tangent[i][l];
-                    let update = tmul(&other, &solved);
-                    k.tangent[l][j] = sub_matrix(k.tangent[l][j], update);
+                sub_tapply(&mut k.gradient[j], &row[j], &rest);
+                for l in i + 1..j {
+                    sub_tmul(&mut below[l - i - 1][j], &row[l], solved);
                 }
+                sub_tmul_symmetric(&mut below[j - i - 1][j], &row[j], solved);
             }
+            self.inner_rest[nodes + i] = rest;
         }
-        let turn = turn.map(|(t, _)| Turn { coupling: coupling.unwrap_or([zeros(); P])[P - 1], ..t });
+        let turn = match (turn, coupling) {
+            (Some((turn, _)), Some(coupling)) => Some(Turn { coupling: coupling[P - 1], ..turn }),
+            _ => None,
+        };
         let condensed =
             Condensed { tangent: k.tangent[P - 1][P - 1], gradient: k.gradient[P - 1], mixed_end: k.mixed_end, turn };
         let mut ends = B::expand(&frame, &condensed);
@@ -156,14 +161,17 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.negative = T::zero();
         self.smallest = T::one();
         self.energy = T::zero();
-        // One place for all elements: clearing what counts is cheaper than a new one for each.
+        // One place for the tangents of all elements.
         let mut k = Local::zero();
         let first = self.condense_element(0, &mut k);
-        let (mut left, mut link, mut here) = (first.k00, first.k01, first.k11);
+        let (mut left, mut here) = (first.k00, first.k11);
         let (mut left_rest, mut rest) = (first.r0, first.r1);
+        // How the last node depends on the first: rows of the last, columns of the first.
+        let mut link = transpose(&first.k01);
         for e in 1..self.frames.len() {
             let next = self.condense_element(e, &mut k);
             let mut pivot = madd(here, next.k00);
+            rest = add(rest, next.r0);
             if self.dashpots.stiffness > 0.0 {
                 for d in 0..D {
                     pivot[d][d] += self.dashpots.stiffnesses[e][d];
@@ -173,19 +181,23 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let ldl = Ldl::with_noise(&pivot, T::splat(self.noise));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));
-            let factor = NodeFactor {
-                left: ldl.solve(&transpose(&link)),
-                next: ldl.solve(&next.k01),
-                rest: ldl.solve_vector(&add(rest, next.r0)),
-            };
-            left = sub_matrix(left, mul_block(&link, &factor.left));
-            left_rest = sub(left_rest, apply(&link, &factor.rest));
-            here = sub_matrix(next.k11, tmul(&next.k01, &factor.next));
-            rest = sub(next.r1, tapply(&next.k01, &factor.rest));
-            link = mscale(-T::one(), mul_block(&link, &factor.next));
-            self.factors[e - 1] = factor;
+            let factor = &mut self.factors[e - 1];
+            factor.left = link;
+            ldl.solve_in_place(&mut factor.left);
+            factor.next = next.k01;
+            ldl.solve_in_place(&mut factor.next);
+            factor.rest = ldl.solve_vector(&rest);
+            sub_tmul_symmetric(&mut left, &link, &factor.left);
+            sub_tapply(&mut left_rest, &link, &factor.rest);
+            here = next.k11;
+            sub_tmul_symmetric(&mut here, &next.k01, &factor.next);
+            rest = next.r1;
+            sub_tapply(&mut rest, &next.k01, &factor.rest);
+            let mut coupled = zeros();
+            sub_tmul(&mut coupled, &factor.next, &link);
+            link = coupled;
         }
-        self.ends = Ends { k00: left, k01: link, k11: here, r0: left_rest, r1: rest };
+        self.ends = Ends { k00: left, k01: transpose(&link), k11: here, r0: left_rest, r1: rest };
     }
 
     /// Change of the local unknowns of an element for a motion of its ends; with `RESIDUAL` also for the forces that
@@ -197,16 +209,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         change[P - 1] = last;
         let (blocks, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
         for i in (0..P - 1).rev() {
-            let mut sum = if RESIDUAL { self.inner_rest[nodes + i] } else { [T::zero(); D] };
+            let mut sum = [T::zero(); D];
+            if RESIDUAL {
+                sum = scale(-T::one(), self.inner_rest[nodes + i]);
+            }
             // Blocks of row i start after those of the rows before it.
             let row = blocks + i * (2 * P - i - 1) / 2;
             for j in i + 1..P {
-                sum = add(sum, apply(&self.inner[row + j - i - 1], &change[j]));
+                sub_apply(&mut sum, &self.inner[row + j - i - 1], &change[j]);
             }
             if self.loaded {
-                sum = add(sum, apply(&self.inner_turn[nodes + i], &turn));
+                sub_apply(&mut sum, &self.inner_turn[nodes + i], &turn);
             }
-            change[i] = scale(-T::one(), sum);
+            change[i] = sum;
         }
         change
     }
@@ -218,8 +233,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for k in (1..elements).rev() {
             let factor = &self.factors[k - 1];
             let ahead = self.increments[k + 1];
-            let sum = add(add(apply(&factor.left, &first), apply(&factor.next, &ahead)), factor.rest);
-            self.increments[k] = scale(-T::one(), sum);
+            let mut increment = scale(-T::one(), factor.rest);
+            sub_apply(&mut increment, &factor.left, &first);
+            sub_apply(&mut increment, &factor.next, &ahead);
+            self.increments[k] = increment;
         }
         for e in 0..elements {
             let frame = self.frames[e];

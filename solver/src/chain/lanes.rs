@@ -17,7 +17,11 @@ pub fn lane_of<T: Real>(a: &V3<T>, index: usize) -> V3<f64> {
 
 #[inline(always)]
 pub fn sub_matrix<T: Real, const N: usize, const M: usize>(a: [[T; M]; N], b: [[T; M]; N]) -> [[T; M]; N] {
-    std::array::from_fn(|i| sub(a[i], b[i]))
+    let mut c = a;
+    for i in 0..N {
+        c[i] = sub(a[i], b[i]);
+    }
+    c
 }
 
 #[inline(always)]

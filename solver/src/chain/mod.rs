@@ -320,14 +320,17 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Local unknowns of an element, the last node's from its frame.
     #[inline(always)]
     fn local_of(&self, element: usize, frame: &B::Frame) -> [[T; D]; P] {
-        let mut local: [[T; D]; P] = std::array::from_fn(|i| self.state.local[element * P + i]);
+        let mut local = [[T::zero(); D]; P];
+        local.copy_from_slice(&self.state.local[element * P..(element + 1) * P]);
         local[P - 1] = B::last_local(frame);
         local
     }
 
     #[inline(always)]
     fn stress_of(&self, element: usize) -> [[T; D]; P] {
-        std::array::from_fn(|g| self.state.stress[element * P + g])
+        let mut stress = [[T::zero(); D]; P];
+        stress.copy_from_slice(&self.state.stress[element * P..(element + 1) * P]);
+        stress
     }
 }
 
