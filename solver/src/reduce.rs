@@ -2,7 +2,7 @@
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::{self, Quaternion, second_variation, tangent_map, turn};
-use pennate_elements::small::{V3, add, apply, cross, dot, norm, scale, skew, sub};
+use pennate_elements::small::{V3, add, apply, cross, dot, norm, scale, sub};
 
 use crate::joints::{Active, EndKind};
 use crate::linear::PIVOT_NOISE;
@@ -298,41 +298,48 @@ fn solve_small(
     (negative, neutral)
 }
 
+/// Moment of a force in active components, as active components; their forces come first, then their rotations.
+#[inline(always)]
+fn moment_about<const D: usize>(active: &Active<D>, lever: V3<f64>, force: &[f64; D]) -> [f64; D] {
+    let mut full = [0.0; 3];
+    for (i, &component) in active.iter().enumerate() {
+        if component < 3 {
+            full[component] = force[i];
+        }
+    }
+    let moment = cross(lever, full);
+    let mut seen = [0.0; D];
+    for (i, &component) in active.iter().enumerate() {
+        if component >= 3 {
+            seen[i] = moment[component - 3];
+        }
+    }
+    seen
+}
+
 pub fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, end: usize, info: &End<'_>) {
     let n = 2 * D;
     let offset = end * D;
-    // u = u_joint + φ × lever
-    let s = skew(info.lever);
-    let mut map = [[0.0; D]; D];
-    for (i, &t) in active.iter().enumerate() {
-        for (j, &r) in active.iter().enumerate() {
-            if t < 3 && r >= 3 {
-                map[i][j] = -s[t][r - 3];
-            }
-        }
-    }
+    // u = u_joint + φ × lever, so that a force f on the end has the moment lever × f about the joint.
     let k = &mut reduced.stiffness;
     for row in 0..n {
+        let force = std::array::from_fn(|i| k[row][offset + i]);
+        let moment = moment_about(active, info.lever, &force);
         for j in 0..D {
-            if active[j] >= 3 {
-                let add: f64 = (0..D).map(|i| k[row][offset + i] * map[i][j]).sum();
-                k[row][offset + j] += add;
-            }
+            k[row][offset + j] += moment[j];
         }
     }
     for column in 0..n {
+        let force = std::array::from_fn(|i| k[offset + i][column]);
+        let moment = moment_about(active, info.lever, &force);
         for j in 0..D {
-            if active[j] >= 3 {
-                let add: f64 = (0..D).map(|i| map[i][j] * k[offset + i][column]).sum();
-                k[offset + j][column] += add;
-            }
+            k[offset + j][column] += moment[j];
         }
     }
+    let force = std::array::from_fn(|i| reduced.force[offset + i]);
+    let moment = moment_about(active, info.lever, &force);
     for j in 0..D {
-        if active[j] >= 3 {
-            let add: f64 = (0..D).map(|i| map[i][j] * reduced.force[offset + i]).sum();
-            reduced.force[offset + j] += add;
-        }
+        reduced.force[offset + j] += moment[j];
     }
     let geometric = second_variation(info.force, info.lever);
     for (i, &r) in active.iter().enumerate() {
