@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use pennate_models::scenes::{self, SCENES};
 use pennate_models::{Mesh, Model, discretize};
+use pennate_solver::error::NearMotion;
 use pennate_solver::history::Status;
 
 use crate::accuracy::Verdict;
@@ -132,7 +133,9 @@ pub fn check(input: &Input) -> Exit {
         return refuse(&Refusal::Mechanism(Box::new(model), motions));
     }
     show_warnings(&model.warnings, &model.sources);
-    show_near_mechanism(&model);
+    if let Some(near) = pennate_solver::near_motion(&structure, &steps) {
+        show_near_mechanism(&model, &near);
+    }
     let count = match model.steps.len() {
         0 => "no steps: prestress alone".to_owned(),
         1 => "1 step".to_owned(),
@@ -236,7 +239,9 @@ pub fn scenes() -> Exit {
 
 fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) -> Exit {
     show_warnings(&solution.model.warnings, &solution.model.sources);
-    show_near_mechanism(&solution.model);
+    if let Some(near) = &solution.history.near_motion {
+        show_near_mechanism(&solution.model, near);
+    }
     let written = match &destination.directory {
         Some(directory) => write_files(solution, directory, &stem(input), destination.pictures),
         None => Ok(()),
@@ -302,11 +307,8 @@ fn show_mechanism(model: &Model, motions: &[pennate_solver::error::FreeMotion]) 
     }
 }
 
-fn show_near_mechanism(model: &Model) {
-    let (structure, steps) = discretize(model, &Mesh::initial(model, 1e-3));
-    if let Some(near) = pennate_solver::near_motion(&structure, &steps) {
-        show(Severity::Warning, &explain::near_mechanism(model, &near), &model.sources);
-    }
+fn show_near_mechanism(model: &Model, near: &NearMotion) {
+    show(Severity::Warning, &explain::near_mechanism(model, near), &model.sources);
 }
 
 /// Prints to standard output; a reader that has seen enough is no error.

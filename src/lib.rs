@@ -79,7 +79,7 @@ pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solu
         // A pool that another run in this process has made serves as well.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }
-    let options = Options { shapes: job.shapes, estimate: true, threads, ..Options::default() };
+    let options = Options { shapes: job.shapes, estimate: true, near_motion: true, threads, ..Options::default() };
     let solved = accuracy::solve_to_accuracy(model, job.accuracy, &options, observe);
     let mut solution = solved
         .map_err(|(model, pennate_solver::error::SolveError::Mechanism(motions))| Refusal::Mechanism(model, motions))?;

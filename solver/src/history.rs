@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::error::NearMotion;
 use crate::structure::{Dimension, MemberId, NodeId};
 
 /// Everything that a solve brought, in the order of the steps.
@@ -11,6 +12,8 @@ pub struct History {
     pub mesh: MeshSize,
     /// Members that lost their stability between their ends, where the motions of the joints do not show it.
     pub inside: Vec<MemberId>,
+    /// The softest motion of the unloaded structure, where it was asked for and is nearly free.
+    pub near_motion: Option<NearMotion>,
     /// Time that the refined states took (those of [`StepHistory::refined`]).
     pub estimate: Duration,
 }

@@ -90,13 +90,18 @@ pub fn solve_along(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<(History, Option<Trail>), SolveError> {
     let structure = Arc::new(structure.clone());
-    let (history, trail) = follow(&structure, steps, options, coarse, observe)?;
+    // What the unloaded structure does is known from the coarser mesh.
+    let known = coarse.as_ref().map(|(_, history)| history.near_motion.clone());
+    let options = &Options { near_motion: options.near_motion && known.is_none(), ..options.clone() };
+    let (mut history, trail) = follow(&structure, steps, options, coarse, observe)?;
+    history.near_motion = history.near_motion.or(known.flatten());
     if history.inside.is_empty() {
         return Ok((history, Some(trail)));
     }
     let split = Split::new(&structure, steps, &history.inside);
+    let near_motion = history.near_motion.clone();
     match follow(&split.structure, &split.steps, options, None, observe) {
-        Ok((better, _)) => Ok((split.joined(better), None)),
+        Ok((better, _)) => Ok((History { near_motion, ..split.joined(better) }, None)),
         // A bar that spins about itself between two pins is a mechanism in halves.
         Err(SolveError::Mechanism(_)) => Ok((history, None)),
     }

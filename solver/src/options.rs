@@ -9,13 +9,15 @@ pub struct Options {
     pub shapes: bool,
     /// Solve the end of every step on a mesh of the next order too, to estimate the discretization error.
     pub estimate: bool,
+    /// Look whether the unloaded structure has a motion that next to nothing resists.
+    pub near_motion: bool,
     /// Threads that condense members; results do not depend on it.
     pub threads: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { first_increment: 1.0, shapes: false, estimate: false, threads: 1 }
+        Self { first_increment: 1.0, shapes: false, estimate: false, near_motion: false, threads: 1 }
     }
 }
 

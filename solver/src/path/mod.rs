@@ -59,6 +59,8 @@ pub struct Path<'a, const D: usize> {
     pub refined: Option<System<D>>,
     /// The same structure on a coarser mesh, and what became of it.
     pub guide: Option<Guide<D>>,
+    /// See [`History::near_motion`].
+    pub near: Option<NearMotion>,
     /// Whether ends of steps are kept for a finer mesh.
     pub keeps: bool,
     /// See [`Guide::ends`].
@@ -95,6 +97,7 @@ impl<'a, const D: usize> Path<'a, D> {
             lateral: None,
             refined: None,
             guide: None,
+            near: None,
             keeps: false,
             ends: Vec::new(),
             options,
@@ -119,7 +122,7 @@ impl<'a, const D: usize> Path<'a, D> {
     /// Follows all steps; `observe` may stop the solve by returning false.
     pub fn run(&mut self, steps: &[Step], observe: &mut dyn FnMut(&Progress) -> bool) -> History {
         let mesh = self.mesh_size();
-        let mut history = History { mesh, ..History::default() };
+        let mut history = History { mesh, near_motion: self.near.take(), ..History::default() };
         let rest = self.system.drives.clone();
         let total = steps.len().max(1);
         let prestressed = self.is_prestressed();
@@ -191,9 +194,14 @@ impl<'a, const D: usize> Path<'a, D> {
     /// network is left to the iteration.
     pub fn free_motions(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
         let prestressed = self.is_prestressed();
-        self.look_at_rest(steps, &mut |system, neutral| {
-            if neutral > 0 && !prestressed { mechanism::free_motions(system) } else { Vec::new() }
-        })
+        let wants_near = self.options.near_motion;
+        let (free, near) = self.look_at_rest(steps, &mut |system, neutral| match neutral {
+            _ if prestressed => (Vec::new(), None),
+            0 => (Vec::new(), wants_near.then(|| mechanism::near_motion(system)).flatten()),
+            _ => (mechanism::free_motions(system), None),
+        });
+        self.near = near;
+        free
     }
 
     /// A motion that the unloaded structure resists by next to nothing, where there is one and none is free.
