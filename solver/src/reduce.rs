@@ -167,6 +167,7 @@ fn eliminate_releases<const D: usize>(
 
     let k = &mut reduced.stiffness;
     let force = &mut reduced.force;
+    let before: [f64; 12] = std::array::from_fn(|i| k[i][i].abs());
     let mut coupling = [[0.0; 12]; MAX_FREE];
     let mut own = [[0.0; MAX_FREE]; MAX_FREE];
     for a in 0..count {
@@ -234,6 +235,13 @@ fn eliminate_releases<const D: usize>(
             for j in 0..n {
                 k[i][j] -= coupling[a][i] * factor.solved[a][j];
             }
+        }
+    }
+    // A hinge about a global axis leaves nothing of the stiffness about it but rounding, which would pass for a small one.
+    for i in 0..n {
+        if k[i][i].abs() <= PIVOT_NOISE * before[i] {
+            k[i] = [0.0; 12];
+            k.iter_mut().for_each(|row| row[i] = 0.0);
         }
     }
 }
