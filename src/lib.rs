@@ -1,5 +1,7 @@
 //! Reads a network, solves it and writes the results: what the command line does, for programs and tests.
 
+pub use pennate_solver::batch;
+
 pub mod accuracy;
 pub mod commands;
 pub mod diagnostics;

@@ -6,6 +6,7 @@
 //! increment ([`path`]).
 
 pub mod base;
+pub mod batch;
 pub mod buckling;
 pub mod chain;
 pub mod dense;
