@@ -1,4 +1,4 @@
-//! One Newton iteration of a spatial network, whole and in its parts.
+//! One Newton iteration of a spatial network, whole and in its parts: condensation of the chains, assembly, factorization.
 
 use std::path::Path as FilePath;
 use std::sync::Arc;
