@@ -1,0 +1,301 @@
+//! Prints what pennate has to reach, what it reaches on this machine, and how far off it is, as a Markdown table.
+//!
+//!     cargo build --release && cargo run --release --example targets
+//!
+//! Times are medians on one thread, warm, unless another number of threads is given. "Solve" is from the structure to the
+//! equilibrium on the mesh that the accuracy asked for needs, without the estimate of the error; the error is the true
+//! one, against the references of `validation/`. The run of the process is that of the program beside this one.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::Instant;
+
+use pennate::accuracy::solve_to_accuracy;
+use pennate::batch::{self, Design};
+use pennate_models::{Mesh, Model, discretize, read, read_text, scenes};
+use pennate_solver::history::History;
+use pennate_solver::newton::{Newton, Start};
+use pennate_solver::options::Options;
+use pennate_solver::packs;
+use pennate_solver::path::{self, Path as Ramp};
+use pennate_solver::structure::{Step, Structure};
+use pennate_solver::system::System;
+use serde_json::Value;
+
+/// Designs of the batch.
+const DESIGNS: usize = 1_000;
+/// Designs of a study with a genetic algorithm, 100 of them in each of 3,000 generations.
+const STUDY: f64 = 300_000.0;
+
+/// A network with a displacement that is known.
+struct Case {
+    name: &'static str,
+    file: &'static str,
+    settings: &'static [(&'static str, &'static str)],
+    step: Option<&'static str>,
+    accuracy: f64,
+    /// File, place in it, and node.
+    reference: (&'static str, &'static str, &'static str),
+    /// What must be reached, and what should be, in seconds.
+    targets: [f64; 2],
+}
+
+const P6: &str = "peers/reference.json";
+
+const fn stack(name: &'static str, size: usize, accuracy: f64, targets: [f64; 2]) -> Case {
+    let (file, place, node) = match size {
+        4 => ("peers/p6_4.toml", "/results/0/quantities/top/displacement", "r4n0"),
+        16 => ("peers/p6_16.toml", "/results/1/quantities/top/displacement", "r16n0"),
+        _ => ("peers/p6_36.toml", "/results/2/quantities/top/displacement", "r36n0"),
+    };
+    Case { name, file, settings: &[], step: None, accuracy, reference: (P6, place, node), targets }
+}
+
+const CASES: [Case; 7] = [
+    stack("P6-36 at 1e-4", 36, 1e-4, [30e-3, 12e-3]),
+    stack("P6-36 at 1e-6", 36, 1e-6, [45e-3, 17e-3]),
+    stack("P6-16 at 1e-4", 16, 1e-4, [12e-3, 3e-3]),
+    stack("P6-4 at 1e-4", 4, 1e-4, [2.5e-3, 1e-3]),
+    Case {
+        name: "elastica k = 10, slenderness 1e4, at 1e-6",
+        file: "02_elastica_tip_load/reissner.toml",
+        settings: &[("EA", "1e8")],
+        step: Some("k = 10"),
+        accuracy: 1e-6,
+        reference: ("02_elastica_tip_load/reference.json", "/results_reissner/13/quantities/tip/displacement", "T"),
+        targets: [150e-6, 60e-6],
+    },
+    Case {
+        name: "45-degree bend at 1e-6",
+        file: "04_bathe_bolourchi_bend/one_step.toml",
+        settings: &[],
+        step: None,
+        accuracy: 1e-6,
+        reference: ("04_bathe_bolourchi_bend/reference.json", "/results/2/quantities/tip/displacement", "T"),
+        targets: [200e-6, 80e-6],
+    },
+    Case {
+        name: "dyad, both steps, at 1e-6",
+        file: "../models/networks/dyad.toml",
+        settings: &[],
+        step: None,
+        accuracy: 1e-6,
+        reference: ("", "", ""),
+        targets: [200e-6, 80e-6],
+    },
+];
+
+fn main() {
+    println!("| what | must | should | measured | of must | remark |");
+    println!("|---|---:|---:|---:|---:|---|");
+    for case in &CASES {
+        let (seconds, remark) = case.measure();
+        row(case.name, case.targets, seconds, time, &remark);
+    }
+    let (seconds, remark) = iteration(36);
+    row("spiral, 36 cells: one Newton iteration", [1e-3, 0.4e-3], seconds, time, &remark);
+    let (seconds, remark) = iteration(360);
+    row("spiral, 360 cells: one Newton iteration", [15e-3, 7e-3], seconds, time, &remark);
+    let (one, two, failed) = designs();
+    let remark = format!("{DESIGNS} designs, {failed} of them not solved");
+    row("plane mechanism, 10 steps, a design", [130e-6, 60e-6], one, time, &remark);
+    row("300,000 of them, two threads", [25.0, 10.0], two * STUDY, time, "from the designs above");
+    match process() {
+        Some(seconds) => row("process, small network", [5e-3, 2e-3], seconds, time, "dyad, two steps, at 1e-6"),
+        None => println!("| process, small network | 5 ms | 2 ms | | | the program is not built |"),
+    }
+    let (bytes, unknowns) = memory();
+    let remark = format!("{unknowns} unknowns, one solve with its refined states");
+    row("memory for 1,000,000 unknowns", [2e9, 1.2e9], bytes / unknowns as f64 * 1e6, size, &remark);
+}
+
+fn row(what: &str, [must, should]: [f64; 2], measured: f64, write: fn(f64) -> String, remark: &str) {
+    let (of, must, should, measured) = (measured / must, write(must), write(should), write(measured));
+    println!("| {what} | {must} | {should} | {measured} | {of:.2} | {remark} |");
+}
+
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{s:.1} s"),
+        s if s >= 1e-3 => format!("{:.2} ms", 1e3 * s),
+        s => format!("{:.0} us", 1e6 * s),
+    }
+}
+
+fn size(bytes: f64) -> String {
+    format!("{:.2} GB", 1e-9 * bytes)
+}
+
+fn validation(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(file)
+}
+
+/// Median time of some work, repeated for half a second or so.
+fn median(mut work: impl FnMut()) -> f64 {
+    let begin = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < 5 || begin.elapsed().as_secs_f64() < 0.5 {
+        let start = Instant::now();
+        work();
+        times.push(start.elapsed().as_secs_f64());
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn solve(structure: &Structure, steps: &[Step]) -> History {
+    pennate_solver::solve(structure, steps, &Options::default(), &mut |_| true).expect("no mechanism")
+}
+
+impl Case {
+    fn measure(&self) -> (f64, String) {
+        let settings: Vec<_> = self.settings.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
+        let mut model = read(&validation(self.file), &settings).expect("a network of the repository");
+        if let Some(only) = self.step {
+            model.steps.retain(|step| step.name == only);
+        }
+        let options = Options { estimate: true, ..Options::default() };
+        let solution = solve_to_accuracy(model, self.accuracy, &options, &mut |_| true).expect("no mechanism");
+        let (structure, steps) = discretize(&solution.model, &solution.mesh);
+        let history = solve(&structure, &steps);
+        let seconds = median(|| {
+            solve(&structure, &steps);
+        });
+        let factorizations: usize = history.steps.iter().map(|step| step.factorizations).sum();
+        let (elements, order) = (history.mesh.elements, solution.mesh.order);
+        let mesh = format!("{elements} elements of order {order}, {factorizations} factorizations");
+        match self.error(&solution.model, &history) {
+            Some(error) => (seconds, format!("{mesh}, error {error:.1e}")),
+            None => (seconds, mesh),
+        }
+    }
+
+    fn error(&self, model: &Model, history: &History) -> Option<f64> {
+        let (file, place, node) = self.reference;
+        let text = std::fs::read_to_string(validation(file)).ok()?;
+        let document: Value = serde_json::from_str(&text).expect("a reference in JSON");
+        let expected: [f64; 3] = serde_json::from_value(document.pointer(place)?.clone()).expect("three numbers");
+        let node = model.nodes.iter().position(|known| known.name == node).expect("the node");
+        let found = history.steps.last()?.increments.last()?.state.nodes[node].displacement;
+        let norm = |vector: [f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        Some(norm(std::array::from_fn(|c| found[c] - expected[c])) / norm(expected))
+    }
+}
+
+/// The spiral gripper on nine two-node elements a member, in equilibrium at a hundredth of its pressure.
+fn spiral(cells: usize, elements: usize) -> (Structure, Vec<Step>) {
+    let text = scenes::write("spiral", &[("cells".to_owned(), cells.to_string())]).expect("a scene");
+    let model = read_text("spiral.toml", &text, &[]).expect("a network");
+    // Most of them in the middle segment of a muscle.
+    let divide = |segments: usize| match segments {
+        3 => vec![2 * elements / 9, elements - 2 * (2 * elements / 9), 2 * elements / 9],
+        n => vec![elements.div_ceil(n); n],
+    };
+    let refinement = model.members.iter().map(|member| divide(member.segments.len())).collect();
+    discretize(&model, &Mesh { order: 1, refinement })
+}
+
+fn iteration(cells: usize) -> (f64, String) {
+    let (structure, steps) = spiral(cells, 9);
+    let structure = Arc::new(structure);
+    let topology = path::topology(&structure, &steps);
+    let chains = packs::space(&structure, 0);
+    let system = System::new(structure, topology, chains, [0, 1, 2, 3, 4, 5], false);
+    let mut ramp = Ramp::new(system, Options::default());
+    ramp.free_motions(&steps);
+    let mut system = ramp.system;
+    system.fraction = 1.0;
+    for &(drive, value) in &steps[0].targets {
+        system.drives[drive] = 1e-3 * value;
+    }
+    system.apply_drives();
+    let _ = Newton::default().solve(&mut system, Start { predicted: false, ..Start::nearby() });
+    system.save(0);
+    let seconds = median(|| {
+        system.restore(0);
+        system.place_ends();
+        system.assemble(false);
+        system.advance(false);
+    });
+    let elements: usize = system.structure.members.iter().flat_map(|m| &m.segments).map(|s| s.elements).sum();
+    (seconds, format!("{} members, {elements} two-node elements", system.structure.members.len()))
+}
+
+/// Plane mechanisms of fifteen members on three rows of three nodes, each with nodes and sections of its own.
+fn mechanism(design: usize) -> Design {
+    let vary = |k: usize| (((design * 31 + k) as f64) * 12.9898).sin() * 43_758.547;
+    let vary = |k: usize| vary(k).fract();
+    let mut text = String::from("format = \"pennate/1\"\ndimension = \"plane\"\n[nodes]\n");
+    for k in 0..9 {
+        let (x, y) = (100.0 * (k % 3) as f64 + 20.0 * vary(k), 100.0 * (k / 3) as f64 + 20.0 * vary(9 + k));
+        text += &format!("n{k} = [{x}, {y}]\n");
+    }
+    let pairs = [(0, 3), (1, 4), (2, 5), (3, 6), (4, 7), (5, 8), (3, 4), (4, 5), (6, 7), (7, 8), (0, 4), (1, 3)];
+    let pairs = pairs.into_iter().chain([(1, 5), (4, 8), (3, 7)]);
+    text += "[sections]\n";
+    for k in 0..15 {
+        let factor = (1.1 * vary(20 + k)).exp();
+        text += &format!("s{k} = {{ stiffness = {{ EA = {}, EI3 = {} }} }}\n", 2e4 * factor, 4e4 * factor);
+    }
+    text += "[members]\n";
+    for (k, (a, b)) in pairs.enumerate() {
+        text += &format!("m{k} = {{ nodes = [\"n{a}\", \"n{b}\"], section = \"s{k}\", elements = 4 }}\n");
+    }
+    text += "[supports]\nn0 = \"clamped\"\nn1 = \"clamped\"\nn2 = \"clamped\"\n";
+    for step in 1..=10 {
+        let force = 2.0 * step as f64;
+        text +=
+            &format!("[[steps]]\nname = \"{step}\"\nforce = {{ n8 = {{ fx = {force}, fy = {} }} }}\n", -0.5 * force);
+    }
+    let model = read_text("mechanism.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let mesh = Mesh { order: 3, ..Mesh::initial(&model, 1e-6) };
+    let (structure, steps) = discretize(&model, &mesh);
+    Design { structure, steps }
+}
+
+/// Seconds of a design on one thread and on two, and how many are not solved.
+fn designs() -> (f64, f64, usize) {
+    let all: Vec<Design> = (0..DESIGNS).map(mechanism).collect();
+    let run = |threads: usize| {
+        let start = Instant::now();
+        let outcomes = batch::solve(&all, threads);
+        (start.elapsed().as_secs_f64() / DESIGNS as f64, outcomes.iter().filter(|outcome| outcome.is_err()).count())
+    };
+    let ((one, failed), (two, _)) = (run(1), run(2));
+    (one, two, failed)
+}
+
+/// Median time of the program from start to finish.
+fn process() -> Option<f64> {
+    let here = std::env::current_exe().ok()?;
+    let program = here.parent()?.parent()?.join("pennate");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/networks/dyad.toml");
+    program.exists().then(|| {
+        median(|| {
+            let mut command = Command::new(&program);
+            let status = command.arg("solve").arg(&file).stdout(Stdio::null()).stderr(Stdio::null()).status();
+            assert!(status.is_ok_and(|status| status.success()), "the program solves the dyad");
+        })
+    })
+}
+
+/// Peak memory of a solve of about a million unknowns, and their number.
+fn memory() -> (f64, usize) {
+    let before = resident("VmRSS");
+    let (structure, mut steps) = spiral(360, 45);
+    for step in &mut steps {
+        step.targets.iter_mut().for_each(|(_, value)| *value *= 1e-3);
+    }
+    let options = Options { estimate: true, ..Options::default() };
+    let history = pennate_solver::solve(&structure, &steps, &options, &mut |_| true).expect("no mechanism");
+    (resident("VmHWM") - before, history.mesh.unknowns)
+}
+
+/// A line of what the system knows of this process, in bytes; nothing where it does not tell.
+fn resident(what: &str) -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|line| line.starts_with(what));
+    let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)).and_then(|number| number.parse::<f64>().ok());
+    1024.0 * kilobytes.unwrap_or(f64::NAN)
+}
