@@ -7,10 +7,6 @@ use crate::system::{Inertia, Residual, System};
 pub const DETOUR: usize = 2;
 /// Part of the loads at which linear buckling tells that they are too much for one increment.
 const FORESEEN: f64 = 0.3;
-/// An increment that leads nowhere is shortened by this.
-const SHORTER: f64 = 0.4;
-/// How often that is done before another one is solved for.
-const LOOKS: usize = 7;
 
 /// An increment larger than this part of the one before comes little nearer.
 const SLOW: f64 = 0.5;
@@ -70,14 +66,6 @@ pub struct Lost {
     pub iterations: usize,
     pub residual: Residual,
     pub why: Why,
-    /// Part of the increment that is worth trying next.
-    pub part: f64,
-}
-
-impl Lost {
-    pub fn new(iterations: usize, residual: Residual, why: Why) -> Self {
-        Self { iterations, residual, why, part: SHORTER }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,21 +95,12 @@ pub struct Start {
     pub passing: bool,
     /// An equilibrium that is not the nearest one will do.
     pub may_wander: bool,
-    /// Linear buckling was looked for already.
-    pub looked: bool,
 }
 
 impl Start {
     /// To full accuracy from a state nearby.
     pub fn nearby() -> Self {
-        Self {
-            predicted: true,
-            rest: None,
-            negative_limit: usize::MAX,
-            passing: false,
-            may_wander: true,
-            looked: false,
-        }
+        Self { predicted: true, rest: None, negative_limit: usize::MAX, passing: false, may_wander: true }
     }
 }
 
@@ -148,9 +127,9 @@ impl Newton {
                 return Ok(Convergence { iterations, inertia, residual, first });
             }
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
-                return Err(Lost::new(iterations, residual, Why::Unstable));
+                return Err(Lost { iterations, residual, why: Why::Unstable });
             }
-            let lost = |why| Err(Lost::new(iterations, residual, why));
+            let lost = |why| Err(Lost { iterations, residual, why });
             if iterations == self.max_iterations {
                 return lost(Why::Slow);
             }
@@ -160,10 +139,10 @@ impl Newton {
                 system.own_first = system.own_size.largest();
                 if let Some(rest) = start.rest
                     && start.negative_limit < usize::MAX
-                    && !(start.predicted || start.looked)
-                    && let Some((looks, part)) = self.buckles(system, rest, start.negative_limit)
+                    && !start.predicted
+                    && self.buckles(system, rest, start.negative_limit)
                 {
-                    return Err(Lost { iterations: iterations + looks, residual, why: Why::Unstable, part });
+                    return Err(Lost { iterations: iterations + 1, residual, why: Why::Unstable });
                 }
             }
             // How far parts swing with what carries them says little: what counts is what is left without.
@@ -176,7 +155,7 @@ impl Newton {
                 slow += usize::from(own > SLOW * last);
                 astray |= own > AWAY * last;
                 if !start.may_wander && (astray || slow >= WANDERING) {
-                    return lost(Why::Wandered);
+                    return Err(Lost { iterations, residual, why: Why::Wandered });
                 }
             }
             before = last;
@@ -198,19 +177,12 @@ impl Newton {
 
     /// Linear buckling: the shape of the last equilibrium under a part of the stresses that the first increment foresees.
     ///
-    /// Linear factors a little below one are common where nothing buckles (a curved beam bent out of its plane). Where
-    /// it buckles, the answer is how often that was looked at, and the part of the increment that foresees it no more.
-    fn buckles<const D: usize>(&self, system: &mut System<D>, rest: usize, limit: usize) -> Option<(usize, f64)> {
+    /// Linear factors a little below one are common where nothing buckles (a curved beam bent out of its plane).
+    fn buckles<const D: usize>(&self, system: &mut System<D>, rest: usize, limit: usize) -> bool {
         system.save(DETOUR);
         system.restore_shape(rest, FORESEEN);
-        let mut part = 1.0;
-        let mut looks = 1;
-        while system.assemble(false).negative > limit && looks <= LOOKS {
-            system.restore_shape(rest, SHORTER);
-            part *= SHORTER;
-            looks += 1;
-        }
+        let inertia = system.assemble(false);
         system.restore(DETOUR);
-        (part < 1.0).then_some((looks, part))
+        inertia.negative > limit
     }
 }

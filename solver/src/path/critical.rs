@@ -6,7 +6,7 @@ use super::jump::Landing;
 use super::report::{Rough, cause_of, status_of};
 use super::{Count, Path};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note, Status, StepHistory};
-use crate::newton::{Convergence, DETOUR, Lost, Start, Why};
+use crate::newton::{Convergence, DETOUR, Start};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::System;
 
@@ -293,7 +293,7 @@ impl<const D: usize> Path<'_, D> {
         let reach = self.options.first_increment.min(ramp.longest).min(FIRST_REACH);
         let Some(mut walk) = self.walk(ramp, 0.0, reach, &mut tally) else {
             let residual = self.system.residual();
-            let lost = Lost::new(1, residual, Why::Singular);
+            let lost = crate::newton::Lost { iterations: 1, residual, why: crate::newton::Why::Singular };
             return self.end_roughly(record, 0.0, &lost, &tally);
         };
         if ramp.longest < 1.0 {
@@ -356,11 +356,17 @@ impl<const D: usize> Path<'_, D> {
             return true;
         }
         let residual = self.system.residual();
-        let lost = Lost::new(0, residual, Why::Slow);
+        let lost = crate::newton::Lost { iterations: 0, residual, why: crate::newton::Why::Slow };
         self.end_roughly(record, last, &lost, &tally)
     }
 
-    fn end_roughly(&mut self, record: &mut StepHistory, fraction: f64, lost: &Lost, tally: &Tally) -> bool {
+    fn end_roughly(
+        &mut self,
+        record: &mut StepHistory,
+        fraction: f64,
+        lost: &crate::newton::Lost,
+        tally: &Tally,
+    ) -> bool {
         let rough = self.rough_end(fraction, lost, false);
         record.status = rough.status;
         record.failure = Some(rough.failure);

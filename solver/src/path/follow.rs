@@ -124,7 +124,6 @@ impl<const D: usize> Path<'_, D> {
         ramp.apply(&mut self.system, 1.0);
         let conservative = self.system.loads_have_potential();
         let mut retries = 0;
-        let mut looked = false;
         loop {
             let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
             let target = if fraction + step >= 1.0 - 1e-12 { 1.0 } else { fraction + step };
@@ -137,8 +136,7 @@ impl<const D: usize> Path<'_, D> {
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
             let passing = target < 1.0;
-            let may_wander = step <= LONG;
-            let start = Start { predicted, rest: Some(LAST), negative_limit, passing, may_wander, looked };
+            let start = Start { predicted, rest: Some(LAST), negative_limit, passing, may_wander: step <= LONG };
             let mut outcome = self.newton.solve(&mut self.system, start);
             if let Err(Lost { iterations, why: Why::Astray, .. }) = outcome
                 && self.system.own_first < WILD
@@ -162,7 +160,6 @@ impl<const D: usize> Path<'_, D> {
                 outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
                 self.system.set_plain(false);
             }
-            looked = matches!(&outcome, Err(lost) if lost.why == Why::Unstable);
             let rough = match outcome {
                 Ok(mut found) => {
                     tally.iterations += found.iterations - 1;
@@ -237,7 +234,7 @@ impl<const D: usize> Path<'_, D> {
                     tally.iterations += lost.iterations;
                     tally.factorizations += lost.iterations;
                     self.system.restore(LAST);
-                    increment = lost.part * step;
+                    increment = 0.4 * step;
                     if lost.why == Why::Astray && self.system.own_first > WILD {
                         increment = increment.min(TAME / self.system.own_first * step);
                     }

@@ -42,14 +42,7 @@ impl<const D: usize> Path<'_, D> {
         ramp.apply(&mut self.system, 1.0);
         self.system.place_ends();
         let known = guide.steps[index].negative_pivots;
-        let start = Start {
-            predicted: true,
-            rest: None,
-            negative_limit: known,
-            passing: false,
-            may_wander: false,
-            looked: true,
-        };
+        let start = Start { predicted: true, rest: None, negative_limit: known, passing: false, may_wander: false };
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
         let found = match self.newton.solve(&mut self.system, start) {
             Ok(found) if found.iterations <= FEW && found.first.largest() <= ASIDE => Some(found),
