@@ -116,9 +116,17 @@ fn readable<const D: usize>(system: &System<D>, found: &[Vec<f64>]) -> Vec<FreeM
             all if all == system.forces.len() => Extent::Whole,
             _ => Extent::Part,
         };
-        for (row, axis, turns, about) in rigid(system, part, &rows) {
-            if taken.len() < basis.len()
-                && beside(&row, &basis, OUTSIDE).is_none()
+        if taken.len() == basis.len() {
+            break;
+        }
+        for (own, axis, turns, about) in rigid(system, part, &rows) {
+            // Among many parts most move as no one else does: their own joints tell, and are few.
+            if taken.len() == basis.len() || !within(part, &own, &basis) {
+                continue;
+            }
+            let mut row = vec![0.0; 6 * system.forces.len()];
+            part.iter().zip(&own).for_each(|(&joint, own)| row[6 * joint..6 * joint + 6].copy_from_slice(own));
+            if beside(&row, &basis, OUTSIDE).is_none()
                 && let Some(new) = beside(&row, &taken, OUTSIDE)
             {
                 taken.push(new);
@@ -167,6 +175,18 @@ fn beside(row: &[f64], others: &[Vec<f64>], least: f64) -> Option<Vec<f64>> {
     }
     let length = inner(&left, &left).sqrt();
     (length > least * whole).then(|| left.iter().map(|x| x / length).collect())
+}
+
+/// Whether what a part does may be a combination of orthonormal motions: by the share of it that lies along them.
+fn within(part: &[usize], own: &[[f64; 6]], basis: &[Vec<f64>]) -> bool {
+    let whole: f64 = own.iter().flatten().map(|x| x * x).sum();
+    let along = |motion: &Vec<f64>| -> f64 {
+        let at = |joint: usize| &motion[6 * joint..6 * joint + 6];
+        part.iter().zip(own).map(|(&joint, own)| own.iter().zip(at(joint)).map(|(a, b)| a * b).sum::<f64>()).sum()
+    };
+    let inside: f64 = basis.iter().map(|motion| along(motion).powi(2)).sum();
+    // No more than a sieve: the part outside has to be far larger than OUTSIDE allows.
+    inside > (1.0 - 10.0 * OUTSIDE) * whole
 }
 
 /// Gauss-Jordan elimination with the largest pivot of all: every motion has one component that no other one has.
@@ -222,8 +242,9 @@ fn parts<const D: usize>(system: &System<D>) -> Vec<Vec<usize>> {
     parts
 }
 
-/// A motion of a part as a rigid body: what every joint does, its axis, whether it turns, and a node on the axis.
-type Rigid = (Vec<f64>, [f64; 3], bool, Option<usize>);
+/// A motion of a part as a rigid body: what its joints do in the order of [`flat`], its axis, whether it turns, and a node
+/// on the axis.
+type Rigid = (Vec<[f64; 6]>, [f64; 3], bool, Option<usize>);
 
 /// Motions of a part as a rigid body: along the axes, about them through its middle, then about joints and lines between them.
 fn rigid<const D: usize>(system: &System<D>, part: &[usize], rows: &[Vec<f64>]) -> Vec<Rigid> {
@@ -234,8 +255,7 @@ fn rigid<const D: usize>(system: &System<D>, part: &[usize], rows: &[Vec<f64>]) 
         axpy(&mut middle, 1.0 / part.len() as f64, place(joint));
     }
     let moved = |shift: [f64; 3], spin: [f64; 3], centre: [f64; 3]| {
-        let mut motions = vec![[0.0; 6]; system.forces.len()];
-        for &joint in part {
+        let motion = |&joint: &usize| {
             let u = add(shift, cross(spin, sub(place(joint), centre)));
             // Joints may have no rotation of their own, or no spin about an axis.
             let spin = match system.topology.idle[joint] {
@@ -243,9 +263,10 @@ fn rigid<const D: usize>(system: &System<D>, part: &[usize], rows: &[Vec<f64>]) 
                 Idle::Rotation => [0.0; 3],
                 Idle::Spin(axis) => sub(spin, scale(dot(spin, axis) / dot(axis, axis), axis)),
             };
-            motions[joint] = [u[0], u[1], u[2], spin[0], spin[1], spin[2]];
-        }
-        flat(system, &motions)
+            let u = u.map(|x| x / system.size);
+            [u[0], u[1], u[2], spin[0], spin[1], spin[2]]
+        };
+        part.iter().map(motion).collect::<Vec<_>>()
     };
     let (shifts, turns) = if D == 3 { (&axes[..2], &axes[2..]) } else { (&axes[..], &axes[..]) };
     let mut candidates: Vec<Rigid> = Vec::new();
@@ -274,7 +295,7 @@ fn rigid<const D: usize>(system: &System<D>, part: &[usize], rows: &[Vec<f64>]) 
             }
         }
     }
-    candidates.retain(|candidate| candidate.0.iter().any(|x| x.abs() > 1e-9));
+    candidates.retain(|candidate| candidate.0.iter().flatten().any(|x| x.abs() > 1e-9));
     candidates
 }
 

@@ -344,8 +344,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn element_length(&self, lane: usize, segment: usize) -> f64 {
-        let element = self.segment_of.iter().position(|&s| s == segment).unwrap_or(0);
-        self.pieces[element].length.lane(lane)
+        let first = self.segment_of.partition_point(|&s| s < segment);
+        self.pieces[first].length.lane(lane)
     }
 
     fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
@@ -365,7 +365,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         for (target, value) in self.loads[segment].iter_mut().zip(load) {
             target.set_lane(lane, value);
         }
-        self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
+        // Looking at all segments for each of them would take long.
+        if load != [0.0; 3] {
+            self.loaded = true;
+        } else if self.loaded {
+            self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
+        }
     }
 
     fn end(&self, lane: usize, end: usize) -> Placement {

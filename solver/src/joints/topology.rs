@@ -93,10 +93,22 @@ impl Topology {
             })
             .collect();
         let mut topology = Self { idle: vec![Idle::None; references.len()], links, references, ends };
+        let attached = topology.attached(structure);
         topology.free_lone_ends(structure, turned);
-        topology.remove_idle_joints(structure, turned);
-        topology.remove_idle_spins(structure, turned);
+        topology.remove_idle_joints(structure, turned, &attached);
+        topology.remove_idle_spins(structure, turned, &attached);
         topology
+    }
+
+    /// Members at every joint, and with which end.
+    fn attached(&self, structure: &Structure) -> Vec<Vec<(usize, usize)>> {
+        let mut attached = vec![Vec::new(); self.references.len()];
+        for (index, member) in structure.members.iter().enumerate() {
+            for end in 0..2 {
+                attached[self.links[member.nodes[end]].joint].push((index, end));
+            }
+        }
+        attached
     }
 
     /// Whether bodies or springs engage the rotation of joints.
@@ -141,7 +153,7 @@ impl Topology {
         }
     }
 
-    fn remove_idle_joints(&mut self, structure: &Structure, turned: &[Turned]) {
+    fn remove_idle_joints(&mut self, structure: &Structure, turned: &[Turned], attached: &[Vec<(usize, usize)>]) {
         let engaged = self.rotation_engaged(structure);
         for joint in 0..self.references.len() {
             if engaged[joint] {
@@ -150,20 +162,15 @@ impl Topology {
             let mut axis: Option<V3<f64>> = None;
             let mut common = true;
             let mut welded = false;
-            for (member, ends) in structure.members.iter().zip(&self.ends) {
-                for end in 0..2 {
-                    if self.links[member.nodes[end]].joint != joint {
-                        continue;
-                    }
-                    match &ends[end] {
-                        EndKind::Welded => welded = true,
-                        EndKind::Free { .. } => {}
-                        EndKind::Axes(axes) if axes.len() == 1 => match axis {
-                            None => axis = Some(axes[0]),
-                            Some(other) => common &= parallel(other, axes[0]),
-                        },
-                        EndKind::Axes(_) => common = false,
-                    }
+            for &(member, end) in &attached[joint] {
+                match &self.ends[member][end] {
+                    EndKind::Welded => welded = true,
+                    EndKind::Free { .. } => {}
+                    EndKind::Axes(axes) if axes.len() == 1 => match axis {
+                        None => axis = Some(axes[0]),
+                        Some(other) => common &= parallel(other, axes[0]),
+                    },
+                    EndKind::Axes(_) => common = false,
                 }
             }
             let turned = &turned[self.references[joint]];
@@ -180,16 +187,12 @@ impl Topology {
     ///
     /// Bars of a line are joined rigidly, or at least about the line, at joints where nothing else takes a torque; at
     /// its ends stand released ends, or joints whose rotation is free.
-    fn remove_idle_spins(&mut self, structure: &Structure, turned: &[Turned]) {
+    fn remove_idle_spins(&mut self, structure: &Structure, turned: &[Turned], attached: &[Vec<(usize, usize)>]) {
         let engaged = self.rotation_engaged(structure);
-        let mut attached = vec![Vec::new(); self.references.len()];
-        for (index, member) in structure.members.iter().enumerate() {
-            for end in 0..2 {
-                attached[self.links[member.nodes[end]].joint].push((index, end));
-            }
-        }
         let straight = |index: usize| structure.members[index].segments.iter().all(|s| s.initial_curvature == [0.0; 3]);
         let mut seen = vec![false; structure.members.len()];
+        // The line that a bar was last put into, by its first bar.
+        let mut line_of = vec![usize::MAX; structure.members.len()];
         for index in 0..structure.members.len() {
             if seen[index] || !straight(index) {
                 continue;
@@ -202,6 +205,7 @@ impl Topology {
             };
             // Bars of the line; ends at which the spin is free, and joints that spin with it.
             let mut line = vec![index];
+            line_of[index] = index;
             let mut free_ends = Vec::new();
             let mut free_joints = Vec::new();
             let mut spinning = true;
@@ -228,7 +232,8 @@ impl Topology {
                         free_joints.push(joint);
                     }
                     for &(member, _) in taking {
-                        if !line.contains(&member) {
+                        if line_of[member] != index {
+                            line_of[member] = index;
                             line.push(member);
                         }
                     }

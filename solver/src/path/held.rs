@@ -13,7 +13,7 @@ impl<const D: usize> Path<'_, D> {
     /// Axes in which a node's components are measured.
     fn axes(&self, node: NodeId) -> [[f64; 3]; 3] {
         const GLOBAL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        self.system.structure.supports.iter().find(|s| s.node == node).map_or(GLOBAL, |s| s.axes)
+        self.axes.get(&node).copied().unwrap_or(GLOBAL)
     }
 
     pub(super) fn insert(&mut self, node: NodeId, component: usize, from: f64, to: f64) {
@@ -70,8 +70,8 @@ impl<const D: usize> Path<'_, D> {
     fn reaction(&self, node: NodeId, component: usize) -> Fading {
         let equations = &self.system.equations;
         let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
-        let row = equations.held.iter().position(|h| h.node == node && h.component == component);
-        if let Some(index) = row {
+        // Rows stand in the order of `Path::held`.
+        if let Ok(index) = equations.held.binary_search_by_key(&(node, component), |held| (held.node, held.component)) {
             let system = &self.system;
             (fading.force, fading.moment) = equations.released(index, &system.topology, &system.state.joints);
         }

@@ -5,7 +5,7 @@
 //! back and shortened until it is a small part of the ramp: only then is the loss of stability real, and not a long
 //! step onto another branch.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -69,6 +69,8 @@ pub struct Path<'a, const D: usize> {
     pub notes: Vec<Note>,
     pub stability: Dimension,
     held: HeldRows,
+    /// Axes of the supports, by node.
+    axes: HashMap<NodeId, [[f64; 3]; 3]>,
     newton: Newton,
     base: Count,
     /// Members that lost their stability between their ends.
@@ -104,6 +106,7 @@ impl<'a, const D: usize> Path<'a, D> {
             notes: Vec::new(),
             stability: structure.dimension,
             held: HeldRows::new(),
+            axes: structure.supports.iter().map(|support| (support.node, support.axes)).collect(),
             newton: Newton::default(),
             base: Count::default(),
             inside: Vec::new(),
