@@ -6,6 +6,8 @@ use std::path::Path;
 
 /// Bytes of a file at most: a network of a million members needs less.
 const LIMIT: u64 = 256 << 20;
+/// The byte order mark.
+const MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// The text of a file.
 ///
@@ -33,6 +35,10 @@ pub fn read_from(reader: impl Read) -> io::Result<String> {
     if bytes.contains(&0) {
         return Err(io::Error::new(io::ErrorKind::InvalidData, "it holds zero bytes and is no text"));
     }
+    // Some editors begin every file with this mark, which says no more than that it is UTF-8.
+    if bytes.starts_with(MARK) {
+        bytes.drain(..MARK.len());
+    }
     String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is no text in UTF-8"))
 }
 
@@ -50,5 +56,10 @@ mod tests {
         assert_eq!(read_from(&b"a\0b"[..]).unwrap_err().kind(), io::ErrorKind::InvalidData);
         assert_eq!(read_from(&b"\xff"[..]).unwrap_err().kind(), io::ErrorKind::InvalidData);
         assert_eq!(read_from("ä".as_bytes()).unwrap(), "ä");
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_the_text() {
+        assert_eq!(read_from("\u{feff}a = 1".as_bytes()).unwrap(), "a = 1");
     }
 }
