@@ -6,7 +6,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Element, Group, Level, Renderer, Snippet};
 use pennate_models::error::{InputError, InputErrors, Source, Span, Warning};
 
-/// Errors of one reading that are shown; the rest is counted.
+/// Errors or warnings of one reading that are shown; the rest is counted.
 const SHOWN: usize = 20;
 
 /// How grave a message is.
@@ -28,32 +28,28 @@ pub struct Message {
 
 impl From<&InputError> for Message {
     fn from(error: &InputError) -> Self {
-        // Without a marked place the key path is all there is to find the error by.
-        let notes = match (error.span, error.path.as_str()) {
-            (None, path) if !path.is_empty() => vec![format!("at {path}")],
-            _ => Vec::new(),
-        };
-        let InputError { message, span, label, help, .. } = error.clone();
-        Self { title: message, span, label, notes, help }
+        let InputError { message, span, label, help } = error.clone();
+        Self { title: message, span, label, notes: Vec::new(), help }
     }
 }
 
 /// Shows on standard error all that is wrong with an input.
 pub fn show_errors(errors: &InputErrors) {
-    let messages: Vec<Message> = errors.errors.iter().take(SHOWN).map(Message::from).collect();
-    for message in &messages {
-        show(Severity::Error, message, &errors.sources);
-    }
-    let more = errors.errors.len().saturating_sub(SHOWN);
-    if more > 0 {
-        show(Severity::Error, &Message { title: format!("{more} more errors"), ..Message::default() }, &[]);
-    }
+    show_all(Severity::Error, "errors", &errors.errors, &errors.sources);
 }
 
 /// Shows on standard error what is remarkable about an input.
 pub fn show_warnings(warnings: &[Warning], sources: &[Source]) {
-    for warning in warnings {
-        show(Severity::Warning, &Message::from(warning), sources);
+    show_all(Severity::Warning, "warnings", warnings, sources);
+}
+
+fn show_all(severity: Severity, plural: &str, findings: &[InputError], sources: &[Source]) {
+    for finding in findings.iter().take(SHOWN) {
+        show(severity, &Message::from(finding), sources);
+    }
+    let more = findings.len().saturating_sub(SHOWN);
+    if more > 0 {
+        show(severity, &Message { title: format!("{more} more {plural}"), ..Message::default() }, &[]);
     }
 }
 
@@ -63,6 +59,11 @@ pub fn show(severity: Severity, message: &Message, sources: &[Source]) {
     let gap = if message.span.is_some() { "\n" } else { "" };
     // Nobody is left to be told that standard error is closed.
     let _ = writeln!(anstream::stderr().lock(), "{text}{gap}");
+}
+
+/// A message as it is shown where there is no colour.
+pub fn text(severity: Severity, message: &Message, sources: &[Source]) -> String {
+    render(severity, message, sources, &Renderer::plain())
 }
 
 fn render(severity: Severity, message: &Message, sources: &[Source], renderer: &Renderer) -> String {
@@ -112,7 +113,7 @@ mod tests {
     }
 
     fn plain(error: &InputError) -> String {
-        render(Severity::Error, &Message::from(error), &[source()], &Renderer::plain())
+        text(Severity::Error, &Message::from(error), &[source()])
     }
 
     #[test]
@@ -136,11 +137,5 @@ mod tests {
             assert!(text.contains("arm.toml:"), "{text}");
         }
         assert!(plain(&InputError::new("wrong").at(Span { file: 7, start: 0, end: 1 })).contains("wrong"));
-    }
-
-    #[test]
-    fn without_a_place_the_key_path_is_named() {
-        let text = plain(&InputError::new("the parameter is unknown").path("parameters.beta"));
-        assert!(text.contains("note: at parameters.beta"), "{text}");
     }
 }

@@ -38,8 +38,6 @@ pub struct InputError {
     pub message: String,
     /// Where; `None` where no place in a file is to blame (a file that cannot be read, a `--set`).
     pub span: Option<Span>,
-    /// The key path of the place, such as `members.left.section`; empty where there is none.
-    pub path: String,
     /// A few words to stand under the marked place.
     pub label: Option<String>,
     /// What to do about it.
@@ -49,16 +47,11 @@ pub struct InputError {
 impl InputError {
     /// An error without place, to be completed by the methods below.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), span: None, path: String::new(), label: None, help: None }
+        Self { message: message.into(), span: None, label: None, help: None }
     }
 
     pub fn at(mut self, span: Span) -> Self {
         self.span = Some(span);
-        self
-    }
-
-    pub fn path(mut self, path: impl Into<String>) -> Self {
-        self.path = path.into();
         self
     }
 

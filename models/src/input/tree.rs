@@ -57,43 +57,6 @@ impl Value {
             Kind::Date => "a date",
         }
     }
-
-    /// The path of keys that leads to a place, such as `members.left.nodes`.
-    pub fn path_to(&self, span: Span) -> String {
-        let holds = |outer: Span| outer.start <= span.start && span.end <= outer.end;
-        let mut path = Vec::new();
-        let mut value = self;
-        // Tables written under headers do not lie inside each other, so keys are searched, not spans nested.
-        while let Some((step, next)) = value
-            .children()
-            .find(|(entry, child)| entry.is_some_and(|entry| holds(entry.key_span)) || child.reaches(&holds))
-        {
-            if let Some(entry) = step {
-                path.push(entry.key.clone());
-                if holds(entry.key_span) {
-                    break;
-                }
-            }
-            value = next;
-        }
-        path.join(".")
-    }
-
-    fn children(&self) -> impl Iterator<Item = (Option<&Entry>, &Value)> {
-        let (entries, items): (&[Entry], &[Value]) = match &self.kind {
-            Kind::Table(entries) => (entries, &[]),
-            Kind::Array(items) => (&[], items),
-            _ => (&[], &[]),
-        };
-        entries.iter().map(|entry| (Some(entry), &entry.value)).chain(items.iter().map(|item| (None, item)))
-    }
-
-    fn reaches(&self, holds: &impl Fn(Span) -> bool) -> bool {
-        holds(self.span)
-            || self
-                .children()
-                .any(|(entry, child)| entry.is_some_and(|entry| holds(entry.key_span)) || child.reaches(holds))
-    }
 }
 
 /// Parses a text into a tree.
@@ -249,18 +212,6 @@ mod tests {
             }
         }
         assert_eq!(plain(&toml), plain(&json));
-    }
-
-    #[test]
-    fn paths_lead_to_places() {
-        let text = "[members]\nleft = { nodes = [\"A\", \"B\"] }\n[muscles.m]\nwall = 2";
-        let tree = parse(text, Language::Toml, 0).unwrap();
-        let at = |word: &str| {
-            let start = text.find(word).unwrap();
-            tree.path_to(Span { file: 0, start, end: start + word.len() })
-        };
-        assert_eq!(at("\"B\""), "members.left.nodes");
-        assert_eq!(at("wall"), "muscles.m.wall");
     }
 
     #[test]

@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 use crate::error::{InputError, InputErrors, Source, Span, Warning};
 use crate::expression::Quantity;
 use crate::input::read::{Number, Spanned, Written, suggest};
-use crate::input::tree::Value;
 use crate::model::Units;
 use crate::unit::{self, Kind, Unit};
 
@@ -18,8 +17,6 @@ pub struct Context {
     pub errors: Vec<InputError>,
     pub warnings: Vec<Warning>,
     pub sources: Vec<Source>,
-    /// The trees of the sources, as far as they could be parsed.
-    pub trees: Vec<Option<Value>>,
     /// Where files that the network refers to are looked for.
     pub directory: PathBuf,
     pub units: Units,
@@ -112,7 +109,6 @@ impl Context {
             errors: Vec::new(),
             warnings: Vec::new(),
             sources: Vec::new(),
-            trees: Vec::new(),
             directory,
             units: Units::default(),
             parameters: HashMap::new(),
@@ -128,21 +124,9 @@ impl Context {
         self.warnings.push(warning);
     }
 
-    /// Everything found wrong, with key paths filled in.
-    pub fn into_errors(mut self) -> InputErrors {
-        let mut errors = std::mem::take(&mut self.errors);
-        self.fill_paths(&mut errors);
-        InputErrors { errors, sources: self.sources }
-    }
-
-    pub fn fill_paths(&self, findings: &mut [InputError]) {
-        for finding in findings.iter_mut().filter(|finding| finding.path.is_empty()) {
-            if let Some(span) = finding.span
-                && let Some(Some(tree)) = self.trees.get(span.file)
-            {
-                finding.path = tree.path_to(span);
-            }
-        }
+    /// Everything found wrong.
+    pub fn into_errors(self) -> InputErrors {
+        InputErrors { errors: self.errors, sources: self.sources }
     }
 
     /// Place of a part of a text value; the whole value where escapes hide the part.

@@ -50,7 +50,6 @@ pub fn read(
 ) -> Result<Model, InputErrors> {
     let mut cx = Context::new(directory.to_owned());
     cx.sources.push(source);
-    cx.trees.push(None);
     let value = match tree::parse(&cx.sources[0].text, language, 0) {
         Ok(value) => value,
         Err(error) => {
@@ -59,13 +58,10 @@ pub fn read(
         }
     };
     let network = Network::read(&value, &mut cx.errors);
-    cx.trees[0] = Some(value);
     let Some(network) = network.filter(|_| cx.errors.is_empty()) else { return Err(cx.into_errors()) };
     match resolve(&network, settings, &mut cx) {
         Some(mut model) if cx.errors.is_empty() => {
-            let mut warnings = std::mem::take(&mut cx.warnings);
-            cx.fill_paths(&mut warnings);
-            model.warnings = warnings;
+            model.warnings = cx.warnings;
             model.sources = cx.sources;
             Ok(model)
         }

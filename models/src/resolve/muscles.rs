@@ -126,7 +126,6 @@ fn read_library(name: &str, library: &Spanned<String>, cx: &mut Context) -> Opti
 fn read_source(source: Source, language: Language, cx: &mut Context) -> Option<input::Muscle> {
     let index = cx.sources.len();
     cx.sources.push(source);
-    cx.trees.push(None);
     let parsed = tree::parse(&cx.sources[index].text, language, index);
     let value = match parsed {
         Ok(value) => value,
@@ -135,9 +134,7 @@ fn read_source(source: Source, language: Language, cx: &mut Context) -> Option<i
             return None;
         }
     };
-    let muscle = input::Muscle::read(&value, &mut cx.errors);
-    cx.trees[index] = Some(value);
-    let muscle = muscle?;
+    let muscle = input::Muscle::read(&value, &mut cx.errors)?;
     if let Some(inner) = muscle.file.as_ref().or(muscle.library.as_ref()) {
         cx.error(
             InputError::new("a muscle file refers to another muscle")
