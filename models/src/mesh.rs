@@ -14,6 +14,9 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Elements that a file may ask for: they take up to 5 kB each, and a short file a gigabyte at most.
+    pub const FORCED_LIMIT: usize = 200_000;
+
     /// The mesh to begin with for a relative accuracy.
     ///
     /// Members of small networks bend more than those of large ones, which share the motion: a few of them get elements of
@@ -85,6 +88,8 @@ impl Mesh {
     }
 }
 
+/// Elements of a curved segment to begin with, at most: hundreds of turns.
+const CURVED: usize = 10_000;
 /// How many corotational elements are as good as one exact one, to begin with.
 const COROTATIONAL: usize = 8;
 
@@ -106,5 +111,5 @@ fn initial_elements(member: &Member, segment: &Segment, long: bool, short: bool)
     // At most 30 degrees an element.
     let turns = (curvature * segment.length / 30.0_f64.to_radians() - 1e-9).ceil();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is limited later")]
-    straight.max(turns.max(0.0) as usize)
+    straight.max((turns.max(0.0) as usize).min(CURVED))
 }

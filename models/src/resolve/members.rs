@@ -7,8 +7,9 @@ use super::curve::{Frame, columns};
 use super::line::{Draft, Line, Shape};
 use super::properties::Properties;
 use crate::error::{InputError, Span};
-use crate::input::read::{Count, Map, Named, Number, Spanned};
+use crate::input::read::{Map, Named, Number, Spanned};
 use crate::input::{self, EndRelease, Formulation as Word};
+use crate::mesh::Mesh;
 use crate::model::{FixedLaw, Member, MemberKind, Node, SegmentLaw};
 use crate::unit::Kind;
 
@@ -75,9 +76,9 @@ fn check_size(members: &[Option<Member>], cx: &mut Context) {
     let mut total = 0_usize;
     for member in members.iter().flatten() {
         total = member.segments.iter().fold(total, |sum, segment| sum.saturating_add(segment.elements.unwrap_or(0)));
-        if total > Count::LIMIT {
+        if total > Mesh::FORCED_LIMIT {
             cx.error(
-                InputError::new(format!("the network asks for more than {} elements", Count::LIMIT))
+                InputError::new(format!("the network asks for more than {} elements", Mesh::FORCED_LIMIT))
                     .at(member.span)
                     .help("ask for fewer elements, or leave the mesh to the solver"),
             );
