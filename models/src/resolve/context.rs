@@ -55,8 +55,7 @@ impl Names {
     /// Index of a name, or an error that says who refers to what is not there.
     pub fn find(&self, name: &str, span: Span, owner: &str, cx: &mut Context) -> Option<usize> {
         let found = self.get(name);
-        // Who has read a hundred messages needs no more, and looking for likely names takes time.
-        if found.is_none() && cx.errors.len() < 100 {
+        if found.is_none() && !cx.has_many_errors() {
             cx.error(
                 InputError::new(format!("{owner} refers to {} '{name}', which is not defined", self.what))
                     .at(span)
@@ -114,6 +113,11 @@ impl Context {
             parameters: HashMap::new(),
             parameter_names: Vec::new(),
         }
+    }
+
+    /// Whether more messages of one kind help nobody: looking for likely names takes time.
+    pub fn has_many_errors(&self) -> bool {
+        self.errors.len() >= 100
     }
 
     pub fn error(&mut self, error: InputError) {

@@ -3,6 +3,7 @@
 mod context;
 mod course;
 mod curve;
+mod grid;
 mod joints;
 mod line;
 mod members;
@@ -16,6 +17,7 @@ mod properties;
 mod steps;
 mod topology;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use pennate_solver::structure::{Dimension, Stability};
@@ -104,10 +106,17 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let rotations = parts.rotations();
     let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
         || bodies.bodies.iter().any(|body| body.mass > 0.0);
+    let mut groups: HashMap<&str, Vec<usize>> = HashMap::new();
+    for (index, member) in members.iter().enumerate() {
+        if let Some(group) = member.as_ref().and_then(|member| member.group.as_deref()) {
+            groups.entry(group).or_default().push(index);
+        }
+    }
     let actors = Actors {
         nodes: &names,
         member_names: &member_names,
         members: &members,
+        groups: &groups,
         properties: &properties,
         bodies: &bodies,
         rotations: &rotations,

@@ -10,14 +10,17 @@ use nalgebra::{Rotation3, Unit, Vector3};
 
 use super::context::Context;
 use super::curve;
+use super::grid::Grid;
 use crate::error::{InputError, Span};
-use crate::input::read::{Count, Named, Number, Spanned, Written, suggest};
+use crate::input::read::{Named, Number, Spanned, Written, suggest};
 use crate::input::{
     EndRelease, Fix, Member, Network, Pattern, Releases, RigidBody, Spring, SpringStiffness, Support, SupportWord,
     TurnedSupport,
 };
 use crate::unit::Kind;
 
+/// Nodes, members, segments, springs and nodes of bodies that patterns may make: a short file takes a gigabyte at most.
+const LIMIT: usize = 100_000;
 /// Default of the merge tolerance over the size of the network.
 const MERGE: f64 = 1e-9;
 
@@ -70,12 +73,15 @@ impl Step {
         self.angle != 0.0
     }
 
-    /// The motion of so many steps; angles are multiplied, so that a full turn comes back to its start.
-    fn times(&self, count: usize) -> Motion {
-        let turn = |times: usize| Rotation3::from_axis_angle(&self.axis, self.angle * times as f64);
-        let rotation = turn(count);
-        let along: Vector3<f64> = (0..count).map(|index| turn(index) * self.translation).sum();
-        Motion { rotation, translation: self.point - rotation * self.point + along }
+    /// The motions of one step, two steps and so on; angles are multiplied, so that a full turn comes back to its start.
+    fn motions(&self) -> impl Iterator<Item = Motion> + '_ {
+        let mut along = Vector3::zeros();
+        let mut before = Rotation3::identity();
+        (1..).map(move |count| {
+            along += before * self.translation;
+            before = Rotation3::from_axis_angle(&self.axis, self.angle * f64::from(count));
+            Motion { rotation: before, translation: self.point - before * self.point + along }
+        })
     }
 }
 
@@ -105,22 +111,16 @@ fn repeat(network: &mut Network, pattern: &Spanned<Pattern>, numbers: &mut Numbe
         Some(merge) => cx.not_negative(merge, Kind::Length, "the merge tolerance of a pattern")?,
         None => MERGE * size(&places),
     };
-    let mut copier = Copier {
-        network,
-        places,
-        grid: Grid::new(merge),
-        step: &step,
-        numbers,
-        fused: HashMap::new(),
-        held: Held::default(),
-    };
+    let mut copier =
+        Copier { network, places, grid: Grid::new(merge), merge, step: &step, numbers, held: Held::default() };
     for index in 0..copier.places.len() {
         copier.grid.add(copier.places[index], index);
     }
-    for copy in 2..=count {
-        copier.copy(&selection, copy, pattern.value.supports == Some(true), cx)?;
+    let second_axes = copier.second_axes(&selection, cx)?;
+    for (copy, motion) in (2..=count).zip(step.motions()) {
+        copier.copy(&selection, copy, motion, &second_axes, pattern.value.supports == Some(true), cx)?;
     }
-    copier.fuse_bodies(cx)?;
+    fuse_bodies(network, cx)?;
     check_names(network, pattern.span, cx)
 }
 
@@ -152,21 +152,22 @@ impl Selection {
         };
         let Some(wanted) = &pattern.members else { return Some(all) };
         let members: Vec<&Named<Spanned<Member>>> = network.members.iter().flatten().collect();
-        let fits = |member: &Named<Spanned<Member>>, name: &str| {
-            member.name == name || member.value.value.group.as_ref().is_some_and(|group| group.value == name)
+        let names = |member: &Named<Spanned<Member>>| {
+            let group = member.value.value.group.as_ref().map(|group| group.value.clone());
+            [Some(member.name.clone()), group].into_iter().flatten()
         };
-        for name in &wanted.value {
-            if !members.iter().any(|member| fits(member, &name.value)) {
-                let known = members.iter().map(|member| member.name.as_str());
-                cx.error(
-                    InputError::new(format!("a pattern repeats '{}', which is no member and no group", name.value))
-                        .at(name.span)
-                        .help(suggest(&name.value, known, "members")),
-                );
-                return None;
-            }
+        let known: HashSet<String> = members.iter().flat_map(|member| names(member)).collect();
+        if let Some(name) = wanted.value.iter().find(|name| !known.contains(&name.value)) {
+            let known = members.iter().map(|member| member.name.as_str());
+            cx.error(
+                InputError::new(format!("a pattern repeats '{}', which is no member and no group", name.value))
+                    .at(name.span)
+                    .help(suggest(&name.value, known, "members")),
+            );
+            return None;
         }
-        let chosen = |&index: &usize| wanted.value.iter().any(|name| fits(members[index], &name.value));
+        let wanted: HashSet<&str> = wanted.value.iter().map(|name| name.value.as_str()).collect();
+        let chosen = |&index: &usize| names(members[index]).any(|name| wanted.contains(name.as_str()));
         let members_chosen: Vec<usize> = all.members.into_iter().filter(chosen).collect();
         let ends = members_chosen.iter().flat_map(|&index| &members[index].value.value.nodes.value);
         let mut nodes: HashSet<usize> = ends.filter_map(|name| node_index.get(name.value.as_str()).copied()).collect();
@@ -202,14 +203,19 @@ fn spring_nodes(spring: &Spring) -> impl Iterator<Item = &Spanned<String>> {
 }
 
 fn check_size(network: &Network, selection: &Selection, count: usize, span: Span, cx: &mut Context) -> Option<()> {
-    let there =
-        network.members.as_ref().map_or(0, |map| map.0.len()) + network.nodes.as_ref().map_or(0, |map| map.0.len());
-    let one = selection.members.len() + selection.nodes.len();
-    if there.saturating_add(one.saturating_mul(count)) <= Count::LIMIT {
+    let members: Vec<&Named<Spanned<Member>>> = network.members.iter().flatten().collect();
+    let bodies: Vec<&Named<Spanned<RigidBody>>> = network.rigid_bodies.iter().flatten().collect();
+    let of_member =
+        |&index: &usize| 1 + members[index].value.value.segments.as_ref().map_or(0, |list| list.value.len());
+    let of_body = |&index: &usize| body_nodes(&bodies[index].value.value).count();
+    let copied = selection.members.iter().map(of_member).chain(selection.bodies.iter().map(of_body));
+    let one = selection.nodes.len() + selection.springs.len() + copied.sum::<usize>();
+    let there = members.len() + network.nodes.as_ref().map_or(0, |map| map.0.len());
+    if there.saturating_add(one.saturating_mul(count - 1)) <= LIMIT {
         return Some(());
     }
     cx.error(
-        InputError::new(format!("a pattern makes more than {} nodes and members", Count::LIMIT))
+        InputError::new(format!("a pattern makes more than {LIMIT} nodes, members and other parts"))
             .at(span)
             .help("ask for fewer copies"),
     );
@@ -222,10 +228,10 @@ struct Copier<'a> {
     /// Positions of the nodes of the network.
     places: Vec<Vector3<f64>>,
     grid: Grid,
+    /// Nodes nearer than this are one.
+    merge: f64,
     step: &'a Step,
     numbers: &'a mut Numbers,
-    /// Bodies that came to share a node: the later by the earlier.
-    fused: HashMap<usize, usize>,
     held: Held,
 }
 
@@ -238,12 +244,19 @@ struct Held {
 }
 
 impl Copier<'_> {
-    fn copy(&mut self, selection: &Selection, copy: usize, supports: bool, cx: &mut Context) -> Option<()> {
-        let motion = self.step.times(copy - 1);
+    fn copy(
+        &mut self,
+        selection: &Selection,
+        copy: usize,
+        motion: Motion,
+        second_axes: &[Vector3<f64>],
+        supports: bool,
+        cx: &mut Context,
+    ) -> Option<()> {
         let renamed = self.nodes(selection, copy, motion);
-        for &index in &selection.members {
+        for (at, &index) in selection.members.iter().enumerate() {
             let original = self.network.members.as_ref()?.0[index].clone();
-            let member = self.member(original, copy, motion, &renamed, cx)?;
+            let member = self.member(original, copy, motion, second_axes.get(at), &renamed, cx)?;
             self.network.members.as_mut()?.0.push(member);
         }
         for &index in &selection.bodies {
@@ -283,7 +296,9 @@ impl Copier<'_> {
         for &index in &selection.nodes {
             let place = motion.rotation * self.places[index] + motion.translation;
             let original = &nodes.0[index];
-            let there = self.grid.find(place, &self.places);
+            let distance = |node: usize| (self.places[node] - place).norm();
+            let near = self.grid.near(place).filter(|&node| distance(node) <= self.merge);
+            let there = near.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
             let name = there.map_or_else(|| self.numbers.copied(&original.name, copy), |at| nodes.0[at].name.clone());
             renamed.insert(original.name.clone(), name.clone());
             if there.is_none() {
@@ -303,14 +318,14 @@ impl Copier<'_> {
         mut member: Named<Spanned<Member>>,
         copy: usize,
         motion: Motion,
+        second_axis: Option<&Vector3<f64>>,
         renamed: &HashMap<String, String>,
         cx: &mut Context,
     ) -> Option<Named<Spanned<Member>>> {
         let data = &mut member.value.value;
-        if self.step.turns() {
+        // Without a turn there are no second axes, and nothing to do.
+        if let Some(second) = second_axis {
             let owner = format!("member '{}'", member.name);
-            // The default of axis 2 is global and would not turn with the copy.
-            let second = self.second_axis(data, &owner, member.span, cx)?;
             let turn = |list: &mut Spanned<Vec<Number>>, cx: &mut Context| {
                 let direction = cx.direction(list, &format!("a direction of {owner}"))?;
                 list.value = (motion.rotation * direction).iter().map(|&x| bare(x, list.span)).collect();
@@ -345,33 +360,16 @@ impl Copier<'_> {
         Some(member)
     }
 
-    /// Axis 2 at the start of a member that leaves it to the default.
-    fn second_axis(&self, data: &Member, owner: &str, span: Span, cx: &mut Context) -> Option<Vector3<f64>> {
-        let end = |index: usize| {
-            let name = data.nodes.value.get(index)?;
-            let at = self.network.nodes.iter().flatten().position(|node| node.name == name.value)?;
-            Some(self.places[at])
-        };
-        let tangent = match (&data.tangent, &data.arc, end(0), end(1)) {
-            (Some(tangent), ..) => Some(cx.direction(tangent, &format!("the tangent of {owner}"))?),
-            (None, Some(point), Some(start), Some(end)) => {
-                let point = cx.vector(point, Kind::Length, &format!("the arc of {owner}"))?.into();
-                curve::arc(start, point, end).map(|arc| arc.tangent)
-            }
-            (None, None, Some(start), Some(end)) => (end - start).try_normalize(0.0),
-            _ => None,
-        };
-        let frame = tangent.and_then(|tangent| curve::frame(tangent, None));
-        if frame.is_none() {
-            cx.error(
-                InputError::new(format!("a pattern cannot turn {owner}, which has no direction"))
-                    .at(span)
-                    .help("name two nodes at different places; an arc needs a third one beside their line"),
-            );
+    /// Axes 2 of the members that a turning pattern copies: their default is global and would not turn with the copy.
+    fn second_axes(&self, selection: &Selection, cx: &mut Context) -> Option<Vec<Vector3<f64>>> {
+        if !self.step.turns() {
+            return Some(Vec::new());
         }
-        Some(frame?.column(1).into_owned())
+        let names = self.network.nodes.iter().flatten().map(|named| named.name.as_str());
+        let places: HashMap<&str, Vector3<f64>> = names.zip(self.places.iter().copied()).collect();
+        let members = &self.network.members.as_ref()?.0;
+        selection.members.iter().map(|&index| second_axis(&members[index], &places, cx)).collect()
     }
-
     /// Copies the supports of nodes, unless the copy of the node has one already.
     fn supports(&mut self, renamed: &HashMap<String, String>, motion: Motion, cx: &mut Context) -> Option<()> {
         let Some(supports) = self.network.supports.as_mut() else { return Some(()) };
@@ -397,52 +395,81 @@ impl Copier<'_> {
         }
         Some(())
     }
-
-    /// Makes one body of those that share nodes; their masses add.
-    fn fuse_bodies(&mut self, cx: &mut Context) -> Option<()> {
-        let Some(bodies) = self.network.rigid_bodies.as_mut() else { return Some(()) };
-        let mut owner: HashMap<String, usize> = HashMap::new();
-        for index in 0..bodies.0.len() {
-            let names: Vec<String> = body_nodes(&bodies.0[index].value.value).map(str::to_owned).collect();
-            let first = names.iter().filter_map(|name| owner.get(name)).map(|&body| root(&self.fused, body)).min();
-            let keeper = first.unwrap_or(index);
-            if keeper != index {
-                self.fused.insert(index, keeper);
-            }
-            for name in names {
-                if let Some(other) = owner.insert(name, keeper).map(|body| root(&self.fused, body))
-                    && other != keeper
-                {
-                    self.fused.insert(other, keeper);
-                }
-            }
-        }
-        for index in (0..bodies.0.len()).rev() {
-            let keeper = root(&self.fused, index);
-            if keeper == index {
-                continue;
-            }
-            let body = bodies.0.remove(index).value.value;
-            let into = &mut bodies.0[keeper].value.value;
-            let mut known: HashSet<String> = body_nodes(into).map(str::to_owned).collect();
-            let names = body.nodes.value.into_iter().chain(body.reference);
-            into.nodes.value.extend(names.filter(|name| known.insert(name.value.clone())));
-            into.mass = match (into.mass.take(), body.mass) {
-                (Some(a), Some(b)) => {
-                    let sum = cx.number(&a, Kind::Mass)? + cx.number(&b, Kind::Mass)?;
-                    Some(bare(sum, a.span))
-                }
-                (a, b) => a.or(b),
-            };
-        }
-        self.fused.clear();
-        Some(())
-    }
 }
 
-fn root(fused: &HashMap<usize, usize>, mut body: usize) -> usize {
-    while let Some(&earlier) = fused.get(&body) {
-        body = earlier;
+/// Axis 2 at the start of a member that leaves it to the default.
+fn second_axis(
+    member: &Named<Spanned<Member>>,
+    places: &HashMap<&str, Vector3<f64>>,
+    cx: &mut Context,
+) -> Option<Vector3<f64>> {
+    let (data, owner) = (&member.value.value, format!("member '{}'", member.name));
+    let end = |index: usize| places.get(data.nodes.value.get(index)?.value.as_str()).copied();
+    let tangent = match (&data.tangent, &data.arc, end(0), end(1)) {
+        (Some(tangent), ..) => Some(cx.direction(tangent, &format!("the tangent of {owner}"))?),
+        (None, Some(point), Some(start), Some(end)) => {
+            let point = cx.vector(point, Kind::Length, &format!("the arc of {owner}"))?.into();
+            curve::arc(start, point, end).map(|arc| arc.tangent)
+        }
+        (None, None, Some(start), Some(end)) => (end - start).try_normalize(0.0),
+        _ => None,
+    };
+    let frame = tangent.and_then(|tangent| curve::frame(tangent, None));
+    if frame.is_none() {
+        cx.error(
+            InputError::new(format!("a pattern cannot turn {owner}, which has no direction"))
+                .at(member.span)
+                .help("name two nodes at different places; an arc needs a third one beside their line"),
+        );
+    }
+    Some(frame?.column(1).into_owned())
+}
+
+/// Makes one body of those that share nodes; their masses add.
+fn fuse_bodies(network: &mut Network, cx: &mut Context) -> Option<()> {
+    let Some(bodies) = network.rigid_bodies.as_mut() else { return Some(()) };
+    // The earliest body of those that each shares nodes with, itself or one nearer to it.
+    let mut earlier: Vec<usize> = (0..bodies.0.len()).collect();
+    let mut owner: HashMap<&str, usize> = HashMap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        for name in body_nodes(&body.value.value) {
+            let other = *owner.entry(name).or_insert(index);
+            let [a, b] = [other, index].map(|body| first(&mut earlier, body));
+            earlier[a.max(b)] = a.min(b);
+        }
+    }
+    let mut kept: Vec<Named<Spanned<RigidBody>>> = Vec::new();
+    // Where the earliest ones are among those kept, and the nodes of those that others were added to.
+    let mut place = HashMap::new();
+    let mut known: HashMap<usize, HashSet<String>> = HashMap::new();
+    for (index, body) in std::mem::take(&mut bodies.0).into_iter().enumerate() {
+        let keeper = first(&mut earlier, index);
+        if keeper == index {
+            place.insert(index, kept.len());
+            kept.push(body);
+            continue;
+        }
+        let (body, into) = (body.value.value, &mut kept[place[&keeper]].value.value);
+        let known = known.entry(keeper).or_insert_with(|| body_nodes(into).map(str::to_owned).collect());
+        let names = body.nodes.value.into_iter().chain(body.reference);
+        into.nodes.value.extend(names.filter(|name| known.insert(name.value.clone())));
+        into.mass = match (into.mass.take(), body.mass) {
+            (Some(a), Some(b)) => {
+                let sum = cx.number(&a, Kind::Mass)? + cx.number(&b, Kind::Mass)?;
+                Some(bare(sum, a.span))
+            }
+            (a, b) => a.or(b),
+        };
+    }
+    bodies.0 = kept;
+    Some(())
+}
+
+/// The earliest body of those that are one; the way there is shortened for the next time.
+fn first(earlier: &mut [usize], mut body: usize) -> usize {
+    while earlier[body] != body {
+        earlier[body] = earlier[earlier[body]];
+        body = earlier[body];
     }
     body
 }
@@ -530,38 +557,4 @@ fn rename(name: &mut Spanned<String>, renamed: &HashMap<String, String>) {
 
 fn bare(value: f64, span: Span) -> Number {
     Spanned { span, value: Written::Bare(value) }
-}
-
-/// Nodes by cells of a grid: what is near lies in the same cell or beside it.
-struct Grid {
-    reach: f64,
-    cells: HashMap<[i64; 3], Vec<usize>>,
-}
-
-impl Grid {
-    fn new(reach: f64) -> Self {
-        Self { reach, cells: HashMap::new() }
-    }
-
-    fn cell(&self, place: Vector3<f64>) -> [i64; 3] {
-        let width = if self.reach > 0.0 { 2.0 * self.reach } else { 1.0 };
-        #[expect(clippy::cast_possible_truncation, reason = "saturates, and then only costs time")]
-        <[f64; 3]>::from(place).map(|x| (x / width).floor() as i64)
-    }
-
-    fn add(&mut self, place: Vector3<f64>, node: usize) {
-        self.cells.entry(self.cell(place)).or_default().push(node);
-    }
-
-    /// The nearest node within reach.
-    fn find(&self, place: Vector3<f64>, places: &[Vector3<f64>]) -> Option<usize> {
-        let [x, y, z] = self.cell(place);
-        let around = (0..27).map(|offset: i64| {
-            let [dx, dy, dz] = [offset % 3 - 1, offset / 3 % 3 - 1, offset / 9 - 1];
-            [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)]
-        });
-        let near = around.filter_map(|cell| self.cells.get(&cell)).flatten().copied();
-        let distance = |node: usize| (places[node] - place).norm();
-        near.filter(|&node| distance(node) <= self.reach).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
-    }
 }

@@ -21,6 +21,8 @@ pub struct Actors<'a> {
     pub nodes: &'a Names,
     pub member_names: &'a Names,
     pub members: &'a [Option<Member>],
+    /// Members by the name of their group.
+    pub groups: &'a HashMap<&'a str, Vec<usize>>,
     pub properties: &'a Properties,
     pub bodies: &'a Bodies,
     pub rotations: &'a [JointRotation],
@@ -113,14 +115,14 @@ impl StepReader<'_, '_> {
             );
             return (2, Vec::new());
         }
-        let of_group = |member: &&Member| name == "all" || member.group.as_deref() == Some(name);
-        if name != "all" && !members.iter().flatten().any(|member| of_group(&member)) {
-            let groups = members.iter().flatten().filter_map(|member| member.group.as_deref());
-            let mut known: Vec<&str> = groups.chain(self.actors.member_names.iter()).chain(["all"]).collect();
-            known.sort_unstable();
-            known.dedup();
+        let group = self.actors.groups.get(name);
+        if name != "all" && group.is_none() {
             // A member or group whose definition failed has been reported already.
-            if members.iter().all(Option::is_some) {
+            if members.iter().all(Option::is_some) && !self.cx.has_many_errors() {
+                let groups = self.actors.groups.keys().copied();
+                let mut known: Vec<&str> = groups.chain(self.actors.member_names.iter()).chain(["all"]).collect();
+                known.sort_unstable();
+                known.dedup();
                 self.cx.error(
                     InputError::new(format!(
                         "{what} of step '{}' names '{name}', which is no member or group",
@@ -133,11 +135,12 @@ impl StepReader<'_, '_> {
             }
             return (1, Vec::new());
         }
-        let found: Vec<usize> = members
-            .iter()
-            .enumerate()
-            .filter_map(|(index, member)| member.as_ref().filter(|m| of_group(m) && fits(m)).map(|_| index))
-            .collect();
+        let fits = |&index: &usize| members[index].as_ref().is_some_and(&fits);
+        let found: Vec<usize> = match group {
+            _ if name == "all" => (0..members.len()).filter(fits).collect(),
+            Some(group) => group.iter().copied().filter(fits).collect(),
+            None => Vec::new(),
+        };
         if found.is_empty() && members.iter().all(Option::is_some) {
             self.cx.error(
                 InputError::new(format!("'{name}' holds no member that {what} could act on"))

@@ -1,11 +1,12 @@
 //! How the parts of a network hang together, and what is wrong with that.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use nalgebra::Vector3;
 use pennate_solver::structure::{Change, Release, Spring as SpringLaw, Support};
 
 use super::context::Context;
+use super::grid::Grid;
 use super::joints::Bodies;
 use crate::error::{InputError, Span};
 use crate::model::{Member, Node, Spring, Step, Target};
@@ -124,26 +125,11 @@ impl Parts<'_> {
                 joined.insert((nodes[0].min(nodes[1]), nodes[0].max(nodes[1])));
             }
         }
-        // Nodes by cells of a grid; what is near lies in a neighbouring cell.
-        let cell = if tolerance > 0.0 { 2.0 * tolerance } else { 1.0 };
-        let key = |position: [f64; 3]| -> [i64; 3] {
-            #[expect(clippy::cast_possible_truncation, reason = "saturates, and then only costs time")]
-            position.map(|x| (x / cell).floor() as i64)
-        };
-        let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+        let mut grid = Grid::new(tolerance);
         let mut found = 0;
         for (index, node) in self.nodes.iter().enumerate() {
             let Some(node) = node else { continue };
-            let [x, y, z] = key(node.position);
-            let around = |offset: i64| {
-                [
-                    x.saturating_add(offset % 3 - 1),
-                    y.saturating_add(offset / 3 % 3 - 1),
-                    z.saturating_add(offset / 9 - 1),
-                ]
-            };
-            let near = (0..27).filter_map(|offset| cells.get(&around(offset))).flatten().copied();
-            let same = near.filter(|&other| {
+            let same = grid.near(node.position.into()).filter(|&other| {
                 let place = |index: usize| self.nodes[index].as_ref().map_or([f64::NAN; 3], |node| node.position);
                 let one_body =
                     self.bodies.of_node[other].is_some() && self.bodies.of_node[other] == self.bodies.of_node[index];
@@ -151,9 +137,11 @@ impl Parts<'_> {
                     && !one_body
                     && !joined.contains(&(other, index))
             });
-            if let Some(Some(other)) = same.min().map(|other| &self.nodes[other])
-                && found < 20
-            {
+            if let Some(Some(other)) = same.min().map(|other| &self.nodes[other]) {
+                // In a heap of nodes every one is near all others.
+                if found == 20 {
+                    return;
+                }
                 found += 1;
                 cx.error(
                     InputError::new(format!("nodes '{}' and '{}' are at one place", other.name, node.name))
@@ -162,7 +150,7 @@ impl Parts<'_> {
                         .help("use one node for both, or join them by a spring or a rigid body"),
                 );
             }
-            cells.entry([x, y, z]).or_default().push(index);
+            grid.add(node.position.into(), index);
         }
     }
 
