@@ -180,6 +180,9 @@ pub fn fit(request: &fit::Request, output: Option<&Path>, check: bool, plot: Opt
         Ok(fitted) => fitted,
         Err(errors) => return refuse(&Refusal::Input(errors)),
     };
+    for warning in fit::report::warnings(&fitted) {
+        show(Severity::Warning, &warning, &[]);
+    }
     let mut text = fit::report::report(&fitted);
     if check {
         text += &format!("\n{}", fit::report::check(&fitted));

@@ -287,6 +287,14 @@ fn the_command_prints_the_fit_and_writes_its_files() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success());
     assert!(text.contains("3 of 3") && text.contains("Without kinked states"), "{text}");
+    let warnings = String::from_utf8(output.stderr).unwrap();
+    for warning in [
+        "16 load cases of 'axial-' at 130 mm are not fitted: once the muscle buckles",
+        "help: to fit them too: --tests axial+,bend,axial-",
+        "56 load cases of 'bend_fx+', 'bend_fx-', 'moment' at 130 mm are not fitted: their kind of test is not asked for",
+    ] {
+        assert!(warnings.contains(warning), "{warnings}");
+    }
     assert!(std::fs::read_to_string(&file).unwrap().contains("# Fitted to load_cases.csv, variant A: 60 load cases"));
     assert!(Path::new(&picture).exists());
 

@@ -2,8 +2,9 @@
 
 use super::errors::{LengthErrors, by_length};
 use super::optimize::Method;
-use super::select::words;
+use super::select::{LeftOut, words};
 use super::{Fitted, KINKED};
+use crate::diagnostics::Message;
 use crate::output::text::{Align, columns, duration, number, shown};
 
 /// The parameters with the errors of what was fitted.
@@ -55,6 +56,29 @@ pub fn report(fitted: &Fitted) -> String {
         "\nTook {}: {solved} load cases, {factorizations} factorizations.\n",
         duration(fitted.took.as_secs_f64())
     )
+}
+
+/// What was left out, and why.
+pub fn warnings(fitted: &Fitted) -> Vec<Message> {
+    let (selection, tests) = (&fitted.selection, &fitted.selection.tests);
+    let (pushes, others): (Vec<&LeftOut>, Vec<&LeftOut>) = selection.left_out.iter().partition(|kind| kind.push);
+    let warning = |kinds: &[&LeftOut], why: &str| {
+        let count: usize = kinds.iter().map(|kind| kind.count).sum();
+        let named = kinds.iter().filter(|kind| !kind.test.is_empty());
+        let names: Vec<String> = named.map(|kind| format!("'{}'", shown(&kind.test))).collect();
+        let of = if names.is_empty() { String::new() } else { format!(" of {}", names.join(", ")) };
+        let all = tests.iter().chain(kinds.iter().map(|kind| &kind.test)).map(String::as_str);
+        Message {
+            title: format!("{count} load cases{of} at {} mm are not fitted: {why}", number(selection.length)),
+            help: (!names.is_empty())
+                .then(|| format!("to fit them too: --tests {}", all.collect::<Vec<_>>().join(","))),
+            ..Message::default()
+        }
+    };
+    let pushed = "once the muscle buckles, a push along the axis has no stable straight state";
+    let unnamed = "their kind of test is not asked for";
+    let sorts = [(pushes, pushed), (others, unnamed)];
+    sorts.iter().filter(|(kinds, _)| !kinds.is_empty()).map(|(kinds, why)| warning(kinds, why)).collect()
 }
 
 /// Names of the methods.

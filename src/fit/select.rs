@@ -18,6 +18,17 @@ pub struct Selection {
     pub pressures: Vec<Pressure>,
     /// Kinds of test that are fitted.
     pub tests: Vec<String>,
+    /// Kinds of loaded cases of this length that are not.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Load cases of one kind of test that are not fitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    pub test: String,
+    pub count: usize,
+    /// They push along the axis.
+    pub push: bool,
 }
 
 /// What is fitted at one pressure.
@@ -57,6 +68,17 @@ pub fn select(data: &Data, request: &Request) -> Result<Selection, Vec<InputErro
     // Without names of tests a push along the axis is left out: beyond buckling it has no stable straight state.
     let pulls = |case: &&Case| !case.test.is_empty() || !case.is_axial() || case.force[0] > 0.0;
     let at_length: Vec<&Case> = all.iter().filter(|case| case.length == length).collect();
+    let mut left_out: Vec<LeftOut> = Vec::new();
+    let fitted = |case: &&Case| known(case) && pulls(case);
+    for case in at_length.iter().copied().filter(|case| !case.is_free()).filter(|case| !fitted(case)) {
+        match left_out.iter_mut().find(|kind| kind.test == case.test) {
+            Some(kind) => kind.count += 1,
+            None => {
+                let push = case.is_axial() && case.force[0] < 0.0;
+                left_out.push(LeftOut { test: case.test.clone(), count: 1, push });
+            }
+        }
+    }
     let pressures: Vec<Pressure> = distinct(at_length.iter().map(|case| case.pressure))
         .into_iter()
         .map(|pressure| {
@@ -78,7 +100,7 @@ pub fn select(data: &Data, request: &Request) -> Result<Selection, Vec<InputErro
             tests.push(case.test.clone());
         }
     }
-    Ok(Selection { variant, length, lengths, all, pressures, tests })
+    Ok(Selection { variant, length, lengths, all, pressures, tests, left_out })
 }
 
 fn check_tube(request: &Request) -> Option<InputError> {
