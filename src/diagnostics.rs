@@ -89,8 +89,14 @@ fn remarks(message: &Message) -> String {
 }
 
 fn marked<'a>(source: &'a Source, span: Span, label: Option<&'a str>) -> Element<'a> {
-    let mark = AnnotationKind::Primary.span(range_in(&source.text, span)).label(label);
-    Snippet::source(source.text.as_str()).path(source.name.as_str()).annotation(mark).into()
+    let marked = range_in(&source.text, span);
+    // The line alone: the renderer goes through all that it is given, for every message.
+    let before = &source.text[..marked.start];
+    let start = before.rfind('\n').map_or(0, |at| at + 1);
+    let end = source.text[marked.start..].find('\n').map_or(source.text.len(), |length| marked.start + length);
+    let number = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+    let mark = AnnotationKind::Primary.span(marked.start - start..marked.end - start).label(label);
+    Snippet::source(&source.text[start..end]).line_start(number).path(source.name.as_str()).annotation(mark).into()
 }
 
 /// The part of a text that a span names, on whole characters.

@@ -1,0 +1,93 @@
+//! One file, as the commands take it.
+
+use std::time::{Duration, Instant};
+
+use pennate::accuracy::solve_to_accuracy;
+use pennate::diagnostics::{Message, Severity, text};
+use pennate::explain;
+use pennate_models::{Mesh, Model, discretize, file, read_text};
+use pennate_solver::history::Status;
+use pennate_solver::options::Options;
+
+/// Time of a solve, after which it is told to stop.
+const BUDGET: Duration = Duration::from_secs(2);
+/// Forces and moments of all loads and reactions together, over the largest of them.
+const BALANCE: f64 = 1e-6;
+
+/// Reads a file and checks the network, with every message that would be shown.
+///
+/// # Errors
+/// What should not be.
+pub fn check(name: &str, bytes: &[u8]) -> Result<&'static str, String> {
+    let (model, refused) = read(name, bytes);
+    let Some(model) = model else { return Ok(refused) };
+    let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-3));
+    let motions = pennate_solver::free_motions(&structure, &steps);
+    for motion in motions.iter().take(10) {
+        say(&explain::mechanism(&model, motion), &model)?;
+    }
+    if !motions.is_empty() {
+        return Ok("a mechanism");
+    }
+    match pennate_solver::near_motion(&structure, &steps) {
+        Some(near) => say(&explain::near_mechanism(&model, &near), &model).map(|()| "nearly a mechanism"),
+        None => Ok("ready to be solved"),
+    }
+}
+
+fn read(name: &str, bytes: &[u8]) -> (Option<Model>, &'static str) {
+    let Ok(content) = file::read_from(bytes) else { return (None, "no text") };
+    match read_text(name, &content, &[]) {
+        Ok(model) => (Some(model), ""),
+        Err(errors) => {
+            for error in errors.errors.iter().take(4) {
+                text(Severity::Error, &Message::from(error), &errors.sources);
+            }
+            let parsed = errors.errors.iter().all(|error| !error.message.starts_with("this is not"));
+            (None, if parsed { "refused" } else { "neither TOML nor JSON" })
+        }
+    }
+}
+
+fn say(message: &Message, model: &Model) -> Result<(), String> {
+    let shown = text(Severity::Error, message, &model.sources);
+    if shown.contains("NaN") { Err(format!("says {shown}")) } else { Ok(()) }
+}
+
+/// Solves a network within a budget.
+///
+/// # Errors
+/// What should not be: a state that is called converged, and is none.
+pub fn solve(name: &str, bytes: &[u8]) -> Result<&'static str, String> {
+    let (model, refused) = read(name, bytes);
+    let Some(model) = model else { return Ok(refused) };
+    let (start, mut late) = (Instant::now(), false);
+    let options = Options { estimate: true, ..Options::default() };
+    let solved = solve_to_accuracy(model, 1e-4, &options, &mut |_| {
+        late = start.elapsed() > BUDGET;
+        !late
+    });
+    let Ok(solution) = solved else { return Ok("a mechanism") };
+    for (index, step) in solution.history.steps.iter().enumerate() {
+        if let Some(message) = explain::failed_step(&solution.model, index, step) {
+            say(&message, &solution.model)?;
+        }
+        for increment in &step.increments {
+            let nodes = increment.state.nodes.iter();
+            let finite = nodes.flat_map(|node| node.displacement.into_iter().chain(node.rotation)).all(f64::is_finite);
+            if !finite {
+                return Err(format!("step {index} holds what is not finite"));
+            }
+            if !(increment.state.balance <= BALANCE) {
+                return Err(format!("step {index} is out of balance by {:e}", increment.state.balance));
+            }
+        }
+    }
+    Ok(match solution.history.steps.iter().map(|step| step.status).find(|&status| status != Status::Converged) {
+        _ if late => "stopped at the end of its time",
+        None => "solved",
+        Some(Status::LimitPoint) => "a limit point",
+        Some(Status::Bifurcation) => "a bifurcation",
+        Some(_) => "no equilibrium found",
+    })
+}
