@@ -2,19 +2,20 @@
 //!
 //! `cargo run --release --example calibration`; with `-- --write` it draws docs/fit_check.svg too.
 
-use std::path::{Path, PathBuf};
+#[path = "../validation/hifi/muscle.rs"]
+mod muscle;
+
+use std::path::Path;
 use std::time::Instant;
 
 use pennate::fit::cantilever::{Cantilever, Load};
-use pennate::fit::data::Case;
 use pennate::fit::errors::{Errors, by_length, over_pressures};
 use pennate::fit::optimize::Method;
-use pennate::fit::{self, EndLength, Fitted, Request, TESTS, report};
+use pennate::fit::{self, EndLength, Fitted, Request, report};
 use pennate::output::text::{Align, columns};
 
 fn main() {
-    let folder = Path::new("validation/hifi");
-    let base = request(folder.join("load_cases.csv"));
+    let base = muscle::request();
     let fitted = run(&base);
     println!("{}\n{}", report::report(&fitted), report::check(&fitted));
     if std::env::args().any(|argument| argument == "--write") {
@@ -22,23 +23,7 @@ fn main() {
     }
     println!("Choices, errors at 130 mm and at 182 mm:\n\n{}", choices(&base));
     println!("Tests of variant A at 130 mm that were not fitted:\n\n{}", not_fitted(&fitted));
-    times(&fitted, folder);
-}
-
-fn request(data: PathBuf) -> Request {
-    Request {
-        data,
-        variant: Some("A".into()),
-        length: Some(130.0),
-        tests: TESTS.map(str::to_owned).to_vec(),
-        min_ovality: None,
-        diameter: 13.0,
-        wall: 2.0,
-        end_length: EndLength::Diameter,
-        shear: false,
-        two_moduli: false,
-        method: Method::LeastSquares,
-    }
+    times(&fitted, &muscle::folder());
 }
 
 fn run(request: &Request) -> Fitted {
@@ -119,10 +104,8 @@ fn not_fitted(fitted: &Fitted) -> String {
             .rows
             .iter()
             .map(|row| {
-                let wanted = |case: &&Case| {
-                    case.test == test && case.length == fitted.selection.length && case.pressure == row.row.pressure
-                };
-                let cases: Vec<Case> = fitted.selection.all.iter().filter(wanted).cloned().collect();
+                let all = &fitted.selection.all;
+                let cases = muscle::cases(all, fitted.selection.length, row.row.pressure, &[test]);
                 Errors::of(&fitted.tube, row.row, &cases)
             })
             .collect();

@@ -1,5 +1,8 @@
 //! Fits of muscles to test data.
 
+#[path = "../validation/hifi/muscle.rs"]
+mod hifi;
+
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -11,24 +14,9 @@ use pennate::fit::problem::{Problem, Tube};
 use pennate::fit::{self, EndLength, Fitted, KINKED, Request, TESTS, muscle};
 use pennate_models::hsim::Row;
 
-fn data() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/hifi/load_cases.csv")
-}
-
+/// That fit, of other data.
 fn request(data: PathBuf) -> Request {
-    Request {
-        data,
-        variant: Some("A".into()),
-        length: None,
-        tests: TESTS.map(str::to_owned).to_vec(),
-        min_ovality: None,
-        diameter: 13.0,
-        wall: 2.0,
-        end_length: EndLength::Diameter,
-        shear: false,
-        two_moduli: false,
-        method: Method::LeastSquares,
-    }
+    Request { data, length: None, ..hifi::request() }
 }
 
 const TUBE: Tube = Tube { diameter: 13.0, wall: 2.0, end_length: 13.0, shear: false };
@@ -43,24 +31,20 @@ fn at(fitted: &Fitted, length: f64, min_ovality: Option<f64>) -> [f64; 3] {
 /// middle modulus larger by 1/(1 − contraction).
 #[test]
 fn errors_of_another_fit_are_those_it_reports() {
-    let folder = data();
-    let folder = folder.parent().unwrap();
+    let folder = hifi::folder();
     let table = |name: &str| -> Vec<Vec<f64>> {
         let mut reader = csv::Reader::from_path(folder.join(name)).unwrap();
         let number = |field: &str| field.parse().unwrap_or(f64::NAN);
         reader.records().map(|row| row.unwrap().iter().map(number).collect()).collect()
     };
     let parameters = table("hsim_parameters_A.csv");
-    let fitted = fit::run(&request(data())).unwrap();
+    let fitted = fit::run(&hifi::request()).unwrap();
     for line in table("hsim_errors_A.csv") {
         let (length, pressure) = (line[0], line[2]);
         let given = parameters.iter().find(|row| row[0] == pressure).unwrap();
         let moduli = [given[4], given[4] / (1.0 - given[6])];
         let row = muscle::row(pressure, -given[7], [given[2], given[3]], moduli);
-        let wanted = |case: &&fit::data::Case| {
-            case.length == length && case.pressure == pressure && TESTS.contains(&case.test.as_str())
-        };
-        let cases: Vec<_> = fitted.selection.all.iter().filter(wanted).cloned().collect();
+        let cases = hifi::cases(&fitted.selection.all, length, pressure, &TESTS);
         assert_eq!(cases.len() as f64, line[4]);
         let errors = Errors::of(&TUBE, row, &cases);
         for (kind, (found, expected)) in errors.mean.into_iter().zip([line[5], line[6], line[7]]).enumerate() {
@@ -71,7 +55,7 @@ fn errors_of_another_fit_are_those_it_reports() {
 
 #[test]
 fn the_muscle_of_the_data_is_fitted_well_kinked_states_included() {
-    let fitted = fit::run(&request(data())).unwrap();
+    let fitted = fit::run(&hifi::request()).unwrap();
     let [axial, bending, slope] = at(&fitted, 130.0, None);
     assert!(axial <= 0.45 && bending <= 1.0 && slope <= 0.55, "{axial} {bending} {slope}");
     let [_, round, _] = at(&fitted, 130.0, Some(KINKED));
@@ -85,8 +69,8 @@ fn the_muscle_of_the_data_is_fitted_well_kinked_states_included() {
 
 #[test]
 fn a_fitted_end_length_carries_over_to_other_lengths() {
-    let with_diameter = fit::run(&request(data())).unwrap();
-    let fitted = fit::run(&Request { end_length: EndLength::Fitted, ..request(data()) }).unwrap();
+    let with_diameter = fit::run(&hifi::request()).unwrap();
+    let fitted = fit::run(&Request { end_length: EndLength::Fitted, ..hifi::request() }).unwrap();
     assert!((fitted.tube.end_length - 3.0).abs() < 0.1, "{}", fitted.tube.end_length);
     let [before, after] = [&with_diameter, &fitted].map(|fitted| at(fitted, 182.0, None)[0]);
     assert!(after < 0.5 * before, "{after} {before}");
@@ -96,8 +80,8 @@ fn a_fitted_end_length_carries_over_to_other_lengths() {
 
 #[test]
 fn both_optimizers_find_the_same_muscle() {
-    let squares = fit::run(&request(data())).unwrap();
-    let simplex = fit::run(&Request { method: Method::NelderMead, ..request(data()) }).unwrap();
+    let squares = fit::run(&hifi::request()).unwrap();
+    let simplex = fit::run(&Request { method: Method::NelderMead, ..hifi::request() }).unwrap();
     for (a, b) in squares.rows.iter().zip(&simplex.rows) {
         assert!((a.cost - b.cost).abs() <= 1e-8 * a.cost, "{} {}", a.cost, b.cost);
         assert!((a.row.end_radius - b.row.end_radius).abs() < 1e-3);
@@ -168,7 +152,7 @@ fn the_end_length_of_a_known_muscle_is_found_from_one_length() {
 /// Exact derivatives against differences, all four parameters.
 #[test]
 fn derivatives_by_the_parameters_are_those_of_the_differences() {
-    let fitted = fit::run(&request(data())).unwrap();
+    let fitted = fit::run(&hifi::request()).unwrap();
     let cases = &fitted.selection.pressures[2].cases;
     for shear in [false, true] {
         let tube = Tube { shear, ..TUBE };
@@ -195,7 +179,7 @@ fn derivatives_by_the_parameters_are_those_of_the_differences() {
 
 #[test]
 fn a_parameter_that_ends_on_a_bound_is_named() {
-    let fitted = fit::run(&Request { two_moduli: true, ..request(data()) }).unwrap();
+    let fitted = fit::run(&Request { two_moduli: true, ..hifi::request() }).unwrap();
     assert!(
         fitted.rows.iter().any(|row| row.on_bounds.iter().any(|(parameter, ..)| *parameter == Parameter::EndRadius))
     );
@@ -207,7 +191,7 @@ fn a_parameter_that_ends_on_a_bound_is_named() {
 /// The file is one that a network refers to, and the network's cantilever is the one that was fitted.
 #[test]
 fn the_muscle_file_serves_a_network() {
-    let fitted = fit::run(&request(data())).unwrap();
+    let fitted = fit::run(&hifi::request()).unwrap();
     let directory = tempfile::tempdir().unwrap();
     std::fs::write(directory.path().join("muscle.toml"), fit::file::text(&fitted)).unwrap();
     let network = "format = \"pennate/1\"\nnodes = { A = [0, 0], B = [130, 0] }\nmuscles.m = { file = \"muscle.toml\" }\n\
@@ -260,7 +244,7 @@ fn data_that_cannot_be_fitted_are_refused_with_their_row() {
 
 #[test]
 fn the_picture_shows_both_series() {
-    let fitted = fit::run(&request(data())).unwrap();
+    let fitted = fit::run(&hifi::request()).unwrap();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("check.svg");
     fit::plot::draw(&fitted, &path).unwrap();
@@ -280,7 +264,7 @@ fn pennate(arguments: &[&str]) -> std::process::Output {
 fn the_command_prints_the_fit_and_writes_its_files() {
     let directory = tempfile::tempdir().unwrap();
     let [file, picture] = ["muscle.toml", "check.svg"].map(|name| directory.path().join(name).display().to_string());
-    let data = data().display().to_string();
+    let data = hifi::load_cases().display().to_string();
     let tube = ["--diameter", "13", "--wall", "2"];
     let rest = ["--variant", "A", "--check", "-o", &file, "--plot", &picture];
     let output = pennate(&[&["fit", &data], &tube[..], &rest[..]].concat());

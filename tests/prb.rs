@@ -1,21 +1,17 @@
 //! The pseudo-rigid-body model against the high-fidelity data, and against itself.
 
-use std::path::Path;
+#[path = "../validation/hifi/muscle.rs"]
+mod hifi;
 
 use pennate::fit::data::{self, Case};
-use pennate::fit::prb;
+use pennate::fit::{TESTS, prb};
 use pennate_models::prb::{Prb, TORSION_UNIT};
 
+/// The free stroke, and the cases that are fitted.
 fn cases(length: f64, pressure: f64) -> (f64, Vec<Case>) {
-    let data = data::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/hifi/load_cases.csv")).unwrap();
-    let here: Vec<Case> = data
-        .cases
-        .into_iter()
-        .filter(|case| case.variant == "A" && case.length == length && case.pressure == pressure)
-        .collect();
-    let stroke = here.iter().find(|case| case.is_free()).map(|case| length - case.tip[0]).unwrap();
-    let fitted = here.into_iter().filter(|case| case.test == "axial+" || case.test == "bend").collect();
-    (stroke, fitted)
+    let mut all = data::read(&hifi::load_cases()).unwrap().cases;
+    all.retain(|case| case.variant == "A");
+    (hifi::stroke(&all, length, pressure), hifi::cases(&all, length, pressure, &TESTS))
 }
 
 #[test]

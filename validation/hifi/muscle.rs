@@ -1,0 +1,52 @@
+//! The muscle of these data, variant A, for programs and tests that fit it.
+#![allow(dead_code, reason = "each takes what it needs")]
+
+use std::path::{Path, PathBuf};
+
+use pennate::fit::data::Case;
+use pennate::fit::optimize::Method;
+use pennate::fit::{EndLength, Request, TESTS};
+
+/// Undeformed outer diameter, mm.
+pub const DIAMETER: f64 = 13.0;
+/// The length that is fitted, mm.
+pub const LENGTH: f64 = 130.0;
+
+/// The folder of the data.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/hifi")
+}
+
+pub fn load_cases() -> PathBuf {
+    folder().join("load_cases.csv")
+}
+
+/// The fit that documentation and tests are about.
+pub fn request() -> Request {
+    Request {
+        data: load_cases(),
+        variant: Some("A".into()),
+        length: Some(LENGTH),
+        tests: TESTS.map(str::to_owned).to_vec(),
+        min_ovality: None,
+        diameter: DIAMETER,
+        wall: 2.0,
+        end_length: EndLength::Diameter,
+        shear: false,
+        two_moduli: false,
+        method: Method::LeastSquares,
+    }
+}
+
+/// The cases of one length and pressure whose kind of test is among these.
+pub fn cases(all: &[Case], length: f64, pressure: f64, tests: &[&str]) -> Vec<Case> {
+    let wanted =
+        |case: &&Case| case.length == length && case.pressure == pressure && tests.contains(&case.test.as_str());
+    all.iter().filter(wanted).cloned().collect()
+}
+
+/// The tip without loads, over the length: the free stroke.
+pub fn stroke(all: &[Case], length: f64, pressure: f64) -> f64 {
+    let free = |case: &&Case| case.is_free() && case.length == length && case.pressure == pressure;
+    length - all.iter().find(free).expect("a case without loads").tip[0]
+}
