@@ -133,7 +133,7 @@ fn patterns_that_cannot_be_are_refused() {
         ("translation = [1, 0, 0]", "needs the key 'count'"),
         ("count = 2\ntranslation = [0, 0, 0]", "neither moves nor turns"),
         ("count = 2\ntranslation = [1, 0, 0]\nmembers = [\"pots\"]", "repeats 'pots', which is no member"),
-        ("count = 900000\ntranslation = [1, 0, 0]", "more than 1000000 nodes and members"),
+        ("count = 900000\ntranslation = [1, 0, 0]", "more than 100000 nodes, members and other parts"),
         ("count = 2\nrotation = { angel = 2 }", "unknown key 'angel'"),
         ("count = 2\nrotation = { angle = 2, axis = [0, 0, 0] }", "points nowhere"),
         ("count = 2\ntranslation = [1, 0, 0]\nmerge = -1", "must not be negative"),
