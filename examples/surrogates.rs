@@ -1,29 +1,37 @@
 //! The two surrogates of a muscle, HSIM and the pseudo-rigid-body model, against the high-fidelity data of `validation/hifi`:
-//! parameters, errors, times, regression, and two mechanisms. `cargo run --release --example surrogates`
+//! parameters, errors, times, regression, and two mechanisms. `cargo run --release --example surrogates`; with `-- --write` it
+//! draws docs/surrogates.svg too.
 
+#[path = "../validation/hifi/muscle.rs"]
+mod muscle;
+
+use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use muscle::{DIAMETER, LENGTH};
 use pennate::fit::cantilever::{Cantilever, Load};
-use pennate::fit::data::Case;
 use pennate::fit::errors::{Errors, over_pressures};
-use pennate::fit::optimize::Method;
 use pennate::fit::prb::{self, FittedPrb, NAMES};
 use pennate::fit::regression::regress;
-use pennate::fit::{self, EndLength, Fitted, Request, TESTS};
+use pennate::fit::{self, Fitted, TESTS};
 use pennate::output::text::{Align, columns};
 use pennate_models::prb::{Gripper, Joint, Prb};
-
-const LENGTH: f64 = 130.0;
+use plotters::prelude::*;
 
 fn main() {
-    let fitted = fit::run(&request()).unwrap_or_else(|errors| panic!("{errors}"));
+    let fitted = fit::run(&muscle::request()).unwrap_or_else(|errors| panic!("{errors}"));
     let models = fit_all(&fitted);
     println!(
         "Pseudo-rigid-body model, K_th in 0.1 N m/rad, K_ex in N/mm of one of its two springs:\n\n{}",
         parameters(&models)
     );
-    println!("Mean absolute errors at {LENGTH} mm, and the time of a load case:\n\n{}", errors(&fitted, &models));
+    let measured = measure(&fitted, &models);
+    println!("Mean absolute errors at {LENGTH} mm, and the time of a load case:\n\n{}", errors(&measured));
+    if std::env::args().any(|argument| argument == "--write") {
+        let pressures: Vec<f64> = fitted.rows.iter().map(|row| row.row.pressure).collect();
+        draw(&measured, &pressures, Path::new("docs/surrogates.svg")).expect("docs/surrogates.svg can be written");
+    }
     println!(
         "Regression over aspect ratio and pressure; the fibre angle is 30 degrees throughout:\n\n{}",
         regressions(&models)
@@ -31,37 +39,15 @@ fn main() {
     println!("Mechanisms at 20 psi with muscles of {LENGTH} mm:\n\n{}", mechanisms(&fitted, &models));
 }
 
-fn request() -> Request {
-    Request {
-        data: "validation/hifi/load_cases.csv".into(),
-        variant: Some("A".into()),
-        length: Some(LENGTH),
-        tests: TESTS.map(str::to_owned).to_vec(),
-        min_ovality: None,
-        diameter: 13.0,
-        wall: 2.0,
-        end_length: EndLength::Diameter,
-        shear: false,
-        two_moduli: false,
-        method: Method::LeastSquares,
-    }
-}
-
-fn cases(fitted: &Fitted, length: f64, pressure: f64) -> Vec<Case> {
-    let wanted =
-        |case: &&Case| case.length == length && case.pressure == pressure && TESTS.contains(&case.test.as_str());
-    fitted.selection.all.iter().filter(wanted).cloned().collect()
-}
-
 fn fit_all(fitted: &Fitted) -> Vec<FittedPrb> {
     let mut models = Vec::new();
     for &length in &fitted.selection.lengths {
         for row in &fitted.rows {
             let pressure = row.row.pressure;
-            let free = |case: &&Case| case.is_free() && case.length == length && case.pressure == pressure;
-            let free = fitted.selection.all.iter().find(free).expect("a free stroke");
-            let cases = cases(fitted, length, pressure);
-            models.push(prb::fit(length - free.tip[0], &cases).expect("an equilibrium for every load"));
+            let all = &fitted.selection.all;
+            let cases = muscle::cases(all, length, pressure, &TESTS);
+            let stroke = muscle::stroke(all, length, pressure);
+            models.push(prb::fit(stroke, &cases).expect("an equilibrium for every load"));
         }
     }
     models
@@ -72,7 +58,7 @@ fn parameters(models: &[FittedPrb]) -> String {
         ["L/D", "psi", "gamma", "K_th", "K_ex", "axial, mm", "bending, mm", "slope, deg", "starts agree", "on a bound"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     for model in models {
-        let mut cells = vec![format!("{}", model.model.length / 13.0), format!("{}", model.pressure)];
+        let mut cells = vec![format!("{}", model.model.length / DIAMETER), format!("{}", model.pressure)];
         cells.extend(model.parameters().map(|value| format!("{value:.4}")));
         cells.extend(model.errors.mean.map(|mean| format!("{mean:.3}")));
         cells.push(format!("{} of {}", model.agreeing[0], model.agreeing[1]));
@@ -82,47 +68,110 @@ fn parameters(models: &[FittedPrb]) -> String {
     columns(&[Align::Right; 10], &rows)
 }
 
-fn errors(fitted: &Fitted, models: &[FittedPrb]) -> String {
-    let here: Vec<&FittedPrb> = models.iter().filter(|model| model.model.length == LENGTH).collect();
-    let hsim: Vec<Errors> = fitted.rows.iter().map(|row| row.errors).collect();
-    let prb: Vec<Errors> = here.iter().map(|model| model.errors).collect();
-    let all = cases(fitted, LENGTH, 25.0);
-    let loads: Vec<Load> = all.iter().map(|case| Load { force: case.force, moment: case.moment }).collect();
-    let row = fitted.rows.last().expect("four pressures").row;
-    let mut cantilever = Cantilever::new(&fitted.tube.muscle(row), LENGTH);
-    let hsim_time = time(loads.len(), &mut || {
-        std::hint::black_box(cantilever.solve(&loads, false).expect("stable states"));
-    });
-    let model = here.last().expect("four pressures").model;
-    let prb_time = time(loads.len(), &mut || {
-        for load in &loads {
-            std::hint::black_box(model.under_load(load.force, load.moment).expect("an equilibrium"));
-        }
-    });
+/// Errors and time of a load case at one pressure, of both surrogates.
+struct Measured {
+    name: &'static str,
+    /// By pressure: mean differences, and seconds.
+    points: Vec<(Errors, f64)>,
+}
+
+fn measure(fitted: &Fitted, models: &[FittedPrb]) -> [Measured; 2] {
+    let mut hsim = Measured { name: "HSIM", points: Vec::new() };
+    let mut prb = Measured { name: "pseudo-rigid body", points: Vec::new() };
+    let here = models.iter().filter(|model| model.model.length == LENGTH);
+    for (row, model) in fitted.rows.iter().zip(here) {
+        let cases = muscle::cases(&fitted.selection.all, LENGTH, row.row.pressure, &TESTS);
+        let loads: Vec<Load> = cases.iter().map(|case| Load { force: case.force, moment: case.moment }).collect();
+        let mut cantilever = Cantilever::new(&fitted.tube.muscle(row.row), LENGTH);
+        let hsim_time = time(loads.len(), &mut || {
+            std::hint::black_box(cantilever.solve(&loads, false).expect("stable states"));
+        });
+        let prb_time = time(loads.len(), &mut || {
+            for load in &loads {
+                std::hint::black_box(model.model.under_load(load.force, load.moment).expect("an equilibrium"));
+            }
+        });
+        hsim.points.push((row.errors, hsim_time));
+        prb.points.push((model.errors, prb_time));
+    }
+    [hsim, prb]
+}
+
+fn errors(measured: &[Measured]) -> String {
     let head = ["surrogate", "axial, mm", "bending, mm", "slope, deg", "us a load case"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
-    for (name, errors, time) in [("HSIM", hsim, hsim_time), ("pseudo-rigid body", prb, prb_time)] {
-        let line = over_pressures(LENGTH, 13.0, &errors);
-        let mut cells = vec![name.to_owned()];
+    for Measured { name, points } in measured {
+        let errors: Vec<Errors> = points.iter().map(|point| point.0).collect();
+        let times = || points.iter().map(|point| 1e6 * point.1);
+        let line = over_pressures(LENGTH, DIAMETER, &errors);
+        let mut cells = vec![(*name).to_owned()];
         cells.extend((0..3).map(|kind| format!("{:.2} ± {:.2}", line.mean[kind], line.deviation[kind])));
-        cells.push(format!("{:.1}", 1e6 * time));
+        cells.push(format!("{:.1} to {:.1}", times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max)));
         rows.push(cells);
     }
     columns(&[Align::Left, Align::Right, Align::Right, Align::Right, Align::Right], &rows)
 }
 
-fn time(count: usize, work: &mut dyn FnMut()) -> f64 {
-    let repeats = 200;
-    let start = Instant::now();
-    for _ in 0..repeats {
-        work();
+/// Errors against the time of a load case, one point a pressure.
+fn draw(measured: &[Measured], pressures: &[f64], path: &Path) -> Result<(), Box<dyn Error>> {
+    let area = SVGBackend::new(path, (1200, 340)).into_drawing_area();
+    area.fill(&WHITE)?;
+    let colours = [RGBColor(31, 78, 168), RGBColor(192, 72, 24)];
+    let labels = ["axial error (mm)", "bending error (mm)", "slope error (deg)"];
+    for (kind, panel) in area.split_evenly((1, 3)).iter().enumerate() {
+        let high = measured.iter().flat_map(|one| &one.points).map(|point| point.0.mean[kind]).fold(0.0, f64::max);
+        let mut chart = ChartBuilder::on(panel)
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(56)
+            .build_cartesian_2d((0.5..50.0).log_scale(), 0.0..1.25 * high)?;
+        chart
+            .configure_mesh()
+            .max_light_lines(1)
+            .y_labels(6)
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .x_label_formatter(&|x| x.to_string())
+            .x_desc("microseconds a load case")
+            .y_desc(labels[kind])
+            .axis_desc_style(("sans-serif", 15))
+            .label_style(("sans-serif", 13))
+            .draw()?;
+        for (index, (one, colour)) in measured.iter().zip(colours).enumerate() {
+            for ((errors, seconds), pressure) in one.points.iter().zip(pressures) {
+                let at = (1e6 * seconds, errors.mean[kind]);
+                chart.draw_series([Circle::new(at, 4, colour.filled())])?;
+                let label = (1.08 * at.0, at.1 + 0.02 * high);
+                chart.draw_series([Text::new(
+                    format!("{pressure} psi"),
+                    label,
+                    ("sans-serif", 11).into_font().color(&colour),
+                )])?;
+            }
+            if kind == 0 {
+                let y = 1.25 * high * (0.95 - 0.07 * index as f64);
+                chart.draw_series([Circle::new((0.62, y), 4, colour.filled())])?;
+                chart.draw_series([Text::new(one.name, (0.72, y * 1.015), ("sans-serif", 13))])?;
+            }
+        }
     }
-    start.elapsed().as_secs_f64() / (repeats * count) as f64
+    area.present()?;
+    Ok(())
+}
+
+/// Seconds of one of `count` pieces of work: the best of many tries, which other programs disturb least.
+fn time(count: usize, work: &mut dyn FnMut()) -> f64 {
+    let one = |_| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..500).map(one).fold(f64::INFINITY, f64::min) / count as f64
 }
 
 fn regressions(models: &[FittedPrb]) -> String {
     let names = ["lambda", "alpha", "P"];
-    let point = |model: &FittedPrb| vec![model.model.length / 13.0, 30.0, model.pressure];
+    let point = |model: &FittedPrb| vec![model.model.length / DIAMETER, 30.0, model.pressure];
     let points: Vec<Vec<f64>> = models.iter().map(point).collect();
     let head = ["parameter", "order", "Akaike", "rms", "largest standardized residual", "polynomial"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
