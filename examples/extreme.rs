@@ -70,8 +70,23 @@ fn cases() -> Vec<Case> {
     strains(&mut cases);
     bending(&mut cases);
     nearly_free(&mut cases);
+    pressures(&mut cases);
+    rigid(&mut cases);
+    segments(&mut cases);
+    snaps(&mut cases);
+    sizes(&mut cases);
+    meshes(&mut cases);
     chains(&mut cases);
     cases
+}
+
+/// The last state of a network that is there to be compared with.
+fn solved(text: &str) -> Equilibrium {
+    let model = read_text("reference.toml", text, &[]).expect("a network");
+    let options = Options { estimate: true, ..Options::default() };
+    let solution = solve_to_accuracy(model, ACCURACY, &options, &mut |_| true).expect("no mechanism");
+    let step = solution.history.steps.last().expect("a step");
+    step.increments.last().expect("an increment").state.clone()
 }
 
 fn tip_x(state: &Equilibrium) -> f64 {
@@ -148,7 +163,7 @@ fn slender(cases: &mut Vec<Case>) {
 
 /// Two members in a row of very unequal length under the same end moment.
 fn lengths(cases: &mut Vec<Case>) {
-    for ratio in [1e-2, 1e-4, 1e-6, 1e-8] {
+    for ratio in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10] {
         let text = format!(
             "format = \"pennate/1\"\nnodes = {{ A = [0, 0], T = [100, 0], M = [{:?}, 0] }}\n[sections]\n\
              rod = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, EI3 = 1e4 }} }}\n[members]\nshort = {{ nodes = [\"A\", \"M\"], section = \"rod\" }}\n\
@@ -247,9 +262,135 @@ fn nearly_free(cases: &mut Vec<Case>) {
     }
 }
 
+/// A muscle under a pull, from no pressure to the end of its table and a little beyond: segments in series.
+fn pressures(cases: &mut Vec<Case>) {
+    // Between the rows the table is linear; below the first its values are kept.
+    for (name, pressure, e, alpha, r1, r2) in [
+        ("0", 0.0, 3.6, -9e-3, 6.8, 7.9),
+        ("1e-9 below the first row", 10.0 * (1.0 - 1e-9), 3.6, -9e-3, 6.8, 7.9),
+        ("first row", 10.0, 3.6, -9e-3, 6.8, 7.9),
+        ("1e-9 above the first row", 10.0 * (1.0 + 1e-9), 3.6, -9e-3, 6.8, 7.9),
+        ("last row", 25.0, 4.2, -7e-3, 7.1, 8.9),
+        ("1e-10 beyond the last row", 25.0 * (1.0 + 1e-10), 4.2, -7e-3, 7.1, 8.9),
+        ("1e-8 beyond the last row", 25.0 * (1.0 + 1e-8), 4.2, -7e-3, 7.1, 8.9),
+        ("-1e-9", -1e-9, 3.6, -9e-3, 6.8, 7.9),
+    ] {
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], T = [130, 0] }}\n[muscles.m]\ndiameter = 13\nwall = 2\npressure_unit = \"psi\"\n\
+             table = [{{ pressure = 10, E = 3.6, alpha = -9e-3, R1 = 6.8, R2 = 7.9 }}, {{ pressure = 25, E = 4.2, alpha = -7e-3, R1 = 7.1, R2 = 8.9 }}]\n\
+             [members]\nm = {{ nodes = [\"A\", \"T\"], muscle = \"m\" }}\n[supports]\nA = \"clamped\"\n[[steps]]\npressure = {{ m = {pressure:?} }}\nforce = {{ T = [3, 0] }}\n"
+        );
+        let stretch = |radius: f64| 3.0 / (e * std::f64::consts::PI * (radius * radius - (radius - 2.0).powi(2)));
+        let reference = 26.0 * stretch(r1) + 104.0 * (stretch(r2) + alpha * pressure);
+        cases.push(Case { family: "pressure", value: name.to_owned(), text, found: tip_x, reference });
+    }
+}
+
+/// A cantilever under a tip load of 10 EI / L², against the inextensible, shear-rigid one.
+fn rigid(cases: &mut Vec<Case>) {
+    let network = |section: &str| {
+        format!(
+            "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [0, 0], T = [100, 0] }}\n[sections]\nrod = {section}\n\
+             [members]\nrod = {{ nodes = [\"A\", \"T\"], section = \"rod\" }}\n[supports]\nA = \"clamped\"\n[[steps]]\nforce = {{ T = [0, 10] }}\n"
+        )
+    };
+    let reference = tip_y(&solved(&network("{ stiffness = { EA = 1, EI3 = 1e4 }, stretch = false }")));
+    for ratio in [1e4, 1e6, 1e8, 1e10, 1e12, 1e14] {
+        let text = network(&format!("{{ stiffness = {{ EA = {ratio:?}, GA2 = {ratio:?}, EI3 = 1e4 }} }}"));
+        let value = format!("{ratio:.0e}");
+        cases.push(Case { family: "EA and GA over EI/L²", value, text, found: tip_y, reference });
+    }
+}
+
+/// The half circle of a member with a segment far shorter than the other.
+fn segments(cases: &mut Vec<Case>) {
+    for ratio in [1e-2, 1e-4, 1e-6] {
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], T = [100, 0] }}\n[sections]\nrod = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, EI3 = 1e4 }} }}\n\
+             [members]\nrod = {{ nodes = [\"A\", \"T\"], segments = [{{ length = {:?}, section = \"rod\" }}, {{ length = {:?}, section = \"rod\" }}] }}\n\
+             [supports]\nA = \"clamped\"\n[[steps]]\nmoment = {{ T = [0, 0, {:?}] }}\n",
+            100.0 * ratio,
+            100.0 - 100.0 * ratio,
+            std::f64::consts::PI * 100.0
+        );
+        let reference = 200.0 / std::f64::consts::PI;
+        cases.push(Case { family: "length of segments", value: format!("{ratio:.0e}"), text, found: tip_y, reference });
+    }
+}
+
+/// Two pinned bars, nearly in one line, pushed through it to half their height beyond.
+fn snaps(cases: &mut Vec<Case>) {
+    for height in [10.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4] {
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [-100, 0], T = [0, {height:?}], B = [100, 0] }}\n\
+             [sections]\nbar = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, EI3 = 1e6 }} }}\n[members]\na = {{ nodes = [\"A\", \"T\"], section = \"bar\", release = {{ end = \"pin\" }} }}\n\
+             b = {{ nodes = [\"B\", \"T\"], section = \"bar\", release = {{ end = \"pin\" }} }}\n[supports]\nA = \"pinned\"\nB = \"pinned\"\n\
+             [[steps]]\ndisplacement = {{ T = {{ ux = 0, uy = {:?} }} }}\n",
+            -1.5 * height
+        );
+        let (unloaded, now) = (100f64.hypot(height), 100f64.hypot(0.5 * height));
+        // l - L without cancellation.
+        let strain = -0.75 * height * height / (now + unloaded) / unloaded;
+        let reference = 2.0 * 1e4 * strain * (-0.5 * height / now);
+        let found = |state: &Equilibrium| state.nodes[1].reaction_force[1];
+        cases.push(Case {
+            family: "rise of a snap over the span",
+            value: format!("{:.0e}", height / 200.0),
+            text,
+            found,
+            reference,
+        });
+    }
+}
+
+/// A cantilever under a tip load and its weight in space, at all sizes against that of 1 m: alike, as everything scales.
+fn sizes(cases: &mut Vec<Case>) {
+    let network = |units: &str, length: f64| {
+        // Modulus 1 GPa; loads by the square of the size.
+        let modulus = if units == "m-N-Pa" { 1e9 } else { 1e3 };
+        format!(
+            "format = \"pennate/1\"\nunits = \"{units}\"\nnodes = {{ A = [0, 0, 0], T = [{length:?}, 0, 0] }}\n[parameters]\nL = {length:?}\nE = {modulus:?}\n\
+             [materials]\nm = {{ youngs_modulus = \"= E\", poissons_ratio = 0.3 }}\n[sections]\nrod = {{ circle = {{ radius = \"= L / 50\" }} }}\n\
+             [members]\nrod = {{ nodes = [\"A\", \"T\"], section = \"rod\", material = \"m\" }}\n[supports]\nA = \"clamped\"\n\
+             [[steps]]\nforce = {{ T = [0, \"= E * L^2 * 1e-6\", \"= -E * L^2 * 5e-7\"] }}\ndistributed = {{ rod = [0, 0, \"= E * L * 3e-7\"] }}\n"
+        )
+    };
+    let reference = tip_y(&solved(&network("m-N-Pa", 1.0)));
+    for (name, units, length) in [
+        ("1 µm", "m-N-Pa", 1e-6),
+        ("1 µm, in mm", "mm-N-MPa", 1e-3),
+        ("1 mm", "mm-N-MPa", 1.0),
+        ("1 m", "mm-N-MPa", 1e3),
+        ("1 km, in mm", "mm-N-MPa", 1e6),
+        ("1 km", "m-N-Pa", 1e3),
+    ] {
+        let text = network(units, length);
+        cases.push(Case {
+            family: "size of one network",
+            value: name.to_owned(),
+            text,
+            found: tip_y,
+            reference: reference * length,
+        });
+    }
+}
+
+/// The half circle on meshes that the file asks for.
+fn meshes(cases: &mut Vec<Case>) {
+    for elements in [1, 10, 1_000, 100_000] {
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], T = [100, 0] }}\n[sections]\nrod = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, EI3 = 1e4 }} }}\n\
+             [members]\nrod = {{ nodes = [\"A\", \"T\"], section = \"rod\", elements = {elements} }}\n[supports]\nA = \"clamped\"\n[[steps]]\nmoment = {{ T = [0, 0, {:?}] }}\n",
+            std::f64::consts::PI * 100.0
+        );
+        let reference = 200.0 / std::f64::consts::PI;
+        cases.push(Case { family: "elements of a member", value: elements.to_string(), text, found: tip_y, reference });
+    }
+}
+
 /// A row of members between clamps, pulled at its middle: two bars side by side, however many members.
 fn chains(cases: &mut Vec<Case>) {
-    for count in [2usize, 100, 1_000, 10_000] {
+    for count in [2usize, 100, 1_000, 10_000, 100_000] {
         let mut text = format!("format = \"pennate/1\"\n[nodes]\nn0 = [0, 0]\nn{} = [100, 0]\n", count / 2);
         for node in (1..=count).filter(|&node| node != count / 2) {
             let _ = writeln!(text, "n{node} = [{:?}, 0]", 200.0 * node as f64 / count as f64);
