@@ -23,7 +23,7 @@ pub const SPIRAL: Scene = Scene {
             Default::Quantity(10.0, Dimension::Angle, Range { low: Bound::Closed(-180.0), high: Bound::Closed(180.0) }),
         ),
         Parameter::pressure("pressure", 25.0, 25.0, "pressure"),
-        Parameter::new("cells", "cells", Default::Count(36, 1, 200)),
+        Parameter::new("cells", "cells", Default::Count(36, 1, 1000)),
     ],
     build,
 };
