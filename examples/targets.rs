@@ -245,8 +245,7 @@ fn mechanism(design: usize) -> Design {
     text += "[supports]\nn0 = \"clamped\"\nn1 = \"clamped\"\nn2 = \"clamped\"\n";
     for step in 1..=10 {
         let force = 2.0 * step as f64;
-        text +=
-            &format!("[[steps]]\nname = \"{step}\"\nforce = {{ n8 = {{ fx = {force}, fy = {} }} }}\n", -0.5 * force);
+        text += &format!("[[steps]]\nname = \"{step}\"\nforce = {{ n8 = [{force}, {}, 0] }}\n", -0.5 * force);
     }
     let model = read_text("mechanism.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
     let mesh = Mesh { order: 3, ..Mesh::initial(&model, 1e-6) };
