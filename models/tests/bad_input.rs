@@ -142,6 +142,8 @@ fn numbers_are_finite() {
     case("[0, 0]", "[0, \"1e300 km\"]", "too large", 5, 9, "1e100");
     case("radius = 1.5", "radius = 0", "the radius of 'strut' is 0, it must be greater than zero", 11, 31, "positive");
     case("youngs_modulus = 2200", "youngs_modulus = -1", "Young's modulus of 'abs' is -1", 9, 26, "positive");
+    // Its inverse would overflow.
+    case("youngs_modulus = 2200", "youngs_modulus = 2e-309", "is 2e-309, which is too small", 9, 26, "1e-100");
     case(
         "poissons_ratio = 0.3",
         "poissons_ratio = 0.6",

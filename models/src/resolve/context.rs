@@ -12,6 +12,9 @@ use crate::input::read::{Number, Spanned, Written, suggest};
 use crate::model::Units;
 use crate::unit::{self, Kind, Unit};
 
+/// The largest number that a network needs: its square does not overflow, and neither does its inverse's.
+const LIMIT: f64 = 1e100;
+
 /// The state of a reading.
 pub struct Context {
     pub errors: Vec<InputError>,
@@ -158,7 +161,6 @@ impl Context {
 
     /// A value whose square does not overflow.
     fn sensible(&mut self, value: f64, span: Span) -> Option<f64> {
-        const LIMIT: f64 = 1e100;
         if value.abs() <= LIMIT {
             return Some(value);
         }
@@ -232,8 +234,15 @@ impl Context {
     /// A quantity that must be greater than zero.
     pub fn positive(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
         let value = self.number(number, kind)?;
-        if value > 0.0 {
+        if value >= LIMIT.recip() {
             return Some(value);
+        }
+        if value > 0.0 {
+            self.error(
+                place(InputError::new(format!("{what} is {value:e}, which is too small")), number.span)
+                    .help(format!("no network needs less than {:e}", LIMIT.recip())),
+            );
+            return None;
         }
         self.error(
             place(InputError::new(format!("{what} is {value}, it must be greater than zero")), number.span)
