@@ -33,11 +33,6 @@ mod avx2 {
             // SAFETY: both are four numbers in a row.
             unsafe { std::mem::transmute(self.0) }
         }
-
-        #[inline(always)]
-        fn map(self, f: impl FnMut(f64) -> f64) -> Self {
-            Self::from(self.numbers().map(f))
-        }
     }
 
     impl From<[f64; 4]> for Lanes {
@@ -151,11 +146,71 @@ mod avx2 {
         }
         #[inline(always)]
         fn sin_cos(self) -> (Self, Self) {
-            (self.map(f64::sin), self.map(f64::cos))
+            sin_cos(self)
         }
         #[inline(always)]
         fn run<W: Work>(work: W) -> W::Output {
             unsafe { run(work) }
+        }
+    }
+
+    /// π/2 as the sum of three numbers.
+    const QUARTER: [f64; 3] = [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_169_8e-33];
+    /// Coefficients of (sin r − r)/r³ and of (cos r − 1 + r²/2)/r⁴ in r², for |r| ≤ π/4: `k_sin.c` and `k_cos.c` of fdlibm.
+    const SINE: [f64; 6] = [
+        -1.666_666_666_666_663_2e-1,
+        8.333_333_333_322_49e-3,
+        -1.984_126_982_985_795e-4,
+        2.755_731_370_707_006_8e-6,
+        -2.505_076_025_340_686_3e-8,
+        1.589_690_995_211_55e-10,
+    ];
+    const COSINE: [f64; 6] = [
+        4.166_666_666_666_66e-2,
+        -1.388_888_888_887_411e-3,
+        2.480_158_728_947_673e-5,
+        -2.755_731_435_139_066_3e-7,
+        2.087_572_321_298_175e-9,
+        -1.135_964_755_778_819_5e-11,
+    ];
+
+    #[inline(always)]
+    fn polynomial(coefficients: &[f64; 6], z: Lanes) -> Lanes {
+        let mut sum = Lanes::splat(coefficients[5]);
+        for &coefficient in coefficients[..5].iter().rev() {
+            sum = Lanes::splat(coefficient).plus(sum, z);
+        }
+        sum
+    }
+
+    /// Sine and cosine, each within two units of its last digit for angles below 2⁵⁰.
+    ///
+    /// The angle less the nearest quarter turns is exact in its first part: both are multiples of one power of two.
+    #[inline(always)]
+    fn sin_cos(angle: Lanes) -> (Lanes, Lanes) {
+        // Adding 1.5 · 2⁵² rounds to a whole number, which is in the last bits of the sum then.
+        let round = Lanes::splat(6_755_399_441_055_744.0);
+        let shifted = round.plus(angle, Lanes::splat(std::f64::consts::FRAC_2_PI));
+        let turns = shifted - round;
+        let mut r = angle;
+        for part in QUARTER {
+            r = r.minus(turns, Lanes::splat(part));
+        }
+        let z = r * r;
+        let sine = r.plus(r * z, polynomial(&SINE, z));
+        let half = Lanes::splat(0.5) * z;
+        let whole = Lanes::one() - half;
+        let cosine = whole + ((Lanes::one() - whole) - half).plus(z * z, polynomial(&COSINE, z));
+        unsafe {
+            let bits = _mm256_castpd_si256(shifted.0);
+            // Odd quarters swap the two; sine is negative in the third and fourth, cosine in the second and third.
+            let odd = _mm256_castsi256_pd(_mm256_slli_epi64::<63>(bits));
+            let minus = _mm256_castpd_si256(_mm256_set1_pd(-0.0));
+            let sign = |bits| _mm256_castsi256_pd(_mm256_and_si256(_mm256_slli_epi64::<62>(bits), minus));
+            let s = _mm256_blendv_pd(sine.0, cosine.0, odd);
+            let c = _mm256_blendv_pd(cosine.0, sine.0, odd);
+            let after = _mm256_add_epi64(bits, _mm256_set1_epi64x(1));
+            (Lanes(_mm256_xor_pd(s, sign(bits))), Lanes(_mm256_xor_pd(c, sign(after))))
         }
     }
 }
@@ -190,8 +245,32 @@ mod tests {
             same(Real::sqrt(y), b[i].sqrt());
             same(Real::max(x, y), a[i].max(b[i]));
             same(Real::is_negative(x), Real::is_negative(a[i]));
-            same(Real::sin_cos(x).0, a[i].sin_cos().0);
-            same(Real::sin_cos(x).1, a[i].sin_cos().1);
         }
+    }
+
+    /// Units of the last digit of `exact` between it and `lane`.
+    fn units(lane: f64, exact: f64) -> f64 {
+        (lane - exact).abs() / (exact.abs() * f64::EPSILON).max(f64::MIN_POSITIVE)
+    }
+
+    #[test]
+    fn sines_and_cosines_are_those_of_numbers() {
+        if !are_there() {
+            return;
+        }
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let near = (-40..=40).flat_map(|k| [-1e-7, -1e-16, 0.0, 3e-13, 0.1, 0.785].map(|d| f64::from(k) * quarter + d));
+        let far = (0..60).map(|k| 1.37f64.powi(k) * if k % 2 == 0 { 1e-3 } else { -1e-3 });
+        let small = [0.0, 5e-324, -1e-310, 1e-200, -1e-8, 2e-8];
+        let large = [12_345_678.9, -1e9 - 0.3, 3e12, 1e15];
+        for angle in near.chain(far).chain(small).chain(large) {
+            let (s, c) = Real::sin_cos(Lanes::from([0.3, angle, -angle, 1.0]));
+            let (sine, cosine) = angle.sin_cos();
+            assert!(units(s.lane(1), sine) <= 2.0 && units(s.lane(2), -sine) <= 2.0, "sin {angle}: {s:?}, {sine}");
+            assert!(units(c.lane(1), cosine) <= 2.0 && units(c.lane(2), cosine) <= 2.0, "cos {angle}: {c:?}, {cosine}");
+        }
+        let (s, c) = Real::sin_cos(Lanes::from([f64::NAN, f64::INFINITY, -0.0, 0.0]));
+        assert!(s.lane(0).is_nan() && c.lane(0).is_nan() && s.lane(1).is_nan() && c.lane(1).is_nan());
+        assert!(c.lane(2) == 1.0 && c.lane(3) == 1.0);
     }
 }
