@@ -185,6 +185,12 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// Gradient and tangent with respect to the turn of the frame of the potential of a force at a local position.
     fn load_turn(load: V3<T>, position: V3<T>) -> (V3<T>, M3<T>);
 
+    /// Displacement of a node against the unloaded state.
+    fn displacement(pose: &Self::Pose) -> V3<T>;
+
+    /// How far one node is turned against another, radians.
+    fn turned(a: &Self::Pose, b: &Self::Pose, lane: usize) -> f64;
+
     fn pose(pose: &Self::Pose, lane: usize) -> Placement;
 
     fn set_pose(pose: &mut Self::Pose, lane: usize, placement: &Placement);

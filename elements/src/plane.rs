@@ -422,6 +422,15 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
         ([-moment, o, o], [[along, o, o], [o; 3], [o; 3]])
     }
 
+    #[inline(always)]
+    fn displacement(pose: &Pose<T>) -> V3<T> {
+        [pose[0], pose[1], T::zero()]
+    }
+
+    fn turned(a: &Pose<T>, b: &Pose<T>, lane: usize) -> f64 {
+        (a[2].lane(lane) - b[2].lane(lane)).abs()
+    }
+
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {
         let [x, y, angle] = pose.map(|x| x.lane(lane));
         Placement { displacement: [x, y, 0.0], rotation: rotation::exp([0.0, 0.0, angle]), angle }

@@ -23,6 +23,11 @@ pub fn inverse<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
     [q[0], -q[1], -q[2], -q[3]]
 }
 
+/// Angle of a rotation, 0 to π radians.
+pub fn angle(q: Quaternion<f64>) -> f64 {
+    2.0 * norm([q[1], q[2], q[3]]).atan2(q[0].abs())
+}
+
 /// R y − y, without the cancellation of forming R y first.
 #[inline(always)]
 pub fn turn_less_identity<T: Real>(q: Quaternion<T>, y: V3<T>) -> V3<T> {

@@ -558,6 +558,16 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         (cross(load, position), mscale(-T::one(), second_variation(load, position)))
     }
 
+    #[inline(always)]
+    fn displacement(pose: &Pose<T>) -> V3<T> {
+        pose.displacement
+    }
+
+    fn turned(a: &Pose<T>, b: &Pose<T>, lane: usize) -> f64 {
+        let [a, b] = [a, b].map(|pose| pose.rotation.map(|x| x.lane(lane)));
+        rotation::angle(compose(a, rotation::inverse(b)))
+    }
+
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {
         Placement {
             displacement: pose.displacement.map(|x| x.lane(lane)),

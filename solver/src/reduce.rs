@@ -330,6 +330,33 @@ pub fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, en
     let offset = end * D;
     // u = u_joint + φ × lever, so that a force f on the end has the moment lever × f about the joint.
     let k = &mut reduced.stiffness;
+    if D == 6 {
+        let [x, y, z] = info.lever;
+        for row in k.iter_mut() {
+            let (force, moment) = row[offset..offset + 6].split_at_mut(3);
+            moment[0] += y * force[2] - z * force[1];
+            moment[1] += z * force[0] - x * force[2];
+            moment[2] += x * force[1] - y * force[0];
+        }
+        let (forces, moments) = k[offset..offset + 6].split_at_mut(3);
+        for column in 0..12 {
+            let force = [forces[0][column], forces[1][column], forces[2][column]];
+            moments[0][column] += y * force[2] - z * force[1];
+            moments[1][column] += z * force[0] - x * force[2];
+            moments[2][column] += x * force[1] - y * force[0];
+        }
+        let (force, moment) = reduced.force[offset..offset + 6].split_at_mut(3);
+        moment[0] += y * force[2] - z * force[1];
+        moment[1] += z * force[0] - x * force[2];
+        moment[2] += x * force[1] - y * force[0];
+        let geometric = second_variation(info.force, info.lever);
+        for i in 0..3 {
+            for j in 0..3 {
+                k[offset + 3 + i][offset + 3 + j] += geometric[i][j];
+            }
+        }
+        return;
+    }
     for row in 0..n {
         let force = std::array::from_fn(|i| k[row][offset + i]);
         let moment = moment_about(active, info.lever, &force);

@@ -38,6 +38,7 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
 
     let mut members = Vec::with_capacity(system.members.len());
     let mut energy = system.spring_energy;
+    let lengths: Vec<Vec<f64>> = system.packs.iter().map(|pack| pack.lengths()).collect();
     for (index, slot) in system.members.iter().enumerate() {
         let pack = &system.packs[slot.pack];
         energy += pack.energy(slot.lane);
@@ -56,7 +57,7 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
         };
         let (tangent, carried) = pack.middle(slot.lane);
         members.push(MemberState {
-            length: pack.length(slot.lane),
+            length: lengths[slot.pack][slot.lane],
             axial_force: -dot(tangent, add(end_forces[0], carried)),
             axial_force_ends: [axial(0), axial(1)],
             end_forces,

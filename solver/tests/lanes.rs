@@ -53,7 +53,8 @@ fn told<const D: usize>(chain: &dyn Pack<D>, lane: usize) -> [Vec<f64>; 5] {
     let (negative, smallest) = chain.pivots(lane);
     let tangent = [ends.k00, ends.k01, ends.k11].into_iter().flatten().flatten().collect();
     let forces = ends.r0.into_iter().chain(ends.r1).collect();
-    let scalars = vec![chain.energy(lane), chain.length(lane), negative as f64, smallest, chain.size(lane).largest()];
+    let scalars =
+        vec![chain.energy(lane), chain.lengths()[lane], negative as f64, smallest, chain.size(lane).largest()];
     let (mut shape, mut stresses) = (Vec::new(), Vec::new());
     for element in 0..chain.elements() {
         let (local, stress) = chain.sample(lane, element, 0.3);

@@ -261,5 +261,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let turns = [&self.increments[e], &self.increments[e + 1]];
             self.state.local[e * P + P - 1] = B::moved(&self.pieces[e], ends, turns, &local[P - 1], &change[P - 1]);
         }
+        self.sizes = self.sizes();
     }
 }

@@ -38,9 +38,9 @@ impl Bent {
     }
 
     pub fn piece<const P: usize>(&self, axes: &M3<f64>) -> Piece<f64> {
-        let table = Table::<P>::new();
         let mut bulge = [0.0; 3];
         if self.curvature != [0.0; 3] {
+            let table = Table::<P>::new();
             let (points, weights) = gauss::<8>();
             for g in 0..8 {
                 axpy(&mut bulge, self.length * weights[g], self.position(points[g] * self.length));

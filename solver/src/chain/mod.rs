@@ -8,7 +8,6 @@
 use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
-use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, add, axpy, norm, scale, sub, tmul, zeros};
 
 use crate::history::MemberShape;
@@ -30,6 +29,8 @@ use dashpots::Dashpots;
 pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, set_piece};
+use size::Sizes;
+use transfer::Field;
 pub use variation::SegmentVariation;
 
 /// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
@@ -174,13 +175,18 @@ pub trait Pack<const D: usize>: Send {
     /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
     /// Gauss points).
     fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
+    /// What [`Pack::sample`] is interpolated from.
+    fn field(&self, lane: usize, element: usize) -> Field<D>;
+    /// Gauss points in the unit interval.
+    fn points(&self) -> &[f64];
     fn element_end(&self, lane: usize, index: usize) -> Placement;
     /// An element with all that it is evaluated at.
     fn element(&self, lane: usize, element: usize) -> ElementState<D>;
     fn elements(&self) -> usize;
     fn order(&self) -> usize;
     fn formulation(&self) -> Formulation;
-    fn length(&self, lane: usize) -> f64;
+    /// Present length of the axis of every member.
+    fn lengths(&self) -> Vec<f64>;
     /// Tangent at the middle of the unloaded length, and the load along the member up to there.
     fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
     /// Sum of the load along the member.
@@ -219,6 +225,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     smallest: T,
     energy: T,
     total_length: T,
+    sizes: Sizes<T>,
     dashpots: Dashpots<T, D>,
 }
 
@@ -299,6 +306,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             smallest: T::one(),
             energy: o,
             total_length,
+            sizes: Sizes::default(),
             dashpots: Dashpots::default(),
         }
     }
@@ -439,11 +447,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn size(&self, lane: usize) -> Size {
-        self.size_impl(lane)
+        self.sizes.whole(lane)
     }
 
     fn own_size(&self, lane: usize) -> Size {
-        self.own_size_impl(lane)
+        self.sizes.own(lane)
     }
 
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
@@ -486,12 +494,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     fn distance(&self, lane: usize, slot: usize) -> Size {
         let length = self.total_length.lane(lane);
         self.state.nodes.iter().zip(&self.saved[slot].nodes).fold(Size::default(), |size, (a, b)| {
-            let (a, b) = (B::pose(a, lane), B::pose(b, lane));
-            let turned = rotation::compose(a.rotation, rotation::inverse(b.rotation));
-            size.join(Size {
-                rotation: norm(rotation::log(turned)),
-                displacement: norm(sub(a.displacement, b.displacement)) / length,
-            })
+            let moved = sub(lanes::lane_of(&B::displacement(a), lane), lanes::lane_of(&B::displacement(b), lane));
+            size.join(Size { rotation: B::turned(a, b, lane), displacement: norm(moved) / length })
         })
     }
 
@@ -544,6 +548,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.sample_impl(lane, element, s)
     }
 
+    fn field(&self, lane: usize, element: usize) -> Field<D> {
+        self.field_impl(lane, element)
+    }
+
+    fn points(&self) -> &[f64] {
+        &self.table.points
+    }
+
     fn element_end(&self, lane: usize, index: usize) -> Placement {
         B::pose(&self.state.nodes[index], lane)
     }
@@ -564,8 +576,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         B::FORMULATION
     }
 
-    fn length(&self, lane: usize) -> f64 {
-        self.length_impl(lane)
+    fn lengths(&self) -> Vec<f64> {
+        self.lengths_impl()
     }
 
     fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>) {

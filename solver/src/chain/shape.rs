@@ -24,6 +24,31 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for LocalUnkno
     }
 }
 
+/// Present length, as work in lanes.
+struct Length<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Length<'_, T, B, D, P> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let Self(chain) = self;
+        let mut length = T::zero();
+        for (e, piece) in chain.pieces.iter().enumerate() {
+            let strains = Strains(chain, e).run();
+            for g in 0..P {
+                let along = T::one() + strains[g][0];
+                let mut square = (along * along).plus(strains[g][1], strains[g][1]);
+                if D == 6 {
+                    square = square.plus(strains[g][2], strains[g][2]);
+                }
+                length += T::splat(chain.table.weights[g]) * piece.length * square.sqrt();
+            }
+        }
+        length
+    }
+}
+
 /// Strains of one element, as work in lanes.
 struct Strains<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);
 
@@ -65,18 +90,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         largest
     }
 
-    pub(super) fn length_impl(&self, lane: usize) -> f64 {
-        let mut length = 0.0;
-        for e in 0..self.frames.len() {
-            for (g, strain) in self.strains(e).iter().enumerate() {
-                let mut gamma = [1.0 + strain[0].lane(lane), strain[1].lane(lane), 0.0];
-                if D == 6 {
-                    gamma[2] = strain[2].lane(lane);
-                }
-                length += self.table.weights[g] * self.pieces[e].length.lane(lane) * norm(gamma);
-            }
-        }
-        length
+    pub(super) fn lengths_impl(&self) -> Vec<f64> {
+        let all = T::run(Length(self));
+        (0..self.members.len()).map(|lane| all.lane(lane)).collect()
     }
 
     pub(super) fn middle_impl(&self, lane: usize) -> (V3<f64>, V3<f64>) {

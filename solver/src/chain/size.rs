@@ -2,51 +2,70 @@
 
 use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
-use pennate_elements::small::{V3, add, cross, norm, sub, tapply};
+use pennate_elements::small::{V3, add, cross, dot, sub, tapply};
 
-use super::{Chain, Size, lanes, larger};
+use super::{Chain, Size};
 
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn size_impl(&self, lane: usize) -> Size {
-        let mut size = Size::default();
-        let length = self.total_length.lane(lane);
-        for increment in &self.increments {
-            for (d, x) in increment.iter().enumerate() {
-                let x = x.lane(lane).abs();
-                if d < Self::TRANSLATIONS {
-                    size.displacement = larger(size.displacement, x / length);
-                } else {
-                    size.rotation = larger(size.rotation, x);
-                }
-            }
-        }
-        size
+/// Sizes of an increment: largest rotation and largest displacement over the length of the member.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sizes<T> {
+    whole: [T; 2],
+    /// Without the motion that the member makes as a whole with its start.
+    own: [T; 2],
+}
+
+impl<T: Real> Sizes<T> {
+    pub fn whole(&self, lane: usize) -> Size {
+        Size { rotation: self.whole[0].lane(lane), displacement: self.whole[1].lane(lane) }
     }
 
-    pub(super) fn own_size_impl(&self, lane: usize) -> Size {
-        let length = self.total_length.lane(lane);
-        let (first, spin) = Self::motion(&lanes::lane(&self.increments[0], lane));
-        let start = B::pose(&self.state.nodes[0], lane).displacement;
-        let mut chord: V3<f64> = [0.0; 3];
-        let mut size = Size::default();
-        for (e, piece) in self.pieces.iter().enumerate() {
-            let axes = piece.axes.map(|row| row.map(|x| x.lane(lane)));
-            chord = add(chord, tapply(&axes, &piece.chord.map(|x| x.lane(lane))));
-            let arm = add(chord, sub(B::pose(&self.state.nodes[e + 1], lane).displacement, start));
-            let (shift, turn) = Self::motion(&lanes::lane(&self.increments[e + 1], lane));
-            let own = sub(sub(shift, first), cross(spin, arm));
-            size = size.join(Size { rotation: norm(sub(turn, spin)), displacement: norm(own) / length });
+    pub fn own(&self, lane: usize) -> Size {
+        Size { rotation: self.own[0].lane(lane), displacement: self.own[1].lane(lane) }
+    }
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// Sizes of the present increments, before the nodes move.
+    #[inline(always)]
+    pub(super) fn sizes(&self) -> Sizes<T> {
+        let o = T::zero();
+        let (mut whole, mut own) = ([o; 2], [o; 2]);
+        // Infinite or not a number where any part is: the larger of two numbers would hide that.
+        let mut spoilt = o;
+        for increment in &self.increments {
+            for d in 0..D {
+                let kind = usize::from(d < Self::TRANSLATIONS);
+                whole[kind] = whole[kind].max(increment[d].abs());
+                spoilt += increment[d] * o;
+            }
         }
-        size
+        let (first, spin) = Self::motion(&self.increments[0]);
+        let start = B::displacement(&self.state.nodes[0]);
+        let mut chord: V3<T> = [o; 3];
+        for (e, piece) in self.pieces.iter().enumerate() {
+            chord = add(chord, tapply(&piece.axes, &piece.chord));
+            let arm = add(chord, sub(B::displacement(&self.state.nodes[e + 1]), start));
+            let (shift, turn) = Self::motion(&self.increments[e + 1]);
+            let shift = sub(sub(shift, first), cross(spin, arm));
+            let turn = sub(turn, spin);
+            own[0] = own[0].max(dot(turn, turn));
+            own[1] = own[1].max(dot(shift, shift));
+            spoilt += (shift[0] + shift[1] + shift[2]) * o;
+        }
+        Sizes {
+            whole: [whole[0] + spoilt, whole[1] / self.total_length + spoilt],
+            own: [own[0].sqrt() + spoilt, own[1].sqrt() / self.total_length + spoilt],
+        }
     }
 
     /// Displacement and spin of an increment.
-    fn motion(increment: &[f64; D]) -> (V3<f64>, V3<f64>) {
+    #[inline(always)]
+    fn motion(increment: &[T; D]) -> (V3<T>, V3<T>) {
+        let o = T::zero();
         if D == 6 {
-            let [u, phi] = [0, 3].map(|first| std::array::from_fn(|i| increment[first + i]));
-            (u, phi)
+            ([increment[0], increment[1], increment[2]], [increment[3], increment[4], increment[5]])
         } else {
-            ([increment[0], increment[1], 0.0], [0.0, 0.0, increment[2]])
+            ([increment[0], increment[1], o], [o, o, increment[2]])
         }
     }
 }

@@ -1,12 +1,22 @@
 //! The state of a chain taken over by one of another order, or by a spatial one.
 
 use pennate_elements::beam::{Beam, Piece, Placement};
-use pennate_elements::interpolation::{node, shapes};
+use pennate_elements::interpolation::node;
 use pennate_elements::real::Real;
 use pennate_elements::small::{axpy, scale};
 
 use super::lanes;
 use super::{Bent, Chain, Pack};
+
+/// The highest order of an element.
+const MOST: usize = 5;
+
+/// Local unknowns of the nodes of an element and mixed stresses at its Gauss points; what its order does not have is zero.
+#[derive(Clone, Copy, Debug)]
+pub struct Field<const D: usize> {
+    local: [[f64; D]; MOST],
+    stress: [[f64; D]; MOST],
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn prolong_impl(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
@@ -22,10 +32,21 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for index in 0..self.state.nodes.len() {
             B::set_pose(&mut self.state.nodes[index], lane, &coarse.element_end(from, index));
         }
+        let order = coarse.order();
+        let mut at_nodes = [[0.0; MOST]; P];
+        let mut at_points = [[0.0; MOST]; P];
+        for i in 0..P {
+            at_nodes[i] = node_weights(order, node(i + 1, P));
+            at_points[i] = point_weights(coarse.points(), self.table.points[i]);
+        }
         for e in 0..self.frames.len() {
+            let field = coarse.field(from, e);
             for i in 0..P {
-                let (local, _) = coarse.sample(from, e, node(i + 1, P));
-                let (_, stress) = coarse.sample(from, e, self.table.points[i]);
+                let (mut local, mut stress) = ([0.0; D], [0.0; D]);
+                for k in 0..order {
+                    axpy(&mut local, at_nodes[i][k], field.local[k]);
+                    axpy(&mut stress, at_points[i][k], field.stress[k]);
+                }
                 for d in 0..D {
                     self.state.local[e * P + i][d].set_lane(lane, local[d]);
                     self.state.stress[e * P + i][d].set_lane(lane, stress[d]);
@@ -105,21 +126,43 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     pub(super) fn sample_impl(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
-        let local = self.local_unknowns(element);
-        let (values, _) = shapes::<P>(s);
-        let mut at = [0.0; D];
-        for i in 0..P {
-            axpy(&mut at, values[i], lanes::lane(&local[i], lane));
+        let field = self.field_impl(lane, element);
+        let (at_nodes, at_points) = (node_weights(P, s), point_weights(&self.table.points, s));
+        let (mut local, mut stress) = ([0.0; D], [0.0; D]);
+        for k in 0..P {
+            axpy(&mut local, at_nodes[k], field.local[k]);
+            axpy(&mut stress, at_points[k], field.stress[k]);
         }
-        // Lagrange interpolation through the Gauss points.
-        let mut stress = [0.0; D];
-        for g in 0..P {
-            let mut weight = 1.0;
-            for other in (0..P).filter(|&o| o != g) {
-                weight *= (s - self.table.points[other]) / (self.table.points[g] - self.table.points[other]);
-            }
-            axpy(&mut stress, weight, lanes::lane(&self.state.stress[element * P + g], lane));
-        }
-        (at, stress)
+        (local, stress)
     }
+
+    pub(super) fn field_impl(&self, lane: usize, element: usize) -> Field<D> {
+        let unknowns = self.local_unknowns(element);
+        let (mut local, mut stress) = ([[0.0; D]; MOST], [[0.0; D]; MOST]);
+        for k in 0..P {
+            local[k] = lanes::lane(&unknowns[k], lane);
+            stress[k] = lanes::lane(&self.state.stress[element * P + k], lane);
+        }
+        Field { local, stress }
+    }
+}
+
+/// Values at `s` of the shape functions of nodes 1 to `order`.
+fn node_weights(order: usize, s: f64) -> [f64; MOST] {
+    let mut weights = [0.0; MOST];
+    for i in 1..=order {
+        let others = (0..=order).filter(|&j| j != i);
+        weights[i - 1] = others.map(|j| (s - node(j, order)) / (node(i, order) - node(j, order))).product();
+    }
+    weights
+}
+
+/// Values at `s` of the polynomials that are one at one of the points and zero at the others.
+fn point_weights(points: &[f64], s: f64) -> [f64; MOST] {
+    let mut weights = [0.0; MOST];
+    for (g, point) in points.iter().enumerate() {
+        let others = points.iter().filter(|other| *other != point);
+        weights[g] = others.map(|other| (s - other) / (point - other)).product();
+    }
+    weights
 }

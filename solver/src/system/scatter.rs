@@ -9,6 +9,8 @@ use crate::reduce::Reduced;
 pub(super) struct Scatter {
     /// Local row, local column, position in the matrix.
     pub entries: Vec<(u8, u8, u32)>,
+    /// The same by the place in a reduced stiffness, row by row, where the components of all joints are their own.
+    direct: Vec<(u8, u32)>,
 }
 
 /// Where everything goes in the matrix.
@@ -62,7 +64,17 @@ impl Scatters {
                     }
                 }
             }
-            Scatter { entries }
+            let mut components = Vec::new();
+            for (end, &joint) in group.iter().enumerate() {
+                if let Basis::Components(own) = &equations.joints[joint].basis {
+                    let own = equations.active.iter().enumerate().filter(|(_, component)| own[**component].is_some());
+                    components.extend(own.map(|(i, _)| end * D + i));
+                }
+            }
+            let simple = group.iter().all(|&joint| !equations.is_general(joint));
+            let place = |i: u8, j: u8| (12 * components[usize::from(i)] + components[usize::from(j)]) as u8;
+            let direct = entries.iter().filter(|_| simple).map(|&(i, j, position)| (place(i, j), position)).collect();
+            Scatter { entries, direct }
         };
         let all = |groups: &[Vec<usize>]| groups.iter().map(scatter).collect();
         let scatters = Self { members: all(members), springs: all(springs), joints: all(&joints) };
@@ -101,25 +113,17 @@ pub(super) fn add_local<const D: usize>(
     scatter: &Scatter,
     values: &mut [f64],
 ) {
-    let mut rows = [0usize; 12];
-    let mut count = 0;
-    let simple = joints.iter().all(|&joint| !equations.is_general(joint));
-    if simple {
-        for (end, &joint) in joints.iter().enumerate() {
-            if let Basis::Components(components) = &equations.joints[joint].basis {
-                for (i, &component) in equations.active.iter().enumerate() {
-                    if components[component].is_some() {
-                        rows[count] = end * D + i;
-                        count += 1;
-                    }
-                }
-            }
-        }
-        for &(i, j, position) in &scatter.entries {
-            values[position as usize] += reduced.stiffness[rows[i as usize]][rows[j as usize]];
+    if !scatter.direct.is_empty() {
+        let stiffness = reduced.stiffness.as_flattened();
+        for &(place, position) in &scatter.direct {
+            values[position as usize] += stiffness[usize::from(place)];
         }
         return;
     }
+    if joints.iter().all(|&joint| !equations.is_general(joint)) {
+        return;
+    }
+    let mut count = 0;
     // Motions of the local equations in components, then Bᵀ K B.
     let mut basis = [[0.0; 12]; 12];
     for (end, &joint) in joints.iter().enumerate() {
