@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
@@ -16,6 +17,10 @@ pub const PIVOT_NOISE: f64 = 1e-12;
 /// A negative pivot has to be larger than this: where a motion needs no force, what iteration and elimination leave of
 /// its pivot has either sign.
 const NEGATIVE_NOISE: f64 = 1e-10;
+
+/// From this size on columns are factorized several at once: joints have six of them each, which pays even where there
+/// are few entries.
+const SUPERNODAL: usize = 256;
 
 /// What the pivots of a factorization say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -79,15 +84,15 @@ impl Symmetric {
         }
         let rows = pairs.iter().map(|p| p.0).collect();
         let pattern = SymbolicSparseColMat::new_checked(size, size, column_starts, None, rows);
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: match size {
+                SUPERNODAL.. => SupernodalThreshold::FORCE_SUPERNODAL,
+                _ => SupernodalThreshold::AUTO,
+            },
+            ..CholeskySymbolicParams::default()
+        };
         let symbolic = (size > 0)
-            .then(|| {
-                factorize_symbolic_cholesky(
-                    pattern.as_ref(),
-                    Side::Lower,
-                    SymmetricOrdering::Amd,
-                    CholeskySymbolicParams::default(),
-                )
-            })
+            .then(|| factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters))
             .and_then(Result::ok);
         Self::of(Arc::new(Analysis { size, pattern, diagonal, symbolic }))
     }
