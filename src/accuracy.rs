@@ -85,13 +85,18 @@ pub fn solve_to_accuracy(
     let mut timing = Timing { mesh: start.elapsed(), ..Timing::default() };
     let mut best: Option<(Mesh, History, ProbeTable, f64)> = None;
     let mut trail = None;
-    for rounds in 1.. {
+    let way = mesh.of_the_way(&model, asked);
+    let mut options = Options { rough: way.is_some(), ..options.clone() };
+    mesh = way.unwrap_or(mesh);
+    let mut rounds = 0;
+    loop {
+        rounds += 1;
         let start = Instant::now();
         let (structure, steps) = discretize(&model, &mesh);
         timing.mesh += start.elapsed();
         let start = Instant::now();
         let coarse = trail.take().zip(best.as_ref().map(|(_, history, ..)| history));
-        let solved = pennate_solver::solve_along(&structure, &steps, options, coarse, observe);
+        let solved = pennate_solver::solve_along(&structure, &steps, &options, coarse, observe);
         let spent = start.elapsed();
         let mut history = match solved {
             Ok((history, left)) => {
@@ -102,8 +107,11 @@ pub fn solve_to_accuracy(
         };
         timing.estimate += history.estimate;
         timing.solve += spent.saturating_sub(history.estimate);
+        options.rough = false;
         let probes = ProbeTable::new(&model, &history);
-        if let Some((before, coarse, ..)) = &best {
+        if let Some((before, coarse, ..)) = &best
+            && before.order == mesh.order
+        {
             estimate_critical_points(coarse, &mut history, before.elements(), &mesh, mesh.lowest_order(&model));
         }
         let error = largest_of(relative_error(&model, &structure, &history, &probes), critical_error(&history));
@@ -124,7 +132,6 @@ pub fn solve_to_accuracy(
         let accuracy = Accuracy { asked, estimated, verdict, rounds };
         return Ok(Solution { model, mesh, history, probes, accuracy, timing });
     }
-    unreachable!("the number of rounds is bounded");
 }
 
 enum Judgement {
@@ -151,6 +158,17 @@ fn judge(
             return Judgement::End(Verdict::PathLost);
         }
     }
+    // What found the way of a large network is not near its end.
+    let interrupted = history.steps.iter().any(|step| step.status == Status::Interrupted);
+    if let (Some((order, left)), false) = (mesh.raised(asked, error), interrupted) {
+        let missing = missing(history);
+        // A few members lack most of the energy: shorter elements there cost little.
+        let factors = match missing.is_empty() {
+            true => vec![1; mesh.refinement.len()],
+            false => member_factors(mesh, order, &missing, (left / asked).max(1.0)),
+        };
+        return Judgement::Refine(Mesh { order, ..mesh.refined(model, &factors) });
+    }
     // A path that ends early may do so for want of elements: a second mesh confirms it.
     let complete = history.steps.iter().all(|step| step.status == Status::Converged);
     let gained = best.is_none_or(|(_, before, ..)| progress_of(history) > progress_of(before) + CONFIRMED);
@@ -173,16 +191,28 @@ fn judge(
     if error <= asked {
         return Judgement::End(Verdict::Met);
     }
-    if error < ASYMPTOTIC && best.is_some_and(|(.., before)| error > 0.5 * before) {
+    let stalled = error < ASYMPTOTIC && best.is_some_and(|(.., before)| error > 0.5 * before);
+    if stalled && best.is_some_and(|(before, ..)| is_finer_everywhere(model, mesh, before)) {
         return Judgement::End(Verdict::Stalled);
     }
-    let factors = member_factors(mesh, mesh.lowest_order(model), &missing(history), error / asked);
+    let factors = match stalled {
+        // Finer members here and there were of no use.
+        true => vec![2; mesh.refinement.len()],
+        false => member_factors(mesh, mesh.lowest_order(model), &missing(history), error / asked),
+    };
     let finer = mesh.refined(model, &factors);
     if finer == *mesh {
         let at_limit = mesh.refinement.iter().any(|segments| capped(2, segments) == 1);
         return Judgement::End(if at_limit { Verdict::TooFine } else { Verdict::Forced });
     }
     if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
+}
+
+/// Whether every segment that may have more elements on a mesh than on the one before has twice as many.
+fn is_finer_everywhere(model: &Model, mesh: &Mesh, before: &Mesh) -> bool {
+    let segments = model.members.iter().flat_map(|member| &member.segments);
+    let counts = mesh.refinement.iter().flatten().zip(before.refinement.iter().flatten());
+    segments.zip(counts).all(|(segment, (&now, &then))| segment.elements.is_some() || now >= 2 * then)
 }
 
 /// Estimates the errors of singular points from how far they lie from those of a coarser mesh.

@@ -50,7 +50,8 @@ fn pure_stretch_is_exact() {
         assert_close(solved.shift("B"), [0.2 * LENGTH, 0.0, 0.0], 1e-11 * LENGTH);
         assert_near(solved.member("rod").axial_force, 600.0, 1e-9);
         assert_near(solved.last().energy, 0.5 * 600.0 * 0.2 * LENGTH, 1e-8);
-        assert!(solved.factorizations() <= 4, "{mesh}");
+        // Three iterations, the end itself, and linear buckling.
+        assert!(solved.factorizations() <= 5, "{mesh}");
     });
 }
 

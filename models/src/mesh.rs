@@ -41,6 +41,23 @@ impl Mesh {
         mesh
     }
 
+    /// The mesh on elements of order 2 that finds the way of a large network; another follows it for the accuracy, see
+    /// [`Mesh::raised`].
+    pub fn of_the_way(&self, model: &Model, accuracy: f64) -> Option<Self> {
+        let free = |segment: &Segment| segment.elements.is_none();
+        let plain = |member: &Member| member.segments.iter().all(free) && member.order(2) == 2 && member.order(4) == 4;
+        let large = model.members.len() > LARGE && self.order == 3 && accuracy < 1e-5;
+        (large && model.members.iter().all(plain)).then(|| Self { order: 2, ..self.clone() })
+    }
+
+    /// The order that follows on such a mesh for an accuracy, and the error that is expected to be left by it; where its
+    /// error is not known, the way was short.
+    pub fn raised(&self, accuracy: f64, error: Option<f64>) -> Option<(usize, f64)> {
+        // Twice the order squares an error, times a factor that was a hundredth or less.
+        let next = error.map_or((3, accuracy), |error| (4, 0.01 * error * error));
+        (self.order == 2 && accuracy < 1e-5).then_some(next)
+    }
+
     /// The mesh with the elements of each member multiplied by its factor; counts forced by the file stay.
     #[must_use]
     pub fn refined(&self, model: &Model, factors: &[usize]) -> Self {
@@ -88,6 +105,8 @@ impl Mesh {
     }
 }
 
+/// Members of a network that is small.
+const LARGE: usize = 100;
 /// Elements of a curved segment to begin with, at most: hundreds of turns.
 const CURVED: usize = 10_000;
 /// How many corotational elements are as good as one exact one, to begin with.

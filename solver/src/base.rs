@@ -59,12 +59,12 @@ pub fn follow<'a>(
     let steps = &steps[..count];
     match structure.dimension {
         Dimension::Space => {
-            let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space)?;
+            let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space, None)?;
             let history = path.run(steps, observe);
             Ok((Followed::Space(Box::new(path)), history))
         }
         Dimension::Plane => {
-            let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane)?;
+            let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane, None)?;
             add_lateral(&mut path, &structure);
             let history = path.run(steps, observe);
             Ok((Followed::Plane(Box::new(path)), history))

@@ -118,16 +118,17 @@ fn follow(
     let topology = path::topology(structure, steps);
     match structure.dimension {
         Dimension::Space => {
-            let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space)?;
-            if let Some((Trail(Kind::Space(guide)), history)) = coarse {
-                path.guide = Some(Guide { steps: history.steps.clone(), ..*guide });
-            }
+            let guide = match coarse {
+                Some((Trail(Kind::Space(guide)), history)) => Some(Guide { steps: history.steps.clone(), ..*guide }),
+                _ => None,
+            };
+            let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, guide)?;
             let history = path.run(steps, observe);
             let guide = path.into_guide();
             Ok((history, Trail(Kind::Space(Box::new(guide)))))
         }
         Dimension::Plane => {
-            let mut path = prepare(structure, &topology, steps, options, PLANE, packs::plane)?;
+            let mut path = prepare(structure, &topology, steps, options, PLANE, packs::plane, None)?;
             if let Some((Trail(Kind::Plane(guide)), history)) = coarse {
                 path.guide = Some(Guide { steps: history.steps.clone(), ..*guide });
             }
@@ -146,18 +147,26 @@ fn prepare<'a, const D: usize>(
     options: &Options,
     active: Active<D>,
     packs: fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>,
+    guide: Option<Guide<D>>,
 ) -> Result<Path<'a, D>, SolveError> {
     let parallel = options.threads > 1;
-    let build =
-        |enrich| System::new(Arc::clone(structure), Arc::clone(topology), packs(structure, enrich), active, parallel);
+    let (structure, topology) = (Arc::clone(structure), Arc::clone(topology));
+    let build = move |enrich| {
+        System::new(Arc::clone(&structure), Arc::clone(&topology), packs(&structure, enrich), active, parallel)
+    };
     let mut path = Path::new(build(0), options.clone());
     path.keeps = options.estimate;
-    let motions = path.free_motions(steps);
-    if !motions.is_empty() {
-        return Err(SolveError::Mechanism(motions));
+    match guide {
+        Some(guide) => path.follow_after(guide),
+        None => {
+            let motions = path.free_motions(steps);
+            if !motions.is_empty() {
+                return Err(SolveError::Mechanism(motions));
+            }
+        }
     }
     if options.estimate {
-        path.refined = Some(build(1));
+        path.make_refined = Some(Box::new(move || build(1)));
     }
     Ok(path)
 }

@@ -16,6 +16,8 @@ const WANDERING: usize = 3;
 const AWAY: f64 = 2.0;
 /// Increments smaller than this are near, whatever their rate.
 const NEAR: f64 = 1e-2;
+/// Part of the first residual at which a state is known well enough to be compared.
+const COMPARED: f64 = 1e-2;
 
 /// When an iteration is converged and when it is given up.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +31,8 @@ pub struct Newton {
     pub residual: f64,
     /// Increment that is rounding, whatever the residual.
     pub still: f64,
+    /// What the next increment is foreseen to be where a settled state needs no further one.
+    pub foreseen: f64,
     /// Strain that a rigid component may still have.
     pub violation: f64,
     /// An increment that grows and exceeds this has lost its way.
@@ -43,6 +47,7 @@ impl Default for Newton {
             settled: 1e-10,
             residual: 1e-6,
             still: 1e-13,
+            foreseen: 1e-12,
             violation: 1e-6,
             lost: 0.5,
         }
@@ -53,6 +58,8 @@ impl Default for Newton {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Convergence {
     pub iterations: usize,
+    /// One an iteration, and one where linear buckling was asked.
+    pub factorizations: usize,
     /// Pivots and residual at the equilibrium.
     pub inertia: Inertia,
     pub residual: Residual,
@@ -64,6 +71,8 @@ pub struct Convergence {
 #[derive(Clone, Copy, Debug)]
 pub struct Lost {
     pub iterations: usize,
+    /// See [`Convergence::factorizations`].
+    pub factorizations: usize,
     pub residual: Residual,
     pub why: Why,
 }
@@ -76,8 +85,9 @@ pub enum Why {
     Astray,
     /// The tangent has no factors.
     Singular,
-    /// The linear extrapolation to these loads is unstable: a limit point may lie between.
-    Unstable,
+    /// The linear extrapolation to these loads is unstable: a limit point may lie between. With the number of negative
+    /// pivots that are too many.
+    Unstable(usize),
     /// The iteration came little nearer three times, or went away once: it may arrive anywhere.
     Wandered,
 }
@@ -91,16 +101,28 @@ pub struct Start {
     pub rest: Option<usize>,
     /// Give up where the linear extrapolation to the loads has more negative pivots than this.
     pub negative_limit: usize,
-    /// The equilibrium is one to go on from, not one to read off: a larger residual will do.
-    pub passing: bool,
+    pub aim: Aim,
     /// An equilibrium that is not the nearest one will do.
     pub may_wander: bool,
+}
+
+/// What an equilibrium is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aim {
+    /// To be read off.
+    Result,
+    /// To go on from: a larger residual will do.
+    Passing,
+    /// To go on from, on a finer mesh in the end: an even larger one will do.
+    Rough,
+    /// To be compared with the state that the iteration starts from: a small part of the way there does not matter.
+    Comparison,
 }
 
 impl Start {
     /// To full accuracy from a state nearby.
     pub fn nearby() -> Self {
-        Self { predicted: true, rest: None, negative_limit: usize::MAX, passing: false, may_wander: true }
+        Self { predicted: true, rest: None, negative_limit: usize::MAX, aim: Aim::Result, may_wander: true }
     }
 }
 
@@ -112,6 +134,9 @@ impl Newton {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
         let mut first = Size::default();
+        let mut misfit = 0.0;
+        let mut violation = self.violation;
+        let mut asked = 0;
         let mut slow = 0;
         let mut astray = false;
         for iterations in 1..=self.max_iterations {
@@ -120,16 +145,30 @@ impl Newton {
             let residual = system.residual();
             #[cfg(feature = "trace")]
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
-            let passing = start.passing && last <= 1e3 * self.increment && residual.largest() <= 1e4 * self.settled;
-            let converged = passing || self.is_converged(last, before, residual);
+            if iterations == 1 {
+                misfit = residual.largest();
+                violation = match start.aim {
+                    Aim::Result | Aim::Passing => self.violation,
+                    Aim::Rough => 1e2 * self.violation,
+                    Aim::Comparison => self.violation.max(COMPARED * system.violation()),
+                };
+            }
+            let enough = match start.aim {
+                Aim::Result => false,
+                Aim::Passing => last <= 1e3 * self.increment && residual.largest() <= 1e4 * self.settled,
+                Aim::Rough => last <= 1e4 * self.increment && residual.largest() <= 1e6 * self.settled,
+                Aim::Comparison => last <= self.lost && residual.largest() <= COMPARED * misfit,
+            };
+            let converged = enough || self.is_converged(last, before, residual);
+            let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
-            if converged && system.violation() <= self.violation {
-                return Ok(Convergence { iterations, inertia, residual, first });
+            if converged && system.violation() <= violation {
+                return Ok(Convergence { iterations, factorizations, inertia, residual, first });
             }
+            let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
-                return Err(Lost { iterations, residual, why: Why::Unstable });
+                return lost(Why::Unstable(inertia.negative - start.negative_limit));
             }
-            let lost = |why| Err(Lost { iterations, residual, why });
             if iterations == self.max_iterations {
                 return lost(Why::Slow);
             }
@@ -140,9 +179,13 @@ impl Newton {
                 if let Some(rest) = start.rest
                     && start.negative_limit < usize::MAX
                     && !start.predicted
-                    && self.buckles(system, rest, start.negative_limit)
                 {
-                    return Err(Lost { iterations: iterations + 1, residual, why: Why::Unstable });
+                    asked = 1;
+                    let negative = self.buckling(system, rest);
+                    if negative > start.negative_limit {
+                        let why = Why::Unstable(negative - start.negative_limit);
+                        return Err(Lost { iterations, factorizations: factorizations + 1, residual, why });
+                    }
                 }
             }
             // How far parts swing with what carries them says little: what counts is what is left without.
@@ -155,7 +198,7 @@ impl Newton {
                 slow += usize::from(own > SLOW * last);
                 astray |= own > AWAY * last;
                 if !start.may_wander && (astray || slow >= WANDERING) {
-                    return Err(Lost { iterations, residual, why: Why::Wandered });
+                    return lost(Why::Wandered);
                 }
             }
             before = last;
@@ -170,19 +213,24 @@ impl Newton {
     /// stressed, the residual is small against the stiffness alone, and the increment tells.
     pub fn is_converged(&self, last: f64, before: f64, residual: Residual) -> bool {
         let still = last <= self.still && residual.largest() < 1.0;
-        let rounding = before <= self.increment && (residual.largest() <= self.residual || still);
         let settled = residual.largest() <= self.settled;
-        last <= self.increment && (settled || rounding)
+        // Increments fall by their squares: from the last two follows the next.
+        let next = last * last * (last / (before * before)).max(1.0);
+        let foreseen = before <= self.lost && next <= self.foreseen;
+        let twice = before <= self.increment || foreseen && last <= 0.1 * self.increment;
+        let rounding = twice && (residual.largest() <= self.residual || still);
+        last <= self.increment && (settled || rounding) || settled && foreseen
     }
 
-    /// Linear buckling: the shape of the last equilibrium under a part of the stresses that the first increment foresees.
+    /// Linear buckling: negative pivots of the shape of the last equilibrium under a part of the stresses that the first
+    /// increment foresees.
     ///
     /// Linear factors a little below one are common where nothing buckles (a curved beam bent out of its plane).
-    fn buckles<const D: usize>(&self, system: &mut System<D>, rest: usize, limit: usize) -> bool {
+    fn buckling<const D: usize>(&self, system: &mut System<D>, rest: usize) -> usize {
         system.save(DETOUR);
         system.restore_shape(rest, FORESEEN);
         let inertia = system.assemble(false);
         system.restore(DETOUR);
-        inertia.negative > limit
+        inertia.negative
     }
 }

@@ -11,13 +11,16 @@ pub struct Options {
     pub estimate: bool,
     /// Look whether the unloaded structure has a motion that next to nothing resists.
     pub near_motion: bool,
+    /// Ends of steps are to go on from, on a finer mesh, and not to be read off. Where no step needs more than one
+    /// increment, they are not solved on a mesh of the next order.
+    pub rough: bool,
     /// Threads that condense members; results do not depend on it.
     pub threads: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { first_increment: 1.0, shapes: false, estimate: false, near_motion: false, threads: 1 }
+        Self { first_increment: 1.0, shapes: false, estimate: false, near_motion: false, rough: false, threads: 1 }
     }
 }
 

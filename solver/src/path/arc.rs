@@ -145,7 +145,7 @@ impl<const D: usize> Tracer<'_, D> {
                 let (inertia, rate) = (linearized.inertia, linearized.rate_motions);
                 return Ok(Point { fraction, iterations, inertia, residual, rate, gain });
             }
-            let lost = |why| Err(Lost { iterations, residual, why });
+            let lost = |why| Err(Lost { iterations, factorizations: iterations, residual, why });
             let change = -(gap + n.along(&linearized.step_motions, 0.0)) / gain;
             if !solved || !change.is_finite() {
                 return lost(Why::Singular);
@@ -165,7 +165,8 @@ impl<const D: usize> Tracer<'_, D> {
             before = last;
             last = size;
         }
-        Err(Lost { iterations: newton.max_iterations, residual: self.system.residual(), why: Why::Slow })
+        let (iterations, residual) = (newton.max_iterations, self.system.residual());
+        Err(Lost { iterations, factorizations: iterations, residual, why: Why::Slow })
     }
 
     /// The singular point between the saved states LAST and NEXT, at fractions `ends`; the system is left there.

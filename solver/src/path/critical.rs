@@ -293,7 +293,8 @@ impl<const D: usize> Path<'_, D> {
         let reach = self.options.first_increment.min(ramp.longest).min(FIRST_REACH);
         let Some(mut walk) = self.walk(ramp, 0.0, reach, &mut tally) else {
             let residual = self.system.residual();
-            let lost = crate::newton::Lost { iterations: 1, residual, why: crate::newton::Why::Singular };
+            let lost =
+                crate::newton::Lost { iterations: 1, factorizations: 1, residual, why: crate::newton::Why::Singular };
             return self.end_roughly(record, 0.0, &lost, &tally);
         };
         if ramp.longest < 1.0 {
@@ -356,7 +357,7 @@ impl<const D: usize> Path<'_, D> {
             return true;
         }
         let residual = self.system.residual();
-        let lost = crate::newton::Lost { iterations: 0, residual, why: crate::newton::Why::Slow };
+        let lost = crate::newton::Lost { iterations: 0, factorizations: 0, residual, why: crate::newton::Why::Slow };
         self.end_roughly(record, last, &lost, &tally)
     }
 

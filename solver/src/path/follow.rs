@@ -5,7 +5,7 @@ use super::critical::After;
 use super::{Count, Path};
 use crate::chain::Size;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Convergence, DETOUR, Lost, Newton, Start, Why};
+use crate::newton::{Aim, Convergence, DETOUR, Lost, Newton, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::{Inertia, NEUTRAL, System};
 
@@ -30,6 +30,8 @@ const TAME: f64 = 1.2;
 const FIRST_PART: f64 = 0.47;
 /// Two states nearer than this (radians, or lengths) are one.
 const SAME: f64 = 1e-4;
+/// An extrapolation that misses by no more than this (radians, or lengths of a member) takes few iterations to mend.
+const FORESEEN: f64 = 0.05;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
 
@@ -135,42 +137,47 @@ impl<const D: usize> Path<'_, D> {
             let foreseen = if predicted { self.system.distance(LAST) } else { Size::default() };
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
-            let passing = target < 1.0;
-            let start = Start { predicted, rest: Some(LAST), negative_limit, passing, may_wander: step <= LONG };
+            let aim = match target {
+                _ if self.options.rough => Aim::Rough,
+                ..1.0 => Aim::Passing,
+                _ => Aim::Result,
+            };
+            let start = Start { predicted, rest: Some(LAST), negative_limit, aim, may_wander: step <= LONG };
             let mut outcome = self.newton.solve(&mut self.system, start);
-            if let Err(Lost { iterations, why: Why::Astray, .. }) = outcome
+            if let Err(Lost { iterations, factorizations, why: Why::Astray, .. }) = outcome
                 && self.system.own_first < WILD
             {
                 // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
                 tally.iterations += iterations;
-                tally.factorizations += iterations;
+                tally.factorizations += factorizations;
                 self.system.restore(LAST);
                 self.system.straight = true;
-                outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
+                outcome = self.newton.solve(&mut self.system, Start { predicted: false, rest: None, ..start });
                 self.system.straight = false;
             }
             if let (Err(lost), true) = (&outcome, retries > 0)
-                && !matches!(lost.why, Why::Unstable | Why::Wandered)
+                && !matches!(lost.why, Why::Unstable(_) | Why::Wandered)
             {
                 // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
                 tally.iterations += lost.iterations;
-                tally.factorizations += lost.iterations;
+                tally.factorizations += lost.factorizations;
                 self.system.restore(LAST);
                 self.system.set_plain(true);
-                outcome = self.newton.solve(&mut self.system, Start { predicted: false, ..start });
+                outcome = self.newton.solve(&mut self.system, Start { predicted: false, rest: None, ..start });
                 self.system.set_plain(false);
             }
             let rough = match outcome {
                 Ok(mut found) => {
                     tally.iterations += found.iterations - 1;
-                    tally.factorizations += found.iterations;
+                    tally.factorizations += found.factorizations;
+                    let corrected = self.system.own_first;
                     let mut count = self.count(&found.inertia);
                     let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
-                    if rose && start.passing && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {
+                    if rose && aim != Aim::Result && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {
                         // The stiffness of a motion that needs no force is as small as the state is exact.
                         let exact = Newton { increment: 1e-9, ..self.newton };
                         if let Ok(better) = exact.solve(&mut self.system, Start::nearby()) {
-                            tally.factorizations += better.iterations;
+                            tally.factorizations += better.factorizations;
                             count = self.count(&better.inertia);
                             rose = count.own > self.base.own || count.lateral > self.base.lateral;
                         }
@@ -222,6 +229,8 @@ impl<const D: usize> Path<'_, D> {
                             return self.arrived(record, &tally);
                         }
                         increment = match found.iterations {
+                            // What extrapolation misses goes with the square of the increment.
+                            0..=6 if predicted => (FORESEEN / corrected).sqrt().clamp(2.0, 4.0) * step,
                             0..=6 => 2.0 * step,
                             7..=8 => step,
                             _ => 0.6 * step,
@@ -232,7 +241,7 @@ impl<const D: usize> Path<'_, D> {
                 }
                 Err(lost) => {
                     tally.iterations += lost.iterations;
-                    tally.factorizations += lost.iterations;
+                    tally.factorizations += lost.factorizations;
                     self.system.restore(LAST);
                     increment = 0.4 * step;
                     if lost.why == Why::Astray && self.system.own_first > WILD {
@@ -242,8 +251,12 @@ impl<const D: usize> Path<'_, D> {
                         increment = 0.5 * step;
                         continue;
                     }
-                    if lost.why == Why::Unstable {
-                        // Past a limit point the extrapolation is unstable: go nearer before believing what comes.
+                    if let Why::Unstable(excess) = lost.why {
+                        // Past a limit point the extrapolation is unstable: go nearer before believing what comes; the
+                        // more of it is unstable, the farther away are stable loads.
+                        if !predicted {
+                            increment *= 0.4f64.powf(excess.min(9) as f64 / 4.0 - 0.25);
+                        }
                         increment = increment.max(0.9 * BRACKET);
                         continue;
                     }
@@ -297,7 +310,8 @@ impl<const D: usize> Path<'_, D> {
                 self.system.predict(BEFORE, LAST, FIRST_PART * ratio);
             }
             let predicted = target == to || ratio.is_some();
-            let outcome = self.newton.solve(&mut self.system, Start { predicted, passing: target < 1.0, ..start });
+            let aim = if target < 1.0 { Aim::Passing } else { Aim::Result };
+            let outcome = self.newton.solve(&mut self.system, Start { predicted, aim, ..start });
             let iterations = outcome.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
             tally.iterations += iterations - 1;
             tally.factorizations += iterations;

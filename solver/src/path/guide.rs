@@ -6,13 +6,14 @@
 use super::Path;
 use super::follow::{LAST, Ramp, Tally};
 use crate::history::{Status, StepHistory};
-use crate::newton::Start;
+use crate::newton::{Aim, Start};
 use crate::structure::{Method, Step};
 use crate::system::System;
 
 /// Iterations that a state of a coarser mesh may need on a finer one.
 const FEW: usize = 7;
-/// A first increment larger than this leads elsewhere.
+/// A first increment larger than this (radians, or lengths of a member) leads elsewhere; how far parts swing with what
+/// carries them says little.
 const ASIDE: f64 = 0.2;
 
 /// What a solve on a coarser mesh went through.
@@ -21,9 +22,26 @@ pub struct Guide<const D: usize> {
     pub steps: Vec<StepHistory>,
     /// Which of the states that the system keeps is the end of a step.
     pub ends: Vec<Option<usize>>,
+    /// The same on elements of the next order, where there is one: it is much nearer.
+    pub refined: Option<System<D>>,
+    pub refined_ends: Vec<Option<usize>>,
 }
 
 impl<const D: usize> Path<'_, D> {
+    /// Takes a guide, and from it what is the same on every mesh: the pattern of the equations, that there is no
+    /// mechanism, and, nearly, the stiffness of the unloaded structure.
+    pub fn follow_after(&mut self, guide: Guide<D>) {
+        self.system.hold_like(&guide.system);
+        self.system.take_rest(&guide.system);
+        self.system.hold(self.held.values().copied().collect());
+        self.guide = Some(guide);
+    }
+
+    /// Whether the end of a step is known from a guide.
+    pub(super) fn is_guided(&self, index: usize) -> bool {
+        self.guide.as_ref().is_some_and(|guide| guide.ends.get(index).copied().flatten().is_some())
+    }
+
     /// Goes to the end of a step by way of the coarser mesh; false where that is not possible, with nothing changed.
     pub(super) fn guided(
         &mut self,
@@ -36,16 +54,25 @@ impl<const D: usize> Path<'_, D> {
         let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
         let Some(guide) = &mut self.guide else { return false };
         let Some(kept) = guide.ends.get(index).copied().flatten().filter(|_| simple) else { return false };
-        guide.system.recall(kept);
         self.system.save(LAST);
-        self.system.prolong(&guide.system);
+        let better = guide.refined_ends.get(index).copied().flatten();
+        match (&mut guide.refined, better) {
+            (Some(refined), Some(kept)) => {
+                refined.recall(kept);
+                self.system.prolong(refined);
+            }
+            _ => {
+                guide.system.recall(kept);
+                self.system.prolong(&guide.system);
+            }
+        }
         ramp.apply(&mut self.system, 1.0);
         self.system.place_ends();
         let known = guide.steps[index].negative_pivots;
-        let start = Start { predicted: true, rest: None, negative_limit: known, passing: false, may_wander: false };
+        let start = Start { predicted: true, rest: None, negative_limit: known, aim: Aim::Result, may_wander: false };
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
         let found = match self.newton.solve(&mut self.system, start) {
-            Ok(found) if found.iterations <= FEW && found.first.largest() <= ASIDE => Some(found),
+            Ok(found) if found.iterations <= FEW && self.system.own_first <= ASIDE => Some(found),
             _ => None,
         };
         let alike = found.and_then(|found| {
@@ -58,7 +85,7 @@ impl<const D: usize> Path<'_, D> {
             return false;
         };
         tally.iterations = found.iterations - 1;
-        tally.factorizations = found.iterations;
+        tally.factorizations = found.factorizations;
         self.base = count;
         if let Some(guide) = &self.guide {
             let before = &guide.steps[index];
@@ -76,7 +103,16 @@ impl<const D: usize> Path<'_, D> {
 
     /// What a solve on a finer mesh may start from; the steps are to be filled in.
     pub fn into_guide(self) -> Guide<D> {
-        Guide { system: self.system, steps: Vec::new(), ends: self.ends }
+        let Self { system, ends, refined, refined_ends, .. } = self;
+        Guide { system, steps: Vec::new(), ends, refined, refined_ends }
+    }
+
+    /// Keeps the refined end of a step, where the end itself was kept.
+    pub(super) fn keep_refined(&mut self) -> Option<usize> {
+        self.ends.last().copied().flatten()?;
+        let refined = self.refined.as_mut()?;
+        refined.keep();
+        Some(self.refined_ends.iter().flatten().count())
     }
 
     /// Keeps the end of a step that a finer mesh may start from.

@@ -13,7 +13,7 @@ use crate::error::{FreeMotion, NearMotion};
 use crate::history::{Equilibrium, History, MeshSize, Note, Status};
 use crate::joints::Held;
 use crate::mechanism;
-use crate::newton::{Newton, Start};
+use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
 use crate::structure::{Dimension, MemberId, Method, NodeId, Spring, Step};
@@ -57,6 +57,8 @@ pub struct Path<'a, const D: usize> {
     pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
+    /// Makes it when it is first needed.
+    pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
     pub guide: Option<Guide<D>>,
     /// See [`History::near_motion`].
@@ -65,6 +67,8 @@ pub struct Path<'a, const D: usize> {
     pub keeps: bool,
     /// See [`Guide::ends`].
     pub ends: Vec<Option<usize>>,
+    /// See [`Guide::refined_ends`].
+    pub refined_ends: Vec<Option<usize>>,
     pub options: Options,
     pub notes: Vec<Note>,
     pub stability: Dimension,
@@ -98,10 +102,12 @@ impl<'a, const D: usize> Path<'a, D> {
             system,
             lateral: None,
             refined: None,
+            make_refined: None,
             guide: None,
             near: None,
             keeps: false,
             ends: Vec::new(),
+            refined_ends: Vec::new(),
             options,
             notes: Vec::new(),
             stability: structure.dimension,
@@ -130,6 +136,9 @@ impl<'a, const D: usize> Path<'a, D> {
         let total = steps.len().max(1);
         let prestressed = self.is_prestressed();
         let mut going = true;
+        // Whether the pivots of the state that a step begins with are known; a guided step does not ask.
+        let mut counted = false;
+        let mut winding = false;
         for index in 0..total {
             let mut record = empty_step(self.stability, std::mem::take(&mut self.notes));
             if !going {
@@ -141,7 +150,10 @@ impl<'a, const D: usize> Path<'a, D> {
             let mut watch = |fraction: f64| observe(&Progress { step: index, steps: total, fraction });
             if index == 0 {
                 self.change(&[]);
-                self.start_count(&mut record);
+                counted = prestressed || !self.is_guided(0);
+                if counted {
+                    self.start_count(&mut record);
+                }
                 if prestressed {
                     let longest = 1.0;
                     let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest };
@@ -155,6 +167,7 @@ impl<'a, const D: usize> Path<'a, D> {
                 }
                 if !self.held.keys().eq(&held_before) {
                     self.start_count(&mut record);
+                    counted = true;
                 }
                 let from = self.system.drives.clone();
                 let mut to = from.clone();
@@ -164,7 +177,12 @@ impl<'a, const D: usize> Path<'a, D> {
                 let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
                 let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
                 let course = Course { method: step.method, branch: step.branch, stop: step.stop };
-                going = !prestressed && self.guided(index, step, &ramp, &mut record, &mut watch)
+                let guided = !prestressed && self.guided(index, step, &ramp, &mut record, &mut watch);
+                if !guided && !counted {
+                    self.start_count(&mut record);
+                }
+                counted = true;
+                going = guided
                     || match step.method {
                         Method::ArcLength => self.follow_arc(&ramp, &mut record, &mut watch, &course),
                         Method::Newton | Method::Jump => self.follow(&ramp, &mut record, &mut watch, Some(&course)),
@@ -177,14 +195,18 @@ impl<'a, const D: usize> Path<'a, D> {
                 record.notes.push(Note::EndlessMoment { node });
             }
             self.keep_end(&record);
-            if going && self.options.estimate {
+            let mut kept = None;
+            winding |= record.increments.len() > 1;
+            if going && self.options.estimate && (winding || !self.options.rough) {
                 let start = Instant::now();
                 if let Some((state, missing)) = self.refine() {
                     record.refined = Some(state);
                     record.missing = missing;
+                    kept = self.keep_refined();
                 }
                 history.estimate += start.elapsed();
             }
+            self.refined_ends.push(kept);
             history.steps.push(record);
         }
         history.inside = std::mem::take(&mut self.inside);
@@ -264,11 +286,14 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// The present equilibrium on elements of the next order, and what the members lack for it.
     fn refine(&mut self) -> Option<(Equilibrium, Vec<f64>)> {
+        if self.refined.is_none() {
+            self.refined = self.make_refined.take().map(|make| make());
+        }
         let refined = self.refined.as_mut()?;
         refined.fading.clone_from(&self.system.fading);
         refined.hold_like(&self.system);
         refined.prolong(&self.system);
-        self.newton.solve(refined, Start::nearby()).ok()?;
+        self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
         let missing = refined.members.iter().map(|slot| refined.packs[slot.pack].top_energy(slot.lane)).collect();

@@ -491,6 +491,12 @@ impl<const D: usize> System<D> {
         self.measure_by_rest();
     }
 
+    /// Takes the stiffness of the unloaded structure from the same structure on another mesh.
+    pub fn take_rest(&mut self, other: &Self) {
+        self.rest_stiffness.copy_from_slice(&other.rest_stiffness);
+        self.measure_by_rest();
+    }
+
     fn measure_by_rest(&mut self) {
         for joint in 0..self.rest_stiffness.len() {
             let equations = &self.equations.joints[joint];
