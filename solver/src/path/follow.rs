@@ -170,7 +170,7 @@ impl<const D: usize> Path<'_, D> {
                 Ok(mut found) => {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.factorizations;
-                    let corrected = self.system.own_first;
+                    let missed = found.missed;
                     let mut count = self.count(&found.inertia);
                     let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
                     if rose && aim != Aim::Result && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {
@@ -230,8 +230,7 @@ impl<const D: usize> Path<'_, D> {
                         }
                         increment = match found.iterations {
                             // What extrapolation misses goes with the square of the increment.
-                            0..=6 if predicted => (FORESEEN / corrected).sqrt().clamp(2.0, 4.0) * step,
-                            0..=6 => 2.0 * step,
+                            0..=6 => (FORESEEN / missed).sqrt().clamp(2.0, 4.0) * step,
                             7..=8 => step,
                             _ => 0.6 * step,
                         }
