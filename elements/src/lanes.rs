@@ -1,7 +1,10 @@
-//! Four members side by side in one register of the processor.
+//! Four or eight members side by side in one register of the processor.
 //!
 //! The only `unsafe` of the crate. Products that are added are rounded once, together with the sum, so that a member
 //! gets the same digits in a lane and alone up to rounding.
+
+#[cfg(target_arch = "x86_64")]
+use crate::real::Real;
 
 /// Whether the processor can compute with [`Lanes`].
 pub fn are_there() -> bool {
@@ -11,10 +14,79 @@ pub fn are_there() -> bool {
     return false;
 }
 
+/// Whether the processor can compute with [`WideLanes`] too.
+pub fn are_wide() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return are_there() && is_x86_feature_detected!("avx512f");
+    #[cfg(not(target_arch = "x86_64"))]
+    return false;
+}
+
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Lanes;
+#[cfg(target_arch = "x86_64")]
+pub use avx512::WideLanes;
 #[cfg(not(target_arch = "x86_64"))]
 pub use f64 as Lanes;
+#[cfg(not(target_arch = "x86_64"))]
+pub use f64 as WideLanes;
+
+/// π/2 as the sum of three numbers.
+#[cfg(target_arch = "x86_64")]
+const QUARTER: [f64; 3] = [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_169_8e-33];
+
+/// Coefficients of (sin r − r)/r³ and of (cos r − 1 + r²/2)/r⁴ in r², for |r| ≤ π/4: `k_sin.c` and `k_cos.c` of fdlibm.
+#[cfg(target_arch = "x86_64")]
+const SINE: [f64; 6] = [
+    -1.666_666_666_666_663_2e-1,
+    8.333_333_333_322_49e-3,
+    -1.984_126_982_985_795e-4,
+    2.755_731_370_707_006_8e-6,
+    -2.505_076_025_340_686_3e-8,
+    1.589_690_995_211_55e-10,
+];
+#[cfg(target_arch = "x86_64")]
+const COSINE: [f64; 6] = [
+    4.166_666_666_666_66e-2,
+    -1.388_888_888_887_411e-3,
+    2.480_158_728_947_673e-5,
+    -2.755_731_435_139_066_3e-7,
+    2.087_572_321_298_175e-9,
+    -1.135_964_755_778_819_5e-11,
+];
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn polynomial<T: Real>(coefficients: &[f64; 6], z: T) -> T {
+    let mut sum = T::splat(coefficients[5]);
+    for &coefficient in coefficients[..5].iter().rev() {
+        sum = T::splat(coefficient).plus(sum, z);
+    }
+    sum
+}
+
+/// Sine and cosine of what an angle has above or below the nearest quarter turn, and a number whose last two bits count
+/// the quarters. With these, sines and cosines are within two units of their last digit for angles below 2⁵⁰.
+///
+/// The angle less the nearest quarter turns is exact in its first part: both are multiples of one power of two.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn near_quarter<T: Real>(angle: T) -> (T, T, T) {
+    // Adding 1.5 · 2⁵² rounds to a whole number, which is in the last bits of the sum then.
+    let round = T::splat(6_755_399_441_055_744.0);
+    let shifted = round.plus(angle, T::splat(std::f64::consts::FRAC_2_PI));
+    let turns = shifted - round;
+    let mut r = angle;
+    for part in QUARTER {
+        r = r.minus(turns, T::splat(part));
+    }
+    let z = r * r;
+    let sine = r.plus(r * z, polynomial(&SINE, z));
+    let half = T::splat(0.5) * z;
+    let whole = T::one() - half;
+    let cosine = whole + ((T::one() - whole) - half).plus(z * z, polynomial(&COSINE, z));
+    (shifted, sine, cosine)
+}
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
@@ -154,53 +226,9 @@ mod avx2 {
         }
     }
 
-    /// π/2 as the sum of three numbers.
-    const QUARTER: [f64; 3] = [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_169_8e-33];
-    /// Coefficients of (sin r − r)/r³ and of (cos r − 1 + r²/2)/r⁴ in r², for |r| ≤ π/4: `k_sin.c` and `k_cos.c` of fdlibm.
-    const SINE: [f64; 6] = [
-        -1.666_666_666_666_663_2e-1,
-        8.333_333_333_322_49e-3,
-        -1.984_126_982_985_795e-4,
-        2.755_731_370_707_006_8e-6,
-        -2.505_076_025_340_686_3e-8,
-        1.589_690_995_211_55e-10,
-    ];
-    const COSINE: [f64; 6] = [
-        4.166_666_666_666_66e-2,
-        -1.388_888_888_887_411e-3,
-        2.480_158_728_947_673e-5,
-        -2.755_731_435_139_066_3e-7,
-        2.087_572_321_298_175e-9,
-        -1.135_964_755_778_819_5e-11,
-    ];
-
-    #[inline(always)]
-    fn polynomial(coefficients: &[f64; 6], z: Lanes) -> Lanes {
-        let mut sum = Lanes::splat(coefficients[5]);
-        for &coefficient in coefficients[..5].iter().rev() {
-            sum = Lanes::splat(coefficient).plus(sum, z);
-        }
-        sum
-    }
-
-    /// Sine and cosine, each within two units of its last digit for angles below 2⁵⁰.
-    ///
-    /// The angle less the nearest quarter turns is exact in its first part: both are multiples of one power of two.
     #[inline(always)]
     fn sin_cos(angle: Lanes) -> (Lanes, Lanes) {
-        // Adding 1.5 · 2⁵² rounds to a whole number, which is in the last bits of the sum then.
-        let round = Lanes::splat(6_755_399_441_055_744.0);
-        let shifted = round.plus(angle, Lanes::splat(std::f64::consts::FRAC_2_PI));
-        let turns = shifted - round;
-        let mut r = angle;
-        for part in QUARTER {
-            r = r.minus(turns, Lanes::splat(part));
-        }
-        let z = r * r;
-        let sine = r.plus(r * z, polynomial(&SINE, z));
-        let half = Lanes::splat(0.5) * z;
-        let whole = Lanes::one() - half;
-        let cosine = whole + ((Lanes::one() - whole) - half).plus(z * z, polynomial(&COSINE, z));
+        let (shifted, sine, cosine) = super::near_quarter(angle);
         unsafe {
             let bits = _mm256_castpd_si256(shifted.0);
             // Odd quarters swap the two; sine is negative in the third and fourth, cosine in the second and third.
@@ -215,6 +243,165 @@ mod avx2 {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
+mod avx512 {
+    use std::arch::x86_64::*;
+    use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+    use crate::real::{Real, Work};
+
+    /// Eight numbers that are computed with at once; only where [`super::are_wide`] says so.
+    #[derive(Clone, Copy, Debug)]
+    pub struct WideLanes(__m512d);
+
+    impl WideLanes {
+        #[inline(always)]
+        fn numbers(self) -> [f64; 8] {
+            // SAFETY: both are eight numbers in a row.
+            unsafe { std::mem::transmute(self.0) }
+        }
+    }
+
+    impl From<[f64; 8]> for WideLanes {
+        #[inline(always)]
+        fn from(numbers: [f64; 8]) -> Self {
+            // SAFETY: both are eight numbers in a row.
+            Self(unsafe { std::mem::transmute::<[f64; 8], __m512d>(numbers) })
+        }
+    }
+
+    impl Default for WideLanes {
+        #[inline(always)]
+        fn default() -> Self {
+            Self::splat(0.0)
+        }
+    }
+
+    /// Runs work compiled for processors with these registers.
+    #[target_feature(enable = "avx512f,avx2,fma")]
+    fn run<W: Work>(work: W) -> W::Output {
+        work.run()
+    }
+
+    /// The numbers of a with their signs changed where those of b are negative.
+    #[inline(always)]
+    fn signed(a: __m512d, b: __m512i) -> WideLanes {
+        unsafe {
+            let minus = _mm512_castpd_si512(_mm512_set1_pd(-0.0));
+            let bits = _mm512_xor_si512(_mm512_castpd_si512(a), _mm512_and_si512(b, minus));
+            WideLanes(_mm512_castsi512_pd(bits))
+        }
+    }
+
+    // SAFETY of all that follows: lanes are made only where the processor has them.
+    macro_rules! operator {
+        ($name:ident, $method:ident, $intrinsic:ident) => {
+            impl $name for WideLanes {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    Self(unsafe { $intrinsic(self.0, other.0) })
+                }
+            }
+        };
+    }
+
+    operator!(Add, add, _mm512_add_pd);
+    operator!(Sub, sub, _mm512_sub_pd);
+    operator!(Mul, mul, _mm512_mul_pd);
+    operator!(Div, div, _mm512_div_pd);
+
+    impl Neg for WideLanes {
+        type Output = Self;
+        #[inline(always)]
+        fn neg(self) -> Self {
+            signed(self.0, unsafe { _mm512_set1_epi64(-1) })
+        }
+    }
+
+    impl AddAssign for WideLanes {
+        #[inline(always)]
+        fn add_assign(&mut self, other: Self) {
+            *self = *self + other;
+        }
+    }
+
+    impl SubAssign for WideLanes {
+        #[inline(always)]
+        fn sub_assign(&mut self, other: Self) {
+            *self = *self - other;
+        }
+    }
+
+    impl Real for WideLanes {
+        const LANES: usize = 8;
+
+        #[inline(always)]
+        fn splat(value: f64) -> Self {
+            Self(unsafe { _mm512_set1_pd(value) })
+        }
+        #[inline(always)]
+        fn lane(self, index: usize) -> f64 {
+            self.numbers()[index]
+        }
+        #[inline(always)]
+        fn set_lane(&mut self, index: usize, value: f64) {
+            let mut numbers = self.numbers();
+            numbers[index] = value;
+            *self = Self::from(numbers);
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            Self(unsafe { _mm512_sqrt_pd(self.0) })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { _mm512_abs_pd(self.0) })
+        }
+        #[inline(always)]
+        fn plus(self, a: Self, b: Self) -> Self {
+            Self(unsafe { _mm512_fmadd_pd(a.0, b.0, self.0) })
+        }
+        #[inline(always)]
+        fn minus(self, a: Self, b: Self) -> Self {
+            Self(unsafe { _mm512_fnmadd_pd(a.0, b.0, self.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            // The instruction gives the second where one is not a number; the larger of two is the one that is.
+            unsafe {
+                let larger = _mm512_max_pd(self.0, other.0);
+                let not_a_number = _mm512_cmp_pd_mask::<_CMP_UNORD_Q>(other.0, other.0);
+                Self(_mm512_mask_blend_pd(not_a_number, larger, self.0))
+            }
+        }
+        #[inline(always)]
+        fn is_negative(self) -> Self {
+            unsafe {
+                let below = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, _mm512_setzero_pd());
+                Self(_mm512_maskz_mov_pd(below, _mm512_set1_pd(1.0)))
+            }
+        }
+        #[inline(always)]
+        fn sin_cos(self) -> (Self, Self) {
+            let (shifted, sine, cosine) = super::near_quarter(self);
+            unsafe {
+                let bits = _mm512_castpd_si512(shifted.0);
+                // Odd quarters swap the two; sine is negative in the third and fourth, cosine in the second and third.
+                let odd = _mm512_test_epi64_mask(bits, _mm512_set1_epi64(1));
+                let s = _mm512_mask_blend_pd(odd, sine.0, cosine.0);
+                let c = _mm512_mask_blend_pd(odd, cosine.0, sine.0);
+                let after = _mm512_add_epi64(bits, _mm512_set1_epi64(1));
+                (signed(s, _mm512_slli_epi64::<62>(bits)), signed(c, _mm512_slli_epi64::<62>(after)))
+            }
+        }
+        #[inline(always)]
+        fn run<W: Work>(work: W) -> W::Output {
+            unsafe { run(work) }
+        }
+    }
+}
+
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
@@ -223,15 +410,28 @@ mod tests {
     /// A lane computes what a number computes, bit for bit, for whatever number; products added are rounded once.
     #[test]
     fn lanes_have_the_digits_of_numbers() {
-        if !are_there() {
-            return;
+        if are_there() {
+            have_digits_of_numbers::<Lanes>();
         }
+        if are_wide() {
+            have_digits_of_numbers::<WideLanes>();
+        }
+    }
+
+    fn of<T: Real>(numbers: [f64; 4]) -> T {
+        let mut lanes = T::zero();
+        (0..T::LANES).for_each(|lane| lanes.set_lane(lane, numbers[lane % 4]));
+        lanes
+    }
+
+    fn have_digits_of_numbers<T: Real>() {
         let a = [0.1, -3.7, f64::NAN, -0.0];
         let b = [-7.3, f64::NAN, 2.5, 1e-300];
-        let (x, y) = (Lanes::from(a), Lanes::from(b));
-        for i in 0..4 {
-            let same = |lanes: Lanes, number: f64| {
-                let lane = lanes.lane(i);
+        let (x, y) = (of::<T>(a), of::<T>(b));
+        for lane in 0..T::LANES {
+            let i = lane % 4;
+            let same = |lanes: T, number: f64| {
+                let lane = lanes.lane(lane);
                 assert!(lane.to_bits() == number.to_bits() || lane.is_nan() && number.is_nan(), "{lane} {number}");
             };
             same(x + y, a[i] + b[i]);
@@ -255,21 +455,33 @@ mod tests {
 
     #[test]
     fn sines_and_cosines_are_those_of_numbers() {
-        if !are_there() {
-            return;
+        if are_there() {
+            have_sines_of_numbers::<Lanes>();
         }
+        if are_wide() {
+            have_sines_of_numbers::<WideLanes>();
+        }
+    }
+
+    fn have_sines_of_numbers<T: Real>() {
         let quarter = std::f64::consts::FRAC_PI_2;
         let near = (-40..=40).flat_map(|k| [-1e-7, -1e-16, 0.0, 3e-13, 0.1, 0.785].map(|d| f64::from(k) * quarter + d));
         let far = (0..60).map(|k| 1.37f64.powi(k) * if k % 2 == 0 { 1e-3 } else { -1e-3 });
         let small = [0.0, 5e-324, -1e-310, 1e-200, -1e-8, 2e-8];
         let large = [12_345_678.9, -1e9 - 0.3, 3e12, 1e15];
         for angle in near.chain(far).chain(small).chain(large) {
-            let (s, c) = Real::sin_cos(Lanes::from([0.3, angle, -angle, 1.0]));
+            let (s, c) = of::<T>([0.3, angle, -angle, 1.0]).sin_cos();
             let (sine, cosine) = angle.sin_cos();
-            assert!(units(s.lane(1), sine) <= 2.0 && units(s.lane(2), -sine) <= 2.0, "sin {angle}: {s:?}, {sine}");
-            assert!(units(c.lane(1), cosine) <= 2.0 && units(c.lane(2), cosine) <= 2.0, "cos {angle}: {c:?}, {cosine}");
+            assert!(
+                units(s.lane(1), sine) <= 2.0 && units(s.lane(T::LANES - 2), -sine) <= 2.0,
+                "sin {angle}: {s:?}, {sine}"
+            );
+            assert!(
+                units(c.lane(1), cosine) <= 2.0 && units(c.lane(T::LANES - 2), cosine) <= 2.0,
+                "cos {angle}: {c:?}, {cosine}"
+            );
         }
-        let (s, c) = Real::sin_cos(Lanes::from([f64::NAN, f64::INFINITY, -0.0, 0.0]));
+        let (s, c) = of::<T>([f64::NAN, f64::INFINITY, -0.0, 0.0]).sin_cos();
         assert!(s.lane(0).is_nan() && c.lane(0).is_nan() && s.lane(1).is_nan() && c.lane(1).is_nan());
         assert!(c.lane(2) == 1.0 && c.lane(3) == 1.0);
     }

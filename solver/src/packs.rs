@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use pennate_elements::beam::{Beam, Moduli};
-use pennate_elements::lanes::{self, Lanes};
+use pennate_elements::lanes::{self, Lanes, WideLanes};
 use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
@@ -31,10 +31,14 @@ pub const MODERATE: f64 = 1e5;
 /// digits there as alone.
 pub fn packs<E, C, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
 where
-    E: Beam<f64, D> + Beam<Lanes, D>,
-    C: Beam<f64, D> + Beam<Lanes, D>,
+    E: Beam<f64, D> + Beam<Lanes, D> + Beam<WideLanes, D>,
+    C: Beam<f64, D> + Beam<Lanes, D> + Beam<WideLanes, D>,
 {
-    let width = if lanes::are_there() { <Lanes as Real>::LANES } else { 1 };
+    let width = match (lanes::are_wide(), lanes::are_there()) {
+        (true, _) => <WideLanes as Real>::LANES,
+        (false, true) => <Lanes as Real>::LANES,
+        (false, false) => 1,
+    };
     let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
     for (index, member) in structure.members.iter().enumerate() {
         let mesh = mesh(structure.dimension, index, member);
@@ -47,7 +51,8 @@ where
         let formulation = if enrich == 0 { *formulation } else { Formulation::Exact };
         packs.extend(meshes.chunks(width).map(|meshes| match meshes {
             [_] => pack::<f64, E, C, D>(meshes, formulation, order + enrich),
-            _ => pack::<Lanes, E, C, D>(meshes, formulation, order + enrich),
+            _ if meshes.len() <= <Lanes as Real>::LANES => pack::<Lanes, E, C, D>(meshes, formulation, order + enrich),
+            _ => pack::<WideLanes, E, C, D>(meshes, formulation, order + enrich),
         }));
     }
     packs

@@ -1,8 +1,9 @@
 //! Members that lie side by side get what each gets alone, to rounding.
 
 use pennate_elements::beam::{Beam, Moduli, Placement};
-use pennate_elements::lanes::{self, Lanes};
+use pennate_elements::lanes::{self, Lanes, WideLanes};
 use pennate_elements::plane::{CorotationalPlane, Plane};
+use pennate_elements::real::Real;
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
 use pennate_elements::space::{CorotationalSpace, Space};
@@ -20,7 +21,7 @@ fn mesh(member: usize, bent: f64) -> ChainMesh {
         elements,
         curvature: [0.0, 0.0, bent * (1.0 + member as f64)],
     };
-    ChainMesh { member, axes: AXES[member], segments: vec![segment(3.0, 1), segment(8.0, 2)] }
+    ChainMesh { member, axes: AXES[member % 3], segments: vec![segment(3.0, 1), segment(8.0, 2)] }
 }
 
 /// Moves a chain that lies in a lane: two iterations, one of them at stresses, with a load where there is one.
@@ -76,12 +77,18 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn compare<B: Beam<f64, D> + Beam<Lanes, D>, const D: usize, const P: usize>(bent: f64) {
-    if !lanes::are_there() {
-        return;
+fn compare<B: Beam<f64, D> + Beam<Lanes, D> + Beam<WideLanes, D>, const D: usize, const P: usize>(bent: f64) {
+    if lanes::are_there() {
+        side_by_side::<Lanes, B, D, P>(bent, 3);
     }
-    let meshes: Vec<ChainMesh> = (0..3).map(|member| mesh(member, bent)).collect();
-    let mut together = Chain::<Lanes, B, D, P>::new(&meshes);
+    if lanes::are_wide() {
+        side_by_side::<WideLanes, B, D, P>(bent, 6);
+    }
+}
+
+fn side_by_side<T: Real, B: Beam<f64, D> + Beam<T, D>, const D: usize, const P: usize>(bent: f64, members: usize) {
+    let meshes: Vec<ChainMesh> = (0..members).map(|member| mesh(member, bent)).collect();
+    let mut together = Chain::<T, B, D, P>::new(&meshes);
     let mut alone: Vec<_> = meshes.chunks(1).map(Chain::<f64, B, D, P>::new).collect();
     for round in 0..3 {
         for (member, chain) in alone.iter_mut().enumerate() {
