@@ -5,7 +5,7 @@ use pennate_models::model::{Body, FixedLaw, Member, MemberKind, Node, Segment, S
 use pennate_models::{Mesh, Model};
 use pennate_solver::history::{
     CriticalKind, CriticalPoint, Equilibrium, History, Increment, MemberShape, MemberState, MeshSize, NodeState, Note,
-    ShapeCell, ShapePoint, Status, StepHistory,
+    Rounding, ShapeCell, ShapePoint, Status, StepHistory,
 };
 use pennate_solver::structure::{self, Dimension, Release, Stability};
 
@@ -167,5 +167,6 @@ fn state(fraction: f64) -> Equilibrium {
         energy: 1.0 / 3.0,
         residual: 1e-13,
         balance: 1e-14,
+        rounding: Some(Rounding { errors: [Some(1e-12), Some(2e-12), Some(5e-9), None], nodes: [1, 1, 0, 0] }),
     }
 }

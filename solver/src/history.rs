@@ -101,6 +101,30 @@ pub struct Equilibrium {
     pub residual: f64,
     /// Norm of all reactions plus all loads over the largest of them.
     pub balance: f64,
+    /// What rounding may have moved; `None` where it was not asked for, or where a motion needs no force.
+    pub rounding: Option<Rounding>,
+}
+
+/// Error that rounding leaves, estimated from the factors of the tangent: displacements, rotations, forces and moments.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// Over the largest value of its kind; `None` for a kind that is rounding alone.
+    pub errors: [Option<f64>; 4],
+    /// The nodes where they are largest.
+    pub nodes: [NodeId; 4],
+}
+
+impl Rounding {
+    /// Decimal digits that are left of a kind.
+    pub fn digits(&self, kind: usize) -> Option<f64> {
+        self.errors[kind].map(|error| -error.log10())
+    }
+
+    /// The kind with the fewest digits, and these.
+    pub fn worst(&self) -> Option<(usize, f64)> {
+        let known = (0..4).filter_map(|kind| Some((kind, self.digits(kind)?)));
+        known.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

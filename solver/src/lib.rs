@@ -23,6 +23,7 @@ pub mod packs;
 pub mod path;
 pub mod reduce;
 pub mod results;
+pub mod rounding;
 pub mod sensitivity;
 pub mod spectral;
 mod split;

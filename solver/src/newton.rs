@@ -1,6 +1,7 @@
 //! Newton's iteration at fixed loads, with mixed integration points.
 
 use crate::chain::Size;
+use crate::rounding;
 use crate::system::{Inertia, Residual, System};
 
 /// Slot for a state that is put aside within an iteration.
@@ -14,6 +15,9 @@ const SLOW: f64 = 0.5;
 const WANDERING: usize = 3;
 /// An increment larger by this factor than the one before leads away.
 const AWAY: f64 = 2.0;
+/// What is left may be so many times what rounding is estimated to leave, and this part of the forces at most.
+const TIMES: f64 = 10.0;
+const WORST: f64 = 1e-2;
 /// Increments smaller than this are near, whatever their rate.
 const NEAR: f64 = 1e-2;
 /// Part of the first residual at which a state is known well enough to be compared.
@@ -163,7 +167,8 @@ impl Newton {
                 Aim::Rough => last <= 1e4 * self.increment && residual.largest() <= 1e6 * self.settled,
                 Aim::Comparison => last <= self.lost && residual.largest() <= COMPARED * misfit,
             };
-            let converged = enough || self.is_converged(last, before, residual);
+            let converged =
+                enough || self.is_converged(last, before, residual) || self.is_rounding(system, last, before, residual);
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             if converged && system.violation() <= violation {
@@ -227,6 +232,13 @@ impl Newton {
         let twice = before <= self.increment || foreseen && last <= 0.1 * self.increment;
         let rounding = twice && (residual.largest() <= self.residual || still);
         last <= self.increment && (settled || rounding) || settled && foreseen
+    }
+
+    /// Whether two small increments left a residual that no iteration makes smaller: a short stiff member between places
+    /// far from where they were.
+    fn is_rounding<const D: usize>(&self, system: &mut System<D>, last: f64, before: f64, residual: Residual) -> bool {
+        let stays = last <= self.increment && before <= self.increment && residual.largest() > self.residual;
+        stays && residual.largest() <= (TIMES * rounding::floor(system)).min(WORST)
     }
 
     /// Linear buckling: negative pivots of the shape of the last equilibrium under a part of the stresses that the first

@@ -69,7 +69,8 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
     let balance = balance(system, &nodes);
     let compliances = Vec::new();
     let springs = system.spring_forces.clone();
-    Equilibrium { nodes, members, springs, compliances, energy, residual: residual.largest(), balance }
+    let residual = residual.largest();
+    Equilibrium { nodes, members, springs, compliances, energy, residual, balance, rounding: None }
 }
 
 /// Compliances of the nodes that a structure asks for, at the state of the last assembly.

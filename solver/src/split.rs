@@ -116,6 +116,11 @@ impl Split {
                 control: first.control,
             };
         }
+        for node in state.rounding.iter_mut().flat_map(|rounding| &mut rounding.nodes) {
+            if let Some(member) = self.member_of(*node) {
+                *node = self.structure.members[member].nodes[0];
+            }
+        }
         state.members.truncate(self.members);
         state.nodes.truncate(self.nodes);
     }

@@ -5,8 +5,9 @@ use super::follow::{BEFORE, LAST, Ramp, Tally};
 use super::trace::Passed;
 use super::{Count, Path};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Increment, Note, Status, StepHistory};
-use crate::newton::{Convergence, Lost, Why};
+use crate::newton::{Convergence, DETOUR, Lost, Why};
 use crate::results;
+use crate::rounding::{self, Estimate};
 use crate::structure::{Dimension, NodeId};
 use pennate_elements::small::norm;
 
@@ -110,8 +111,12 @@ impl<const D: usize> Path<'_, D> {
 
     /// Records an accepted increment.
     pub(super) fn accept(&mut self, record: &mut StepHistory, fraction: f64, found: &Convergence, _tally: &Tally) {
+        let (estimate, polished) = self.polish(record, fraction);
         let mut state = results::equilibrium(&mut self.system);
-        state.residual = found.residual.largest();
+        if !polished {
+            state.residual = found.residual.largest();
+        }
+        state.rounding = estimate.map(|estimate| estimate.rounding);
         state.compliances = results::compliances(&mut self.system);
         let shapes = if self.options.shapes { results::shapes(&self.system) } else { Vec::new() };
         record.increments.push(Increment { fraction, state, shapes });
@@ -119,6 +124,39 @@ impl<const D: usize> Path<'_, D> {
         let potential = self.base.potential && self.base.lateral_potential;
         record.stable = potential.then_some(record.negative_pivots == 0);
         record.stability = self.stability;
+    }
+}
+
+impl<const D: usize> Path<'_, D> {
+    /// Estimates rounding at an accepted state; at the end of a step, iterates on where it is not what limits the digits.
+    ///
+    /// An increment is small against the network long before it is small against its motion, where that is small itself
+    /// and still nonlinear: bars that are nearly in one line.
+    fn polish(&mut self, record: &mut StepHistory, fraction: f64) -> (Option<Estimate>, bool) {
+        const MOST: usize = 4;
+        const FAR: f64 = 1e-4;
+        let mut best = rounding::estimate(&mut self.system);
+        let mut polished = false;
+        let pending = self.system.equations.has_general();
+        for _ in 0..MOST {
+            let Some(before) = best.filter(|best| fraction >= 1.0 && !best.settled && best.left < FAR) else { break };
+            self.system.save(DETOUR);
+            self.system.assemble(pending);
+            self.system.advance(pending);
+            self.system.assemble(pending);
+            record.iterations += 1;
+            record.factorizations += 2;
+            let after = rounding::estimate(&mut self.system).filter(|after| after.left < 0.5 * before.left);
+            if after.is_none() {
+                self.system.restore(DETOUR);
+                self.system.assemble(pending);
+                record.factorizations += 1;
+                break;
+            }
+            best = after;
+            polished = true;
+        }
+        (best, polished)
     }
 }
 

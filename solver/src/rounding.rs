@@ -1,0 +1,313 @@
+//! What the arithmetic leaves of an equilibrium: how far rounding may move it, estimated from the factors in hand.
+//!
+//! Rounding shows in two ways. What is left of the residual when the iteration ends is the part that is seen. The part
+//! that is not seen lies in the forces themselves: an element knows the place of its end against that of its start to a
+//! unit in the last place of its length, of its displacement and of a turn, and its forces to a unit of their own. Both
+//! are brought to the joints, those unseen with signs drawn by lot, and one back-substitution tells what they move:
+//! the backward error of the elements times the condition of the structure, as in Higham, Accuracy and Stability of
+//! Numerical Algorithms (2002), sections 7.1 and 7.7, without the bound over all signs.
+
+use pennate_elements::beam::Ends;
+use pennate_elements::rotation::{log, turn};
+use pennate_elements::small::{V3, add, cross, norm, scale, sub};
+
+use crate::history::Rounding;
+use crate::reduce;
+use crate::structure::{MemberId, NodeId, Spring};
+use crate::system::System;
+
+/// A unit in the last place of one.
+const UNIT: f64 = f64::EPSILON;
+/// Part of what displacements (rotations, forces, moments) suggest below which the largest rotation (displacement,
+/// moment, force) is itself rounding, and no digits of it are counted.
+const IDLE: f64 = 1e-6;
+/// The same where less than a digit would be left.
+const MINOR: f64 = 1e-3;
+/// The same for displacements over the size of the network and for rotations, whatever else there is, and for forces over
+/// those of rounding alone: a network that was brought back to where it was, and one that nothing loads.
+const NOTHING: f64 = 1e-9;
+const RESTING: f64 = 10.0;
+/// What an iteration leaves is nothing below this part of displacements and rotations, or below so many times what
+/// rounding moves.
+const SETTLED: f64 = 1e-12;
+const MUCH: f64 = 10.0;
+
+/// Signs without a pattern, the same in every run.
+struct Lots(u64);
+
+impl Lots {
+    /// One with either sign: the generator of Steele, Lea and Flood (2014).
+    fn draw(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        if (z ^ (z >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+    }
+
+    fn draw_three(&mut self, size: f64) -> V3<f64> {
+        std::array::from_fn(|_| size * self.draw())
+    }
+}
+
+/// What rounding does to an equilibrium, and what the iteration left of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    pub rounding: Rounding,
+    /// Largest rotation (or displacement over the size of the network) that another iteration would make.
+    pub left: f64,
+    /// Whether that is nothing against what there is, or against rounding.
+    pub settled: bool,
+}
+
+/// Estimates what rounding moves at the state of the last assembly; `None` where a motion needs no force at all.
+pub fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
+    if system.inertia().neutral > 0 {
+        return None;
+    }
+    let mut lots = Lots(0);
+    let mut joints = vec![[0.0; 6]; system.forces.len()];
+    let mut members = Vec::with_capacity(system.members.len());
+    for index in 0..system.members.len() {
+        let force = disturbed(system, index, &mut lots);
+        for (end, joint) in joints_of(system, index).into_iter().enumerate() {
+            for (i, &component) in system.equations.active.iter().enumerate() {
+                joints[joint][component] += force[end * D + i];
+            }
+        }
+        members.push(force);
+    }
+    for index in 0..system.structure.springs.len() {
+        disturb_spring(system, index, &mut lots, &mut joints);
+    }
+    let mut noise = vec![0.0; system.rhs.len()];
+    for (joint, force) in joints.iter().enumerate() {
+        system.equations.project(joint, force, &mut noise);
+    }
+    let mut left = system.rhs.clone();
+    if !system.solve_in_place(&mut noise) || !system.solve_in_place(&mut left) {
+        return None;
+    }
+    let [mut motions, left] = [noise, left].map(|solution| system.motions_of(&solution));
+    let [moved, remaining] = [&motions, &left].map(|motions| size_of(motions, system.size));
+    for (sum, left) in motions.iter_mut().zip(&left) {
+        *sum = std::array::from_fn(|c| -(sum[c] + left[c]));
+    }
+    let mut largest = Largest::default();
+    let mut grid = Vec::with_capacity(system.topology.links.len());
+    for (node, link) in system.topology.links.iter().enumerate() {
+        let joint = &system.state.joints[link.joint];
+        let moved = system.node_motion(link, &motions);
+        let angle = if D == 3 { joint.place.angle.abs() } else { norm(log(joint.place.rotation)) };
+        let far = norm(joint.point(link.arm));
+        largest.take(0, far, norm([moved[0], moved[1], moved[2]]), node);
+        largest.take(1, angle, norm([moved[3], moved[4], moved[5]]), node);
+        let [shift, spin] = [lots.draw_three(UNIT * far), lots.draw_three(UNIT * angle)];
+        grid.push([shift[0], shift[1], shift[2], spin[0], spin[1], spin[2]]);
+    }
+    for (index, force) in members.iter().enumerate() {
+        take_member(system, index, force, &motions, &grid, &mut largest);
+    }
+    let there = (largest.values[0] / system.size).max(largest.values[1]);
+    let settled = remaining <= SETTLED * there || remaining <= MUCH * moved;
+    Some(Estimate { rounding: largest.relative(system.size, system.rounding()), left: remaining, settled })
+}
+
+/// The largest residual, over the scale of its kind, that rounding alone makes of an equilibrium.
+///
+/// Places that are kept to a unit of their own leave no less between stiff members.
+pub fn floor<const D: usize>(system: &mut System<D>) -> f64 {
+    let mut lots = Lots(0);
+    let mut grid = Vec::with_capacity(system.topology.links.len());
+    for link in &system.topology.links {
+        let joint = &system.state.joints[link.joint];
+        let [shift, spin] =
+            [norm(joint.point(link.arm)), norm(log(joint.place.rotation))].map(|size| lots.draw_three(UNIT * size));
+        grid.push([shift[0], shift[1], shift[2], spin[0], spin[1], spin[2]]);
+    }
+    let mut joints = vec![[0.0; 6]; system.forces.len()];
+    for index in 0..system.members.len() {
+        let force = disturbed(system, index, &mut lots);
+        let nodes = system.structure.members[index].nodes;
+        let shaken = resisted(system, index, &nodes.map(|node| grid[node]));
+        for (end, joint) in joints_of(system, index).into_iter().enumerate() {
+            for (i, &component) in system.equations.active.iter().enumerate() {
+                joints[joint][component] += (force[end * D + i] + shaken[end * D + i]).abs();
+            }
+        }
+    }
+    std::mem::swap(&mut system.forces, &mut joints);
+    let residual = system.residual().largest();
+    std::mem::swap(&mut system.forces, &mut joints);
+    residual
+}
+
+/// The largest of some motions: rotation, or displacement over a length.
+fn size_of(motions: &[[f64; 6]], length: f64) -> f64 {
+    let of = |m: &[f64; 6]| (norm([m[0], m[1], m[2]]) / length).max(norm([m[3], m[4], m[5]]));
+    motions.iter().map(of).fold(0.0, f64::max)
+}
+
+fn joints_of<const D: usize>(system: &System<D>, index: MemberId) -> [usize; 2] {
+    system.structure.members[index].nodes.map(|node| system.topology.links[node].joint)
+}
+
+/// The forces that rounding makes in a member, brought to its joints.
+fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lots) -> [f64; 12] {
+    let member = &system.structure.members[index];
+    let slot = &system.members[index];
+    let pack = &system.packs[slot.pack];
+    let length: f64 = member.segments.iter().map(|segment| segment.length).sum();
+    let arms: f64 = member.nodes.iter().map(|&node| norm(system.topology.links[node].arm)).sum();
+    let turned = [0, 1].map(|end| norm(log(pack.end(slot.lane, end).rotation)));
+    let turned = UNIT * turned[0].max(turned[1]).min(1.0);
+    // Errors of elements in a row add up like steps of either sign.
+    let steps = (pack.elements() as f64).sqrt();
+    let moves = lots.draw_three(turned * (steps * length + arms));
+    let turns = lots.draw_three(turned * steps);
+    let shift = [moves[0], moves[1], moves[2], turns[0], turns[1], turns[2]];
+    let condensed: Ends<f64, D> = pack.condensed(slot.lane);
+    let active = system.equations.active;
+    let mut ends = Ends { r0: [0.0; D], r1: [0.0; D], ..condensed };
+    for i in 0..D {
+        for (j, &component) in active.iter().enumerate() {
+            ends.r0[i] += condensed.k01[i][j] * shift[component];
+            ends.r1[i] += condensed.k11[i][j] * shift[component];
+        }
+    }
+    for (end, target) in [&mut ends.r0, &mut ends.r1].into_iter().enumerate() {
+        let f = slot.ends[end];
+        let (force, moment) = (norm([f[0], f[1], f[2]]), norm([f[3], f[4], f[5]]));
+        for (i, &component) in active.iter().enumerate() {
+            let size = if component < 3 { force } else { moment + force * length };
+            target[i] += UNIT * size * lots.draw();
+        }
+    }
+    reduce::reduce(&ends, &active, &system.end_info(index, slot.ends), &mut slot.factor.clone()).force
+}
+
+/// Adds the forces that rounding makes in a spring to its joints.
+fn disturb_spring<const D: usize>(system: &System<D>, index: usize, lots: &mut Lots, joints: &mut [[f64; 6]]) {
+    let place = |node: NodeId| {
+        let link = &system.topology.links[node];
+        (system.state.joints[link.joint].point(link.arm), system.state.joints[link.joint].place.rotation)
+    };
+    let positions = &system.structure.nodes;
+    let mut act = |node: NodeId, force: V3<f64>, moment: V3<f64>| {
+        let link = &system.topology.links[node];
+        let lever = turn(place(node).1, link.arm);
+        let moment = add(moment, cross(lever, force));
+        for c in 0..3 {
+            joints[link.joint][c] += force[c];
+            joints[link.joint][3 + c] += moment[c];
+        }
+    };
+    match &system.structure.springs[index] {
+        Spring::Ground { node, stiffness } => {
+            let (u, rotation) = place(*node);
+            let theta = log(rotation);
+            let force = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[c] * u[c]);
+            let moment = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[3 + c] * theta[c]);
+            act(*node, force, moment);
+        }
+        Spring::Axial { nodes, stiffness, .. } => {
+            let [a, b] = nodes.map(|node| add(positions[node], place(node).0));
+            let chord = sub(b, a);
+            let size = UNIT * lots.draw() * (stiffness + system.spring_forces[index].abs() / norm(chord));
+            let force = if size.is_finite() { scale(size, chord) } else { [0.0; 3] };
+            act(nodes[0], scale(-1.0, force), [0.0; 3]);
+            act(nodes[1], force, [0.0; 3]);
+        }
+        Spring::Coupling { nodes, stiffness } => {
+            let reach = norm(sub(positions[nodes[1]], positions[nodes[0]])) + norm(place(nodes[1]).0);
+            let rotation = place(nodes[0]).1;
+            let force = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[c] * reach);
+            let moment = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[3 + c]);
+            let (force, moment) = (turn(rotation, force), turn(rotation, moment));
+            act(nodes[0], scale(-1.0, force), scale(-1.0, moment));
+            act(nodes[1], force, moment);
+        }
+    }
+}
+
+/// The forces with which a member answers a motion of its joints.
+fn resisted<const D: usize>(system: &System<D>, index: MemberId, motions: &[[f64; 6]; 2]) -> [f64; 12] {
+    let slot = &system.members[index];
+    let condensed: Ends<f64, D> = system.packs[slot.pack].condensed(slot.lane);
+    let active = system.equations.active;
+    let info = system.end_info(index, slot.ends);
+    let stiffness = reduce::reduce(&condensed, &active, &info, &mut slot.factor.clone()).stiffness;
+    let mut force = [0.0; 12];
+    for row in 0..2 * D {
+        for (end, motion) in motions.iter().enumerate() {
+            for (j, &component) in active.iter().enumerate() {
+                force[row] += stiffness[row][end * D + j] * motion[component];
+            }
+        }
+    }
+    force
+}
+
+/// Takes the forces of a member's ends: what they are, and how far the motions of its joints move them.
+///
+/// Places are kept to a unit of their own, `grid`: that moves no place farther, but forces by the stiffness between them.
+fn take_member<const D: usize>(
+    system: &System<D>,
+    index: MemberId,
+    force: &[f64; 12],
+    motions: &[[f64; 6]],
+    grid: &[[f64; 6]],
+    largest: &mut Largest,
+) {
+    let nodes = system.structure.members[index].nodes;
+    let moved = nodes.map(|node| {
+        let motion = &motions[system.topology.links[node].joint];
+        std::array::from_fn(|c| motion[c] + grid[node][c])
+    });
+    let answer = resisted(system, index, &moved);
+    let active = system.equations.active;
+    let info = system.end_info(index, system.members[index].ends);
+    for (end, info) in info.iter().enumerate() {
+        let mut change = [0.0; 6];
+        for (i, &component) in active.iter().enumerate() {
+            change[component] = force[end * D + i] + answer[end * D + i];
+        }
+        let pull = [change[0], change[1], change[2]];
+        // About the end of the member, not the reference of its body.
+        let moment = sub([change[3], change[4], change[5]], cross(info.lever, pull));
+        largest.take(2, norm(info.force), norm(pull), nodes[end]);
+        largest.take(3, norm(info.moment), norm(moment), nodes[end]);
+    }
+}
+
+/// Largest displacement, rotation, force and moment, and how far rounding moves any of their kind.
+#[derive(Default)]
+struct Largest {
+    values: [f64; 4],
+    errors: [f64; 4],
+    nodes: [NodeId; 4],
+}
+
+impl Largest {
+    fn take(&mut self, kind: usize, value: f64, error: f64, node: NodeId) {
+        self.values[kind] = self.values[kind].max(value);
+        if error > self.errors[kind] {
+            self.errors[kind] = error;
+            self.nodes[kind] = node;
+        }
+    }
+
+    /// Errors over values, in a network of this size whose stiffness makes this force of rounding alone.
+    fn relative(&self, size: f64, force: f64) -> Rounding {
+        let [u, theta, pull, moment] = self.values;
+        let suggested = [theta * size, u / size, moment / size, pull * size];
+        let nothing = [NOTHING * size, NOTHING, RESTING * force, RESTING * force * size];
+        let of = |kind: usize| {
+            let (value, error) = (self.values[kind], self.errors[kind]);
+            let small = value <= nothing[kind].max(MINOR * suggested[kind]) && error > 0.1 * value;
+            let counts = value > IDLE * suggested[kind] && !small && value > 0.0;
+            counts.then(|| (error / value).max(UNIT))
+        };
+        Rounding { errors: std::array::from_fn(of), nodes: self.nodes }
+    }
+}
