@@ -245,6 +245,9 @@ fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) ->
     if let Some(near) = &solution.history.near_motion {
         show_near_mechanism(&solution.model, near);
     }
+    if let Some(message) = explain::few_digits(&solution.model, &solution.history) {
+        show(Severity::Warning, &message, &solution.model.sources);
+    }
     let written = match &destination.directory {
         Some(directory) => write_files(solution, directory, &stem(input), destination.pictures),
         None => Ok(()),

@@ -4,17 +4,19 @@ use nalgebra::Vector3;
 use pennate_models::Model;
 use pennate_models::model::Target;
 use pennate_solver::error::{Extent, FreeMotion, NearMotion, Place};
-use pennate_solver::history::{Cause, Failure, Status, StepHistory};
+use pennate_solver::history::{Cause, Failure, History, Status, StepHistory};
 use pennate_solver::structure::{Change, NodeId};
 
 use crate::diagnostics::Message;
 use crate::output::text::{direction, list, number, percent, shown};
-use crate::solution::last_state;
+use crate::solution::{fewest_digits, last_state, whole_digits};
 
 /// Names listed before the rest is counted.
 const NAMES: usize = 6;
 /// Residual, over the largest force, of a try that converged.
 const CONVERGED: f64 = 1e-9;
+/// Digits with which nobody need worry about rounding.
+const ENOUGH: f64 = 6.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
 const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
 
@@ -70,6 +72,50 @@ pub fn near_mechanism(model: &Model, near: &NearMotion) -> Message {
         ),
         ..free
     }
+}
+
+/// A step at whose end rounding leaves few digits: of what, where, and what would help.
+pub fn few_digits(model: &Model, history: &History) -> Option<Message> {
+    let (index, kind, digits) = fewest_digits(history).filter(|&(.., digits)| digits < ENOUGH)?;
+    let rounding = last_state(&history.steps[index])?.rounding?;
+    let (what, least) = [
+        ("displacements", "the largest displacement"),
+        ("rotations", "the largest rotation"),
+        ("forces", "the largest force"),
+        ("moments", "the largest moment"),
+    ][kind];
+    let left = match whole_digits(digits) {
+        0 => format!("no digit of the {what}"),
+        1 => format!("about 1 digit of the {what}"),
+        many => format!("about {many} digits of the {what}"),
+    };
+    let node = node_name(model, rounding.nodes[kind]);
+    let error = rounding.errors[kind]?;
+    let mut notes = vec![format!(
+        "numbers of 16 digits hold the motion of every member to 1e-16 of its length; that moves {what} by {error:.0e} of \
+         {least}, most at {node}, and no mesh or step makes it less"
+    )];
+    let kinds = ["displacements", "rotations", "forces", "moments"].iter().enumerate();
+    let others: Vec<String> = kinds
+        .filter(|&(other, _)| other != kind)
+        .filter_map(|(other, name)| Some(format!("{} of the {name}", whole_digits(rounding.digits(other)?))))
+        .collect();
+    if !others.is_empty() {
+        notes.push(format!("digits left of the rest: {}", list(&others, 3)));
+    }
+    let name = shown(model.step_names()[index]);
+    Some(Message {
+        title: format!("rounding leaves {left} at the end of step '{name}'"),
+        span: model.steps.get(index).map(|step| step.span),
+        notes,
+        help: Some(
+            "look at the units of the softest and the stiffest section and spring, and of loads that hardly strain \
+             anything; a rigid body, a support or stretch = false holds exactly what a very large stiffness holds badly; \
+             next to a limit point or a bifurcation, ask for a state a little before or beyond it"
+                .to_owned(),
+        ),
+        label: None,
+    })
 }
 
 /// How a part moves as a rigid body.

@@ -60,6 +60,20 @@ pub fn last_state(step: &StepHistory) -> Option<&Equilibrium> {
     step.increments.last().map(|increment| &increment.state)
 }
 
+/// Where rounding leaves the fewest digits of a run: the step, the kind (displacements, rotations, forces, moments) and
+/// the digits.
+pub fn fewest_digits(history: &History) -> Option<(usize, usize, f64)> {
+    let ends = history.steps.iter().enumerate().filter_map(|(index, step)| Some((index, last_state(step)?.rounding?)));
+    let fewest = ends.filter_map(|(index, rounding)| rounding.worst().map(|(kind, digits)| (index, kind, digits)));
+    fewest.min_by(|a, b| a.2.total_cmp(&b.2))
+}
+
+/// Digits that can be relied on.
+pub fn whole_digits(digits: f64) -> u32 {
+    // What is below one digit is none.
+    digits.max(0.0).floor() as u32
+}
+
 /// Values of all probes: at every increment of every step, and at the end of the step on the refined mesh.
 #[derive(Clone, Debug, Default)]
 pub struct ProbeTable {

@@ -480,6 +480,37 @@ fn a_step_without_equilibrium_exits_1_and_keeps_what_had_converged() {
     assert!(results["steps"][2]["nodes"].as_object().unwrap().is_empty());
 }
 
+/// The forces of a wire a thousand million times stiffer than what it hangs on are those of a motion of 1e-13 of it.
+#[test]
+fn few_digits_are_warned_of_with_their_place() {
+    let place = Workplace::new();
+    let network = |stiffness: f64| {
+        format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], M = [40, 30], T = [80, 60] }}\n\
+             sections.soft = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, EI3 = 1e4 }} }}\n\
+             sections.wire = {{ stiffness = {{ EA = {stiffness:?}, GA2 = {stiffness:?}, EI3 = {stiffness:?} }} }}\n\
+             members.soft = {{ nodes = [\"A\", \"M\"], section = \"soft\" }}\n\
+             members.wire = {{ nodes = [\"M\", \"T\"], section = \"wire\" }}\n\
+             supports.A = \"clamped\"\n[[steps]]\nname = \"pull\"\nforce.T = [1, 3]\n"
+        )
+    };
+    for (stiffness, warned) in [(1e5, false), (1e13, true)] {
+        let file = place.file("wire.toml", &network(stiffness));
+        let output = solve(&file).arg("-o").arg(place.path("out")).output().unwrap();
+        expect(&output, 0);
+        let digits = results(&place.path("out"))["steps"][0]["digits"].clone();
+        let force = digits["force"].as_f64().unwrap();
+        assert!(digits["displacement"].as_f64().unwrap() > 10.0, "{digits}");
+        assert_eq!(force < 6.0, warned, "{digits}");
+        assert!(out(&output).contains(&format!("rounding leaves {} digits", force.floor())), "{}", out(&output));
+        let message = err(&output);
+        assert_eq!(message.contains("warning: rounding leaves about"), warned, "{message}");
+        for words in ["digits of the forces", "step 'pull'", "most at node", "help: look at the units"] {
+            assert_eq!(message.contains(words), warned, "{words} in\n{message}");
+        }
+    }
+}
+
 #[test]
 fn a_broken_pipe_is_neither_panic_nor_message() {
     let place = Workplace::new();

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use pennate_models::Model;
-use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, StepHistory};
+use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, Rounding, StepHistory};
 use pennate_solver::structure::Dimension;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -52,6 +52,7 @@ struct Step<'a> {
     residual: Option<f64>,
     energy: Option<f64>,
     balance: Option<f64>,
+    digits: Option<Digits>,
     critical_points: Vec<CriticalPoint<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     jumps: Vec<Jump<'a>>,
@@ -64,6 +65,15 @@ struct Step<'a> {
     /// Of the probes of stiffness: displacement and rotation for unit forces and moments, by columns.
     #[serde(skip_serializing_if = "Map::is_empty")]
     compliances: Map<'a, [[f64; 6]; 6]>,
+}
+
+/// Decimal digits that rounding leaves of the largest values; null for a kind that is rounding alone.
+#[derive(Serialize)]
+struct Digits {
+    displacement: Option<f64>,
+    rotation: Option<f64>,
+    force: Option<f64>,
+    moment: Option<f64>,
 }
 
 /// A snap at constant loads to another equilibrium.
@@ -199,6 +209,7 @@ impl<'a> Step<'a> {
             residual: state.map(|state| state.residual),
             energy: state.map(|state| state.energy),
             balance: state.map(|state| state.balance),
+            digits: state.and_then(|state| state.rounding.as_ref()).map(Digits::from),
             critical_points: critical_points(model, step),
             jumps: jumps(model, step),
             nodes: Map(state.map_or_else(Vec::new, |state| nodes(model, state, step.refined.as_ref()))),
@@ -301,6 +312,15 @@ impl From<MeshSize> for Mesh {
     }
 }
 
+impl From<&Rounding> for Digits {
+    fn from(rounding: &Rounding) -> Self {
+        // A tenth of a digit is all that the estimate is worth.
+        let [displacement, rotation, force, moment] =
+            std::array::from_fn(|kind| rounding.digits(kind).map(|digits| (10.0 * digits).round() / 10.0));
+        Self { displacement, rotation, force, moment }
+    }
+}
+
 impl From<NodeError> for Errors {
     fn from(error: NodeError) -> Self {
         let NodeError { displacement, rotation, reaction_force, reaction_moment } = error;
@@ -370,6 +390,7 @@ mod tests {
             "residual",
             "energy",
             "balance",
+            "digits",
             "critical_points",
             "nodes",
             "position",
@@ -401,6 +422,14 @@ mod tests {
             let at = rest.find(&format!("\"{key}\": ")).unwrap_or_else(|| panic!("{key} is missing or out of order"));
             rest = &rest[at..];
         }
+    }
+
+    #[test]
+    fn digits_are_those_that_rounding_leaves() {
+        let (_, results) = written();
+        let digits = &results["steps"][0]["digits"];
+        assert_eq!(*digits, json!({ "displacement": 12.0, "rotation": 11.7, "force": 8.3, "moment": null }));
+        assert_eq!(results["steps"][1]["digits"], Value::Null);
     }
 
     #[test]

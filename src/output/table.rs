@@ -10,7 +10,9 @@ use pennate_solver::structure::Dimension;
 use super::text::{Align, columns, duration, estimate, number, percent, shown};
 use crate::accuracy::Verdict;
 use crate::explain::{force_unit, moment_unit};
-use crate::solution::{NodeError, Solution, diagonal, largest_force, last_state, norm, status_name};
+use crate::solution::{
+    NodeError, Solution, diagonal, fewest_digits, largest_force, last_state, norm, status_name, whole_digits,
+};
 
 /// Steps that get a column of their own; of more the last ones.
 const STEP_COLUMNS: usize = 5;
@@ -282,7 +284,9 @@ fn accuracy(solution: &Solution) -> String {
     let Some(error) = accuracy.estimated else {
         return format!("{took}; no error estimate, because no step reached its end.");
     };
-    let found = format!("{took}; estimated error {} of the largest values", estimate(error));
+    let digits = fewest_digits(&solution.history)
+        .map_or_else(String::new, |(.., digits)| format!("; rounding leaves {} digits", whole_digits(digits)));
+    let found = format!("{took}{digits}; estimated error {} of the largest values", estimate(error));
     let asked = format!("more than the {} asked for", estimate(accuracy.asked));
     match accuracy.verdict {
         Verdict::Met | Verdict::NotEstimated => format!("{found}."),
