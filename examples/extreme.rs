@@ -23,8 +23,20 @@ struct Case {
     reference: f64,
 }
 
+impl Case {
+    /// Of the kinds of [`pennate_solver::history::Rounding`], that of what is looked at.
+    fn kind(&self) -> usize {
+        match self.family {
+            "rotation, turns" => 1,
+            "stiff over soft, in parallel" | "rise of a snap over the span" => 2,
+            _ => 0,
+        }
+    }
+}
+
 fn main() {
-    println!("| what | at | relative error | factorizations | elements | said |\n|---|---:|---:|---:|---:|---|");
+    println!("| what | at | relative error | digits stated | factorizations | elements | said |");
+    println!("|---|---:|---:|---:|---:|---:|---|");
     for case in cases() {
         println!("| {} | {} | {} |", case.family, case.value, measure(&case));
     }
@@ -33,16 +45,16 @@ fn main() {
 fn measure(case: &Case) -> String {
     let model = match read_text("extreme.toml", &case.text, &[]) {
         Ok(model) => model,
-        Err(errors) => return format!("- | - | - | refused: {}", first(&errors)),
+        Err(errors) => return format!("- | - | - | - | refused: {}", first(&errors)),
     };
     let options = Options { estimate: true, ..Options::default() };
     let solution = match solve_to_accuracy(model, ACCURACY, &options, &mut |_| true) {
         Ok(solution) => solution,
-        Err(_) => return "- | - | - | refused as a mechanism".to_owned(),
+        Err(_) => return "- | - | - | - | refused as a mechanism".to_owned(),
     };
     let step = solution.history.steps.last().expect("a step");
     let Some(last) = step.increments.last() else {
-        return format!("- | {} | - | {}", step.factorizations, status_name(step.status));
+        return format!("- | - | {} | - | {}", step.factorizations, status_name(step.status));
     };
     let error = ((case.found)(&last.state) - case.reference).abs() / case.reference.abs();
     let said = match (step.status, step.stable) {
@@ -52,7 +64,9 @@ fn measure(case: &Case) -> String {
         (status, _) => status_name(status),
     };
     let factorizations: usize = solution.history.steps.iter().map(|step| step.factorizations).sum();
-    format!("{error:.1e} | {factorizations} | {} | {said}", solution.history.mesh.elements)
+    let digits = last.state.rounding.and_then(|rounding| rounding.digits(case.kind()));
+    let digits = digits.map_or_else(|| "-".to_owned(), |digits| format!("{digits:.1}"));
+    format!("{error:.1e} | {digits} | {factorizations} | {} | {said}", solution.history.mesh.elements)
 }
 
 fn first(errors: &InputErrors) -> String {
@@ -65,13 +79,16 @@ fn cases() -> Vec<Case> {
     parallel(&mut cases);
     slender(&mut cases);
     lengths(&mut cases);
+    short_tips(&mut cases);
     units(&mut cases);
     turns(&mut cases);
+    turns_in_space(&mut cases);
     strains(&mut cases);
     bending(&mut cases);
     nearly_free(&mut cases);
     pressures(&mut cases);
     rigid(&mut cases);
+    rigid_aslant(&mut cases);
     segments(&mut cases);
     snaps(&mut cases);
     sizes(&mut cases);
@@ -182,6 +199,30 @@ fn lengths(cases: &mut Vec<Case>) {
     }
 }
 
+/// A cantilever whose tip is a member of its own, under a force: as in one piece.
+fn short_tips(cases: &mut Vec<Case>) {
+    let network = |middle: &str, members: &str| {
+        format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], T = [80, 60]{middle} }}\n[sections]\n\
+             rod = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, EI3 = 1e4 }} }}\n[members]\n{members}\n\
+             [supports]\nA = \"clamped\"\n[[steps]]\nforce = {{ T = [1, 3] }}\n"
+        )
+    };
+    let reference = tip_y(&solved(&network("", "rod = { nodes = [\"A\", \"T\"], section = \"rod\" }")));
+    for ratio in [1e-2, 1e-4, 1e-6, 1e-8] {
+        let middle = format!(", M = [{:?}, {:?}]", 80.0 * (1.0 - ratio), 60.0 * (1.0 - ratio));
+        let members = "long = { nodes = [\"A\", \"M\"], section = \"rod\" }\n\
+                       short = { nodes = [\"M\", \"T\"], section = \"rod\" }";
+        cases.push(Case {
+            family: "length of the last of two, aslant",
+            value: format!("{ratio:.0e}"),
+            text: network(&middle, members),
+            found: tip_y,
+            reference,
+        });
+    }
+}
+
 /// The half circle again, from micrometres to kilometres.
 fn units(cases: &mut Vec<Case>) {
     for length in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
@@ -207,6 +248,20 @@ fn turns(cases: &mut Vec<Case>) {
         );
         let found = |state: &Equilibrium| state.nodes[1].rotation_total;
         cases.push(Case { family: "rotation, turns", value: format!("{turns}"), text, found, reference: angle });
+    }
+}
+
+/// Roll-ups in space: after whole turns the tip is at the root.
+fn turns_in_space(cases: &mut Vec<Case>) {
+    for turns in [1.0, 4.0, 10.0] {
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"space\"\nnodes = {{ A = [0, 0], T = [80, 60] }}\n\
+             sections.rod = {{ stiffness = {{ EA = 1e4, GA2 = 5e3, GA3 = 5e3, GJ = 1e4, EI2 = 1e4, EI3 = 1e4 }} }}\n\
+             members.rod = {{ nodes = [\"A\", \"T\"], section = \"rod\" }}\nsupports.A = \"clamped\"\n[[steps]]\nmoment = {{ T = [0, 0, {:?}] }}\n",
+            turns * std::f64::consts::TAU * 100.0
+        );
+        let value = format!("{turns}");
+        cases.push(Case { family: "rotation in space, turns", value, text, found: tip_x, reference: -80.0 });
     }
 }
 
@@ -299,6 +354,22 @@ fn rigid(cases: &mut Vec<Case>) {
         let text = network(&format!("{{ stiffness = {{ EA = {ratio:?}, GA2 = {ratio:?}, EI3 = 1e4 }} }}"));
         let value = format!("{ratio:.0e}");
         cases.push(Case { family: "EA and GA over EI/L²", value, text, found: tip_y, reference });
+    }
+}
+
+/// The same aslant, where stretch and bending share every equation.
+fn rigid_aslant(cases: &mut Vec<Case>) {
+    let network = |section: &str| {
+        format!(
+            "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [0, 0], T = [80, 60] }}\n[sections]\nrod = {section}\n\
+             [members]\nrod = {{ nodes = [\"A\", \"T\"], section = \"rod\" }}\n[supports]\nA = \"clamped\"\n[[steps]]\nforce = {{ T = [-6, 8] }}\n"
+        )
+    };
+    let reference = tip_y(&solved(&network("{ stiffness = { EA = 1, EI3 = 1e4 }, stretch = false }")));
+    for ratio in [1e6, 1e8, 1e10, 1e12, 1e14] {
+        let text = network(&format!("{{ stiffness = {{ EA = {ratio:?}, GA2 = {ratio:?}, EI3 = 1e4 }} }}"));
+        let value = format!("{ratio:.0e}");
+        cases.push(Case { family: "EA and GA over EI/L², aslant", value, text, found: tip_y, reference });
     }
 }
 
