@@ -62,8 +62,11 @@ pub fn last_state(step: &StepHistory) -> Option<&Equilibrium> {
 
 /// Where rounding leaves the fewest digits of a run: the step, the kind (displacements, rotations, forces, moments) and
 /// the digits.
+///
+/// Steps that end at a singular point are left out: how few digits there are next to it is a matter of how near.
 pub fn fewest_digits(history: &History) -> Option<(usize, usize, f64)> {
-    let ends = history.steps.iter().enumerate().filter_map(|(index, step)| Some((index, last_state(step)?.rounding?)));
+    let done = history.steps.iter().enumerate().filter(|(_, step)| step.status == Status::Converged);
+    let ends = done.filter_map(|(index, step)| Some((index, last_state(step)?.rounding?)));
     let fewest = ends.filter_map(|(index, rounding)| rounding.worst().map(|(kind, digits)| (index, kind, digits)));
     fewest.min_by(|a, b| a.2.total_cmp(&b.2))
 }
