@@ -8,9 +8,10 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use pennate_solver::history::Equilibrium;
-use pennate_solver::structure::{Dimension, Drive, Release, Spring};
+use pennate_solver::structure::{Dimension, Drive, Release, Segment, Spring};
 
 use crate::random::{Network, Vector};
+use crate::shapes::unloaded;
 
 /// Steps of an integration along a member.
 const STEPS: usize = 200;
@@ -24,8 +25,20 @@ pub struct Residual {
     pub joints: f64,
     /// Of the members: distance of the integrated end from the node, over the length.
     pub members: f64,
+    /// Of what is held: distance from where it was told to be, in lengths of a member or radians.
+    pub places: f64,
     /// Members that were integrated.
     pub integrated: usize,
+}
+
+impl Residual {
+    /// The larger of two, for states checked one after the other.
+    pub fn join(&mut self, other: &Self) {
+        self.joints = self.joints.max(other.joints);
+        self.members = self.members.max(other.members);
+        self.places = self.places.max(other.places);
+        self.integrated += other.integrated;
+    }
 }
 
 /// Checks a state under the values of its drives, and what is left of reactions that fade: node, component, value.
@@ -154,58 +167,74 @@ fn gradient(theta: &Vector, k: &[f64; 6]) -> Vector {
 /// By how much the rod that begins at a welded end misses its other end, over its length.
 fn integrate(network: &Network, state: &Equilibrium, values: &[f64], index: usize) -> Option<f64> {
     let structure = &network.structure;
-    let (member, now, law) = (&structure.members[index], &state.members[index], &network.laws[index]);
+    let (member, now) = (&structure.members[index], &state.members[index]);
     let start = (0..2).find(|&end| member.releases[end] == Release::Welded)?;
     let control = member.control.map_or(0.0, |drive| values[drive]);
-    let (length, section) = (member.segments[0].length, law.section(control));
+    let length: f64 = member.segments.iter().map(|segment| segment.length).sum();
+    let laws = member.segments.iter().map(|segment| &network.laws[segment.law]);
+    let softest = laws.map(|law| law.section(control)).fold(f64::INFINITY, |ei, s| ei.min(s.ei2).min(s.ei3));
     let largest = Vector::from(now.end_forces[0]).norm().max(Vector::from(now.end_forces[1]).norm());
-    if (largest / section.ei2.min(section.ei3)).sqrt() * length > STIFF {
+    if (largest / softest).sqrt() * length > STIFF {
         return None;
     }
     let poses = Poses { network, state };
     let mut load = Vector::zeros();
+    let mut gravity = Vector::zeros();
     for (drive, &value) in structure.drives.iter().zip(values) {
         match *drive {
             Drive::Distributed(of, c) if of == index => load[c] += value,
-            Drive::Gravity(c) => load[c] += value * section.mass_per_length,
+            Drive::Gravity(c) => gravity[c] += value,
             _ => {}
         }
     }
     let sign = if start == 0 { 1.0 } else { -1.0 };
-    let frame = Matrix3::from_columns(&member.axes.map(Vector::from));
-    let place = poses.place(member.nodes[start]);
+    let first = Matrix3::from_columns(&member.axes.map(Vector::from));
+    let frames = [first, first * unloaded(&member.segments).1.matrix()];
     let mut rod = Rod {
-        place,
-        frame: poses.rotation(member.nodes[start]) * frame,
+        place: poses.place(member.nodes[start]),
+        frame: poses.rotation(member.nodes[start]) * frames[start],
         // The section force at the start is what the part beyond exerts: minus the action there, seen along the rod.
         force: -sign * Vector::from(now.end_forces[start]),
         moment: -sign * Vector::from(now.end_moments[start]),
     };
-    let rate = |rod: &Rod| {
-        let n = rod.frame.transpose() * rod.force;
-        let m = rod.frame.transpose() * rod.moment;
-        let gamma = Vector::new(1.0 + control * law.strain + n.x / section.ea, n.y / section.ga2, n.z / section.ga3);
-        let kappa = Vector::new(m.x / section.gj, m.y / section.ei2, m.z / section.ei3 + control * law.curvature);
-        let tangent = rod.frame * gamma;
-        Rod {
-            place: tangent,
-            frame: rod.frame * kappa.cross_matrix(),
-            force: -load,
-            moment: -tangent.cross(&rod.force),
+    let mut order: Vec<&Segment> = member.segments.iter().collect();
+    if start == 1 {
+        order.reverse();
+    }
+    for segment in order {
+        let law = &network.laws[segment.law];
+        let section = law.section(control);
+        let initial = Vector::from(segment.initial_curvature);
+        let load = load + section.mass_per_length * gravity;
+        let rate = |rod: &Rod| {
+            let n = rod.frame.transpose() * rod.force;
+            let m = rod.frame.transpose() * rod.moment;
+            let gamma =
+                Vector::new(1.0 + control * law.strain + n.x / section.ea, n.y / section.ga2, n.z / section.ga3);
+            let bent = Vector::new(m.x / section.gj, m.y / section.ei2, m.z / section.ei3 + control * law.curvature);
+            let kappa = initial + bent;
+            let tangent = rod.frame * gamma;
+            Rod {
+                place: tangent,
+                frame: rod.frame * kappa.cross_matrix(),
+                force: -load,
+                moment: -tangent.cross(&rod.force),
+            }
+        };
+        let steps = (STEPS as f64 * segment.length / length).ceil();
+        let h = sign * segment.length / steps;
+        for _ in 0..steps as usize {
+            let k1 = rate(&rod);
+            let k2 = rate(&rod.plus(&k1, 0.5 * h));
+            let k3 = rate(&rod.plus(&k2, 0.5 * h));
+            let k4 = rate(&rod.plus(&k3, h));
+            rod = rod.plus(&k1, h / 6.0).plus(&k2, h / 3.0).plus(&k3, h / 3.0).plus(&k4, h / 6.0);
         }
-    };
-    let h = sign * length / STEPS as f64;
-    for _ in 0..STEPS {
-        let k1 = rate(&rod);
-        let k2 = rate(&rod.plus(&k1, 0.5 * h));
-        let k3 = rate(&rod.plus(&k2, 0.5 * h));
-        let k4 = rate(&rod.plus(&k3, h));
-        rod = rod.plus(&k1, h / 6.0).plus(&k2, h / 3.0).plus(&k3, h / 3.0).plus(&k4, h / 6.0);
     }
     let other = 1 - start;
     let mut miss = (rod.place - poses.place(member.nodes[other])).norm() / length;
     if member.releases[other] == Release::Welded {
-        let end = poses.rotation(member.nodes[other]) * frame;
+        let end = poses.rotation(member.nodes[other]) * frames[other];
         miss = miss.max((rod.frame - end).norm());
     }
     debug_assert!(structure.dimension == Dimension::Space || rod.place.z == 0.0);
