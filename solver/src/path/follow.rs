@@ -1,11 +1,11 @@
 //! One ramp, increment by increment.
 
-use super::arc::NEXT;
 use super::critical::After;
+use super::doubt::{MANY, leapt};
 use super::{Count, Path};
 use crate::chain::Size;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Aim, Convergence, DETOUR, Lost, Newton, Start, Why};
+use crate::newton::{Aim, Convergence, Lost, Newton, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::{Inertia, NEUTRAL, System};
 
@@ -25,11 +25,6 @@ const LONG: f64 = 0.01;
 const WILD: f64 = 3.0;
 /// One of this size is a guess that iterations can start from.
 const TAME: f64 = 1.2;
-/// The first part of an increment that is made again in two. Not a half: a rod that rolls up by an even number of turns is
-/// at whole turns in the middle too, where its tangent is singular.
-const FIRST_PART: f64 = 0.47;
-/// Two states nearer than this (radians, or lengths) are one.
-const SAME: f64 = 1e-4;
 /// An extrapolation that misses by no more than this (radians, or lengths of a member) takes few iterations to mend.
 const FORESEEN: f64 = 0.05;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
@@ -186,14 +181,27 @@ impl<const D: usize> Path<'_, D> {
                     let foreseen = if predicted { foreseen } else { found.first };
                     let doubtful = leapt(self.system.distance(LAST), foreseen);
                     let flipped = !conservative && count.odd != self.base.odd;
-                    if (guarded || doubtful || flipped) && step > BRACKET {
+                    let rose = !conservative && count.own > self.base.own;
+                    let hard = !conservative && found.iterations >= self.too_many(rose);
+                    let far = (guarded || doubtful || flipped) && step > BRACKET;
+                    let mut torn = doubtful && found.iterations >= MANY;
+                    let mut passed = None;
+                    if flipped && !far && !torn {
+                        // A determinant that is zero nowhere on the way belongs to another path.
+                        passed = self.locate_changes(ramp, &count, [fraction, target], &mut tally);
+                        torn = passed.as_ref().is_some_and(Vec::is_empty);
+                    }
+                    if far || torn && step > SHORTEST {
                         self.system.restore(LAST);
-                        increment = (0.4 * step).max(0.9 * BRACKET);
+                        increment =
+                            if torn { (0.2 * step).max(0.9 * SHORTEST) } else { (0.4 * step).max(0.9 * BRACKET) };
                         continue;
                     }
-                    if !conservative && count.own > self.base.own && step > BRACKET {
+                    if (rose || hard) && step > BRACKET {
                         let ratio = behind.then_some(step / last_increment);
-                        let Some(again) = self.in_two_parts(ramp, [fraction, target], ratio, &mut tally) else {
+                        let again =
+                            (!rose || !hard).then(|| self.in_two_parts(ramp, [fraction, target], ratio, &mut tally));
+                        let Some(again) = again.flatten() else {
                             self.system.restore(LAST);
                             increment = 0.5 * step;
                             continue;
@@ -201,11 +209,14 @@ impl<const D: usize> Path<'_, D> {
                         count = self.count(&again.inertia);
                         found = Convergence { iterations: found.iterations, ..again };
                     }
-                    if guarded || doubtful && self.system.jumped(LAST, BEFORE, behind) {
+                    if guarded || torn || doubtful && self.system.jumped(LAST, BEFORE, behind) {
                         let sideways = guarded && count.own <= self.base.own;
                         self.rough_stop(target, sideways, behind)
                     } else {
-                        self.note_changes(ramp, record, &count, [fraction, target], &mut tally);
+                        if passed.is_none() {
+                            passed = self.locate_changes(ramp, &count, [fraction, target], &mut tally);
+                        }
+                        self.note_changes(record, &count, target, passed);
                         self.base = count;
                         last_rate = self.system.distance(LAST).largest() / step;
                         if tally.accepted == 0 {
@@ -286,42 +297,6 @@ impl<const D: usize> Path<'_, D> {
         }
     }
 
-    /// Makes an increment to the present state again in two parts, `None` where they end elsewhere.
-    ///
-    /// `ratio` is that of the increment to the one before, if there is one to extrapolate from.
-    fn in_two_parts(
-        &mut self,
-        ramp: &Ramp,
-        [from, to]: [f64; 2],
-        ratio: Option<f64>,
-        tally: &mut Tally,
-    ) -> Option<Convergence> {
-        self.system.save(DETOUR);
-        self.system.restore(LAST);
-        let middle = from + FIRST_PART * (to - from);
-        let start = Start { may_wander: false, ..Start::nearby() };
-        for target in [middle, to] {
-            ramp.apply(&mut self.system, target);
-            if target == to {
-                self.system.save(NEXT);
-                self.system.predict(LAST, NEXT, (1.0 - FIRST_PART) / FIRST_PART);
-            } else if let Some(ratio) = ratio {
-                self.system.predict(BEFORE, LAST, FIRST_PART * ratio);
-            }
-            let predicted = target == to || ratio.is_some();
-            let aim = if target < 1.0 { Aim::Passing } else { Aim::Result };
-            let outcome = self.newton.solve(&mut self.system, Start { predicted, aim, ..start });
-            let iterations = outcome.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
-            tally.iterations += iterations - 1;
-            tally.factorizations += iterations;
-            let found = outcome.ok().filter(|found| found.inertia.is_odd() == self.base.odd)?;
-            if target == to {
-                return (self.system.distance(DETOUR).largest() <= SAME).then_some(found);
-            }
-        }
-        None
-    }
-
     /// Ends a step at the end of its ramp.
     fn arrived(&mut self, record: &mut StepHistory, tally: &Tally) -> bool {
         self.settle(record, 1.0, tally);
@@ -335,13 +310,4 @@ impl<const D: usize> Path<'_, D> {
         let lateral = count.lateral > self.base.lateral && count.lateral_potential;
         own || lateral
     }
-}
-
-/// Whether a state moved much farther than its linear extrapolation: over a limit point, perhaps.
-fn leapt(moved: Size, foreseen: Size) -> bool {
-    const FARTHER: f64 = 4.0;
-    const FAR: f64 = 0.01;
-    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
-    leap(moved.displacement, foreseen.displacement.max(foreseen.rotation))
-        || leap(moved.rotation, foreseen.rotation.max(foreseen.displacement))
 }

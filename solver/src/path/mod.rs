@@ -21,6 +21,7 @@ use crate::system::{Inertia, System};
 
 mod arc;
 mod critical;
+mod doubt;
 mod follow;
 mod guide;
 mod held;

@@ -12,33 +12,46 @@ use crate::structure::{Dimension, NodeId};
 use pennate_elements::small::norm;
 
 impl<const D: usize> Path<'_, D> {
-    /// Singular points that the present state has passed since the last one.
-    pub(super) fn note_changes(
+    /// Singular points that the present state has passed since the last one; `None` where stability is as it was.
+    pub(super) fn locate_changes(
         &mut self,
         ramp: &Ramp,
-        record: &mut StepHistory,
         count: &Count,
         ends: [f64; 2],
         tally: &mut Tally,
-    ) {
+    ) -> Option<Vec<CriticalPoint>> {
         let conservative = count.potential && self.base.potential;
         let flipped = !conservative && count.odd != self.base.odd && self.base.potential == count.potential;
         let own = flipped || conservative && count.own != self.base.own;
         let sideways = count.lateral_potential && self.base.lateral_potential && count.lateral != self.base.lateral;
-        if own || sideways {
+        (own || sideways).then(|| {
             self.system.save(NEXT);
             let passed = Passed { limit: false, own, sideways, count: *count };
-            let mut points = self.pinpoint(ramp, ends, None, &passed, tally);
+            let points = self.pinpoint(ramp, ends, None, &passed, tally);
             self.system.restore(NEXT);
             ramp.apply(&mut self.system, ends[1]);
             self.system.assemble(false);
+            points
+        })
+    }
+
+    /// Notes what the present state has passed since the last one.
+    pub(super) fn note_changes(
+        &mut self,
+        record: &mut StepHistory,
+        count: &Count,
+        fraction: f64,
+        passed: Option<Vec<CriticalPoint>>,
+    ) {
+        if let Some(mut points) = passed {
             if points.is_empty() {
-                points.push(self.rough_point(CriticalKind::Bifurcation, ends[1], !own));
+                let sideways = count.lateral != self.base.lateral && count.own == self.base.own;
+                points.push(self.rough_point(CriticalKind::Bifurcation, fraction, sideways));
             }
             record.critical_points.append(&mut points);
         }
         if count.neutral && !self.base.neutral {
-            record.notes.push(Note::TouchedSingular { fraction: ends[1] });
+            record.notes.push(Note::TouchedSingular { fraction });
         }
     }
 

@@ -1,0 +1,81 @@
+//! Increments that may have left their path, and how they are held against shorter ones.
+//!
+//! Where loads have a potential, a rise of the count of negative pivots tells. Without one the count may rise rightly, two
+//! at a time, and the determinant keeps its sign over two limit points at once: what tells then is how hard the state was to find.
+
+use super::Path;
+use super::arc::NEXT;
+use super::follow::{BEFORE, LAST, Ramp, Tally};
+use crate::chain::Size;
+use crate::newton::{Aim, Convergence, DETOUR, Start};
+
+/// So many iterations are no short way to the next state of a path.
+pub(super) const MANY: usize = 7;
+/// So many are none where the tangent lost positive pivots on the way.
+const MANY_RISEN: usize = 5;
+/// A state that turned by more (radians) may need long, and lose pivots, on any path.
+const TURNED: f64 = 1.0;
+/// The first part of an increment that is made again in two. Not a half: a rod that rolls up by an even number of turns is
+/// at whole turns in the middle too, where its tangent is singular.
+const FIRST_PART: f64 = 0.47;
+/// Two states nearer than this (radians, or lengths) are one.
+const SAME: f64 = 1e-4;
+
+impl<const D: usize> Path<'_, D> {
+    /// Iterations that are too many to believe that the present state is the next one of the path.
+    pub(super) fn too_many(&self, rose: bool) -> usize {
+        match rose {
+            _ if self.system.distance(LAST).rotation > TURNED => usize::MAX,
+            true => MANY_RISEN,
+            false => MANY,
+        }
+    }
+
+    /// Makes an increment to the present state again in two parts, `None` where they end elsewhere or need many iterations.
+    ///
+    /// `ratio` is that of the increment to the one before, if there is one to extrapolate from.
+    pub(super) fn in_two_parts(
+        &mut self,
+        ramp: &Ramp,
+        [from, to]: [f64; 2],
+        ratio: Option<f64>,
+        tally: &mut Tally,
+    ) -> Option<Convergence> {
+        self.system.save(DETOUR);
+        self.system.restore(LAST);
+        let middle = from + FIRST_PART * (to - from);
+        let start = Start { may_wander: false, ..Start::nearby() };
+        for target in [middle, to] {
+            ramp.apply(&mut self.system, target);
+            if target == to {
+                self.system.save(NEXT);
+                self.system.predict(LAST, NEXT, (1.0 - FIRST_PART) / FIRST_PART);
+            } else if let Some(ratio) = ratio {
+                self.system.predict(BEFORE, LAST, FIRST_PART * ratio);
+            }
+            let predicted = target == to || ratio.is_some();
+            let aim = if target < 1.0 { Aim::Passing } else { Aim::Result };
+            let outcome = self.newton.solve(&mut self.system, Start { predicted, aim, ..start });
+            let iterations = outcome.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+            tally.iterations += iterations - 1;
+            tally.factorizations += iterations;
+            let found = outcome.ok().filter(|found| found.inertia.is_odd() == self.base.odd)?;
+            if found.iterations >= self.too_many(found.inertia.negative > self.base.own) {
+                return None;
+            }
+            if target == to {
+                return (self.system.distance(DETOUR).largest() <= SAME).then_some(found);
+            }
+        }
+        None
+    }
+}
+
+/// Whether a state moved much farther than its linear extrapolation: over a limit point, perhaps.
+pub(super) fn leapt(moved: Size, foreseen: Size) -> bool {
+    const FARTHER: f64 = 4.0;
+    const FAR: f64 = 0.01;
+    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
+    leap(moved.displacement, foreseen.displacement.max(foreseen.rotation))
+        || leap(moved.rotation, foreseen.rotation.max(foreseen.displacement))
+}
