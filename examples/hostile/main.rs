@@ -23,7 +23,7 @@ use check::{Residual, residual};
 use clock::Clock;
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::Options;
-use pennate_solver::structure::{Change, Dimension, Formulation, Method, Step, Stop};
+use pennate_solver::structure::{Change, Formulation, Method, Step, Stop};
 use random::{LENGTH, Network, Vector};
 use rayon::prelude::*;
 
