@@ -332,12 +332,13 @@ fn partly_held_rotations_react_with_moments_that_balance() {
         assert!(solved.rotation("B").angle() > 0.3, "{held}: {}", solved.rotation("B").angle());
         let (force, moment) = solved.imbalance(&[("B", [-10.0, 3.0, 4.0], [90.0, 200.0, 250.0])]);
         assert!(force < 1e-9 && moment < 1e-7, "{held}: {force:.1e} {moment:.1e}");
-        // The reference is from 400 increments; two long ones lead to another, unstable state with 40 factorizations.
+        // The reference is from 400 increments; two long ones lead to another, unstable state with 40 factorizations. What
+        // was hard to find under loads without a potential is made again in two parts.
         let enough = if held == "\"rx\"" {
             assert_close(solved.shift("B"), [-35.371033, 27.844493, 38.119512], 1e-5);
-            70
+            80
         } else {
-            45
+            60
         };
         assert!(solved.factorizations() < enough, "{held}: {}", solved.factorizations());
     }
@@ -571,7 +572,8 @@ fn coupling_with_offset_balances_about_its_first_node() {
     "#));
     let (force, moment) = solved.imbalance(&[("C", [3.0, 8.0, -7.0], [100.0, 20.0, 80.0])]);
     assert!(force < 1e-9 && moment < 1e-7, "{force} {moment}");
-    assert!(solved.factorizations() < 45, "{}", solved.factorizations());
+    // Dead moments have no potential: an increment that was hard to find is made again in two parts.
+    assert!(solved.factorizations() < 70, "{}", solved.factorizations());
 }
 
 /// Springs without rotational stiffness hold a node without a rotation: no mechanism.

@@ -124,7 +124,8 @@ impl<const D: usize> Path<'_, D> {
 
     /// Records an accepted increment.
     pub(super) fn accept(&mut self, record: &mut StepHistory, fraction: f64, found: &Convergence, _tally: &Tally) {
-        let (estimate, polished) = self.polish(record, fraction);
+        // What is only gone on from is not worth it.
+        let (estimate, polished) = if self.options.rough { (None, false) } else { self.polish(record, fraction) };
         let mut state = results::equilibrium(&mut self.system);
         if !polished {
             state.residual = found.residual.largest();
