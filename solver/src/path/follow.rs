@@ -241,7 +241,9 @@ impl<const D: usize> Path<'_, D> {
                         }
                         increment = match found.iterations {
                             // What extrapolation misses goes with the square of the increment.
-                            0..=6 => (FORESEEN / missed).sqrt().clamp(2.0, 4.0) * step,
+                            0..=6 if predicted => (FORESEEN / missed).sqrt().clamp(2.0, 4.0) * step,
+                            // What was not extrapolated says too little of how far one can go.
+                            0..=6 => 2.0 * step,
                             7..=8 => step,
                             _ => 0.6 * step,
                         }
