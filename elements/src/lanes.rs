@@ -88,38 +88,78 @@ fn near_quarter<T: Real>(angle: T) -> (T, T, T) {
     (shifted, sine, cosine)
 }
 
+/// Numbers in one register, what they are made of, and their arithmetic.
+#[cfg(target_arch = "x86_64")]
+macro_rules! lanes {
+    ($(#[$doc:meta])* $lanes:ident: $count:literal in $register:ty, $add:ident, $sub:ident, $mul:ident, $div:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $lanes($register);
+
+        impl $lanes {
+            #[inline(always)]
+            fn numbers(self) -> [f64; $count] {
+                // SAFETY: both are so many numbers in a row.
+                unsafe { std::mem::transmute(self.0) }
+            }
+        }
+
+        impl From<[f64; $count]> for $lanes {
+            #[inline(always)]
+            fn from(numbers: [f64; $count]) -> Self {
+                // SAFETY: both are so many numbers in a row.
+                Self(unsafe { std::mem::transmute::<[f64; $count], $register>(numbers) })
+            }
+        }
+
+        impl Default for $lanes {
+            #[inline(always)]
+            fn default() -> Self {
+                Self::splat(0.0)
+            }
+        }
+
+        lanes!(@operator $lanes, Add, add, $add);
+        lanes!(@operator $lanes, Sub, sub, $sub);
+        lanes!(@operator $lanes, Mul, mul, $mul);
+        lanes!(@operator $lanes, Div, div, $div);
+
+        impl std::ops::AddAssign for $lanes {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+
+        impl std::ops::SubAssign for $lanes {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                *self = *self - other;
+            }
+        }
+    };
+    (@operator $lanes:ident, $name:ident, $method:ident, $intrinsic:ident) => {
+        impl std::ops::$name for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: lanes are made only where the processor has them.
+                Self(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    };
+}
+
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use std::arch::x86_64::*;
-    use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+    use std::ops::Neg;
 
     use crate::real::{Real, Work};
 
-    /// Four numbers that are computed with at once; only where [`super::are_there`] says so.
-    #[derive(Clone, Copy, Debug)]
-    pub struct Lanes(__m256d);
-
-    impl Lanes {
-        #[inline(always)]
-        fn numbers(self) -> [f64; 4] {
-            // SAFETY: both are four numbers in a row.
-            unsafe { std::mem::transmute(self.0) }
-        }
-    }
-
-    impl From<[f64; 4]> for Lanes {
-        #[inline(always)]
-        fn from(numbers: [f64; 4]) -> Self {
-            // SAFETY: both are four numbers in a row.
-            Self(unsafe { std::mem::transmute::<[f64; 4], __m256d>(numbers) })
-        }
-    }
-
-    impl Default for Lanes {
-        #[inline(always)]
-        fn default() -> Self {
-            Self::splat(0.0)
-        }
+    lanes! {
+        /// Four numbers that are computed with at once; only where [`super::are_there`] says so.
+        Lanes: 4 in __m256d, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd, _mm256_div_pd
     }
 
     /// Runs work compiled for processors with these registers.
@@ -129,42 +169,11 @@ mod avx2 {
     }
 
     // SAFETY of all that follows: lanes are made only where the processor has them.
-    macro_rules! operator {
-        ($name:ident, $method:ident, $intrinsic:ident) => {
-            impl $name for Lanes {
-                type Output = Self;
-                #[inline(always)]
-                fn $method(self, other: Self) -> Self {
-                    Self(unsafe { $intrinsic(self.0, other.0) })
-                }
-            }
-        };
-    }
-
-    operator!(Add, add, _mm256_add_pd);
-    operator!(Sub, sub, _mm256_sub_pd);
-    operator!(Mul, mul, _mm256_mul_pd);
-    operator!(Div, div, _mm256_div_pd);
-
     impl Neg for Lanes {
         type Output = Self;
         #[inline(always)]
         fn neg(self) -> Self {
             Self(unsafe { _mm256_xor_pd(self.0, _mm256_set1_pd(-0.0)) })
-        }
-    }
-
-    impl AddAssign for Lanes {
-        #[inline(always)]
-        fn add_assign(&mut self, other: Self) {
-            *self = *self + other;
-        }
-    }
-
-    impl SubAssign for Lanes {
-        #[inline(always)]
-        fn sub_assign(&mut self, other: Self) {
-            *self = *self - other;
         }
     }
 
@@ -246,35 +255,13 @@ mod avx2 {
 #[cfg(target_arch = "x86_64")]
 mod avx512 {
     use std::arch::x86_64::*;
-    use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+    use std::ops::Neg;
 
     use crate::real::{Real, Work};
 
-    /// Eight numbers that are computed with at once; only where [`super::are_wide`] says so.
-    #[derive(Clone, Copy, Debug)]
-    pub struct WideLanes(__m512d);
-
-    impl WideLanes {
-        #[inline(always)]
-        fn numbers(self) -> [f64; 8] {
-            // SAFETY: both are eight numbers in a row.
-            unsafe { std::mem::transmute(self.0) }
-        }
-    }
-
-    impl From<[f64; 8]> for WideLanes {
-        #[inline(always)]
-        fn from(numbers: [f64; 8]) -> Self {
-            // SAFETY: both are eight numbers in a row.
-            Self(unsafe { std::mem::transmute::<[f64; 8], __m512d>(numbers) })
-        }
-    }
-
-    impl Default for WideLanes {
-        #[inline(always)]
-        fn default() -> Self {
-            Self::splat(0.0)
-        }
+    lanes! {
+        /// Eight numbers that are computed with at once; only where [`super::are_wide`] says so.
+        WideLanes: 8 in __m512d, _mm512_add_pd, _mm512_sub_pd, _mm512_mul_pd, _mm512_div_pd
     }
 
     /// Runs work compiled for processors with these registers.
@@ -294,42 +281,11 @@ mod avx512 {
     }
 
     // SAFETY of all that follows: lanes are made only where the processor has them.
-    macro_rules! operator {
-        ($name:ident, $method:ident, $intrinsic:ident) => {
-            impl $name for WideLanes {
-                type Output = Self;
-                #[inline(always)]
-                fn $method(self, other: Self) -> Self {
-                    Self(unsafe { $intrinsic(self.0, other.0) })
-                }
-            }
-        };
-    }
-
-    operator!(Add, add, _mm512_add_pd);
-    operator!(Sub, sub, _mm512_sub_pd);
-    operator!(Mul, mul, _mm512_mul_pd);
-    operator!(Div, div, _mm512_div_pd);
-
     impl Neg for WideLanes {
         type Output = Self;
         #[inline(always)]
         fn neg(self) -> Self {
             signed(self.0, unsafe { _mm512_set1_epi64(-1) })
-        }
-    }
-
-    impl AddAssign for WideLanes {
-        #[inline(always)]
-        fn add_assign(&mut self, other: Self) {
-            *self = *self + other;
-        }
-    }
-
-    impl SubAssign for WideLanes {
-        #[inline(always)]
-        fn sub_assign(&mut self, other: Self) {
-            *self = *self - other;
         }
     }
 

@@ -105,7 +105,7 @@ impl Mesh {
     }
 }
 
-/// Members of a network that is small.
+/// Members that a network may have to count as small.
 const LARGE: usize = 100;
 /// Elements of a curved segment to begin with, at most: hundreds of turns.
 const CURVED: usize = 10_000;

@@ -69,9 +69,6 @@ pub struct Convergence {
     pub residual: Residual,
     /// Size of the first increment.
     pub first: Size,
-    /// Size of what the extrapolation to these loads misses: of the first increment where the iteration starts from an
-    /// extrapolation, else of the second.
-    pub missed: f64,
 }
 
 /// An iteration that was given up.
@@ -141,7 +138,6 @@ impl Newton {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
         let mut first = Size::default();
-        let mut missed = 0.0;
         let mut misfit = 0.0;
         let mut violation = self.violation;
         let mut asked = 0;
@@ -172,7 +168,7 @@ impl Newton {
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             if converged && system.violation() <= violation {
-                return Ok(Convergence { iterations, factorizations, inertia, residual, first, missed });
+                return Ok(Convergence { iterations, factorizations, inertia, residual, first });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
@@ -199,9 +195,6 @@ impl Newton {
             }
             // How far parts swing with what carries them says little: what counts is what is left without.
             let own = system.own_size.largest();
-            if iterations == if start.predicted { 1 } else { 2 } {
-                missed = own;
-            }
             // The negation catches a NaN too.
             if !(own <= self.lost || own <= last) {
                 return lost(Why::Astray);

@@ -165,7 +165,7 @@ impl<const D: usize> Path<'_, D> {
                 Ok(mut found) => {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.factorizations;
-                    let missed = found.missed;
+                    let missed = self.system.own_first;
                     let mut count = self.count(&found.inertia);
                     let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
                     if rose && aim != Aim::Result && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {

@@ -139,6 +139,7 @@ impl<'a, const D: usize> Path<'a, D> {
         let mut going = true;
         // Whether the pivots of the state that a step begins with are known; a guided step does not ask.
         let mut counted = false;
+        // Whether a step needed more than one increment.
         let mut winding = false;
         for index in 0..total {
             let mut record = empty_step(self.stability, std::mem::take(&mut self.notes));

@@ -120,7 +120,7 @@ pub(super) fn add_local<const D: usize>(
         }
         return;
     }
-    if joints.iter().all(|&joint| !equations.is_general(joint)) {
+    if scatter.entries.is_empty() {
         return;
     }
     let mut count = 0;
