@@ -188,8 +188,11 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// Displacement of a node against the unloaded state.
     fn displacement(pose: &Self::Pose) -> V3<T>;
 
-    /// How far one node is turned against another, radians.
-    fn turned(a: &Self::Pose, b: &Self::Pose, lane: usize) -> f64;
+    /// How far one node is turned against another: a number that grows with the angle, see [`Beam::angle`].
+    fn turned(a: &Self::Pose, b: &Self::Pose) -> T;
+
+    /// The angle that belongs to it, radians.
+    fn angle(turned: f64) -> f64;
 
     fn pose(pose: &Self::Pose, lane: usize) -> Placement;
 

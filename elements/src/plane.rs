@@ -427,8 +427,13 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
         [pose[0], pose[1], T::zero()]
     }
 
-    fn turned(a: &Pose<T>, b: &Pose<T>, lane: usize) -> f64 {
-        (a[2].lane(lane) - b[2].lane(lane)).abs()
+    #[inline(always)]
+    fn turned(a: &Pose<T>, b: &Pose<T>) -> T {
+        (a[2] - b[2]).abs()
+    }
+
+    fn angle(turned: f64) -> f64 {
+        turned
     }
 
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {

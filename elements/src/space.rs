@@ -563,9 +563,21 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         pose.displacement
     }
 
-    fn turned(a: &Pose<T>, b: &Pose<T>, lane: usize) -> f64 {
-        let [a, b] = [a, b].map(|pose| pose.rotation.map(|x| x.lane(lane)));
-        rotation::angle(compose(a, rotation::inverse(b)))
+    /// The squared distance of the quaternions, or of one from the opposite of the other: 4 sin² of a quarter of the
+    /// angle.
+    #[inline(always)]
+    fn turned(a: &Pose<T>, b: &Pose<T>) -> T {
+        let (mut near, mut far) = (T::zero(), T::zero());
+        for i in 0..4 {
+            let (less, more) = (a.rotation[i] - b.rotation[i], a.rotation[i] + b.rotation[i]);
+            near = near.plus(less, less);
+            far = far.plus(more, more);
+        }
+        -(-near).max(-far)
+    }
+
+    fn angle(turned: f64) -> f64 {
+        4.0 * (0.5 * turned.sqrt()).asin()
     }
 
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {

@@ -106,7 +106,7 @@ impl OutOfPlane<3> for Lateral {
             inertia.smallest = inertia.smallest.min(smallest);
             let mut factor = system.members[index].factor;
             let info = plane.end_info(index, plane.members[index].ends);
-            let reduced = reduce::reduce(&ends, &[2, 3, 4], &info, &mut factor);
+            let reduced = reduce::reduce(&ends, &[2, 3, 4], &info, Some(&mut factor));
             system.add_member(index, &reduced);
         }
         system.add_springs_and_loads(Some(plane));

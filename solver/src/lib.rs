@@ -34,7 +34,7 @@ use std::sync::Arc;
 
 use chain::Pack;
 use error::{FreeMotion, NearMotion, SolveError};
-use history::{History, Note};
+use history::{History, Note, StepHistory};
 use joints::{Active, Topology};
 use lateral::Lateral;
 use options::{Options, Progress};
@@ -66,6 +66,15 @@ pub fn solve(
 /// States that a solve went through, for one of the same network on a finer mesh.
 pub struct Trail(Kind);
 
+impl Trail {
+    fn shed(&mut self) {
+        match &mut self.0 {
+            Kind::Plane(guide) => guide.shed(),
+            Kind::Space(guide) => guide.shed(),
+        }
+    }
+}
+
 enum Kind {
     Plane(Box<Guide<3>>),
     Space(Box<Guide<6>>),
@@ -92,6 +101,10 @@ pub fn solve_along(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<(History, Option<Trail>), SolveError> {
     let structure = Arc::new(structure.clone());
+    let coarse = coarse.map(|(mut trail, history)| {
+        trail.shed();
+        (trail, history)
+    });
     // What the unloaded structure does is known from the coarser mesh.
     let known = coarse.as_ref().map(|(_, history)| history.near_motion.clone());
     let options = &Options { near_motion: options.near_motion && known.is_none(), ..options.clone() };
@@ -120,7 +133,7 @@ fn follow(
     match structure.dimension {
         Dimension::Space => {
             let guide = match coarse {
-                Some((Trail(Kind::Space(guide)), history)) => Some(Guide { steps: history.steps.clone(), ..*guide }),
+                Some((Trail(Kind::Space(guide)), history)) => Some((*guide, history.steps.as_slice())),
                 _ => None,
             };
             let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, guide)?;
@@ -131,7 +144,7 @@ fn follow(
         Dimension::Plane => {
             let mut path = prepare(structure, &topology, steps, options, PLANE, packs::plane, None)?;
             if let Some((Trail(Kind::Plane(guide)), history)) = coarse {
-                path.guide = Some(Guide { steps: history.steps.clone(), ..*guide });
+                path.guide = Some((*guide, &history.steps));
             }
             add_lateral(&mut path, structure);
             let history = path.run(steps, observe);
@@ -148,7 +161,7 @@ fn prepare<'a, const D: usize>(
     options: &Options,
     active: Active<D>,
     packs: fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>,
-    guide: Option<Guide<D>>,
+    guide: Option<(Guide<D>, &'a [StepHistory])>,
 ) -> Result<Path<'a, D>, SolveError> {
     let parallel = options.threads > 1;
     let (structure, topology) = (Arc::clone(structure), Arc::clone(topology));
@@ -158,7 +171,7 @@ fn prepare<'a, const D: usize>(
     let mut path = Path::new(build(0), options.clone());
     path.keeps = options.estimate;
     match guide {
-        Some(guide) => path.follow_after(guide),
+        Some((guide, steps)) => path.follow_after(guide, steps),
         None => {
             let motions = path.free_motions(steps);
             if !motions.is_empty() {

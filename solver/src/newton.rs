@@ -1,6 +1,5 @@
 //! Newton's iteration at fixed loads, with mixed integration points.
 
-use crate::chain::Size;
 use crate::rounding;
 use crate::system::{Inertia, Residual, System};
 
@@ -67,8 +66,6 @@ pub struct Convergence {
     /// Pivots and residual at the equilibrium.
     pub inertia: Inertia,
     pub residual: Residual,
-    /// Size of the first increment.
-    pub first: Size,
 }
 
 /// An iteration that was given up.
@@ -137,7 +134,6 @@ impl Newton {
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start) -> Result<Convergence, Lost> {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
-        let mut first = Size::default();
         let mut misfit = 0.0;
         let mut violation = self.violation;
         let mut asked = 0;
@@ -168,7 +164,7 @@ impl Newton {
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             if converged && system.violation() <= violation {
-                return Ok(Convergence { iterations, factorizations, inertia, residual, first });
+                return Ok(Convergence { iterations, factorizations, inertia, residual });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
@@ -177,10 +173,11 @@ impl Newton {
             if iterations == self.max_iterations {
                 return lost(Why::Slow);
             }
-            let Some(size) = system.advance(pending) else { return lost(Why::Singular) };
+            if system.advance(pending).is_none() {
+                return lost(Why::Singular);
+            }
             if iterations == 1 {
-                first = size;
-                system.own_first = system.own_size.largest();
+                system.note_first();
                 if let Some(rest) = start.rest
                     && start.negative_limit < usize::MAX
                     && !start.predicted

@@ -66,15 +66,16 @@ pub struct Reduced {
     pub neutral: usize,
 }
 
-/// Reduces the ends of a member to its joints in D active components an end.
+/// Reduces the ends of a member to its joints in D active components an end; one that is released needs a factor.
 pub fn reduce<const D: usize>(
     ends: &Ends<f64, D>,
     active: &Active<D>,
     info: &[End<'_>; 2],
-    factor: &mut ReleaseFactor,
+    factor: Option<&mut ReleaseFactor>,
 ) -> Reduced {
-    let mut k = [[0.0; 12]; 12];
-    let mut force = [0.0; 12];
+    // Filled where it stays: a copy costs as much.
+    let mut reduced = Reduced { stiffness: [[0.0; 12]; 12], force: [0.0; 12], negative: 0, neutral: 0 };
+    let k = &mut reduced.stiffness;
     for i in 0..D {
         for j in 0..D {
             k[i][j] = ends.k00[i][j];
@@ -82,11 +83,12 @@ pub fn reduce<const D: usize>(
             k[D + j][i] = ends.k01[i][j];
             k[D + i][D + j] = ends.k11[i][j];
         }
-        force[i] = ends.r0[i];
-        force[D + i] = ends.r1[i];
+        reduced.force[i] = ends.r0[i];
+        reduced.force[D + i] = ends.r1[i];
     }
-    let mut reduced = Reduced { stiffness: k, force, negative: 0, neutral: 0 };
-    if info.iter().any(|end| *end.kind != EndKind::Welded) {
+    if let Some(factor) = factor
+        && info.iter().any(|end| *end.kind != EndKind::Welded)
+    {
         eliminate_releases(&mut reduced, active, info, factor);
     }
     for (end, info) in info.iter().enumerate() {

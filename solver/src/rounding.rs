@@ -183,7 +183,7 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
             target[i] += UNIT * size * lots.draw();
         }
     }
-    reduce::reduce(&ends, &active, &system.end_info(index, slot.ends), &mut slot.factor.clone()).force
+    reduce::reduce(&ends, &active, &system.end_info(index, slot.ends), Some(&mut slot.factor.clone())).force
 }
 
 /// Adds the forces that rounding makes in a spring to its joints.
@@ -236,7 +236,7 @@ fn resisted<const D: usize>(system: &System<D>, index: MemberId, motions: &[[f64
     let condensed: Ends<f64, D> = system.packs[slot.pack].condensed(slot.lane);
     let active = system.equations.active;
     let info = system.end_info(index, slot.ends);
-    let stiffness = reduce::reduce(&condensed, &active, &info, &mut slot.factor.clone()).stiffness;
+    let stiffness = reduce::reduce(&condensed, &active, &info, Some(&mut slot.factor.clone())).stiffness;
     let mut force = [0.0; 12];
     for row in 0..2 * D {
         for (end, motion) in motions.iter().enumerate() {

@@ -106,7 +106,7 @@ impl Cantilever {
 
     /// Takes other parameters, with the same end length.
     pub fn set(&mut self, muscle: &Muscle) {
-        Arc::make_mut(&mut self.system.structure).laws = laws(muscle);
+        self.system.set_laws(laws(muscle));
         self.system.drives[0] = muscle.rows[0].pressure;
     }
 

@@ -8,7 +8,7 @@
 use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
-use pennate_elements::small::{M3, V3, add, axpy, norm, scale, sub, tmul, zeros};
+use pennate_elements::small::{M3, V3, add, axpy, scale, sub, tmul, zeros};
 
 use crate::history::MemberShape;
 use crate::linear::PIVOT_NOISE;
@@ -30,7 +30,7 @@ pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, set_piece};
 use size::Sizes;
-use transfer::Field;
+use transfer::{Field, InLanes};
 pub use variation::SegmentVariation;
 
 /// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
@@ -54,7 +54,7 @@ pub struct SegmentMesh {
 }
 
 /// What changes in a chain during a solve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct ChainState<Pose, T, const D: usize> {
     /// Element ends.
     nodes: Vec<Pose>,
@@ -148,8 +148,8 @@ pub trait Pack<const D: usize>: Send {
     fn set_pivot_noise(&mut self, noise: f64);
     /// Takes positions and local unknowns of a saved state, and a part of the change of the mixed stresses since.
     fn restore_shape(&mut self, slot: usize, part: f64);
-    /// How far the present element ends are from a saved state.
-    fn distance(&self, lane: usize, slot: usize) -> Size;
+    /// How far the element ends of every member are from a saved state.
+    fn distances(&self, slot: usize) -> Vec<Size>;
     fn save(&mut self, slot: usize);
     fn restore(&mut self, slot: usize);
     /// Exchanges two saved states.
@@ -160,9 +160,11 @@ pub trait Pack<const D: usize>: Send {
     /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior. The moduli are
     /// those of its segments, in space.
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64);
-    /// Takes over the state of lane `from` of a pack with the same segments, on elements of another number, order or
-    /// formulation.
-    fn prolong(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize);
+    /// Takes over the states of members with the same segments, on elements of another number, order or formulation: for
+    /// every member of this pack the other pack and the lane there.
+    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
+    /// What another pack may take over as it is.
+    fn in_lanes(&self) -> InLanes<'_>;
     /// Where a member is at a unit coordinate of one of its elements.
     fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
     /// First element of a segment, and their number.
@@ -170,6 +172,8 @@ pub trait Pack<const D: usize>: Send {
     /// Keeps the present state for good, as the next of those that [`Pack::recall`] knows.
     fn keep(&mut self);
     fn recall(&mut self, index: usize);
+    /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
+    fn shed(&mut self);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
     fn lift(&mut self, plane: &dyn Pack<3>);
     /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
@@ -211,6 +215,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     plain: bool,
     noise: f64,
     state: ChainState<B::Pose, T, D>,
+    /// Empty until they are put aside: most chains need one or none of them.
     saved: [ChainState<B::Pose, T, D>; SLOTS],
     kept: Vec<ChainState<B::Pose, T, D>>,
     frames: Vec<B::Frame>,
@@ -292,7 +297,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             loaded: false,
             plain: false,
             noise: PIVOT_NOISE,
-            saved: std::array::from_fn(|_| state.clone()),
+            saved: Default::default(),
             kept: Vec::new(),
             state,
             frames: vec![frame; elements],
@@ -491,12 +496,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.state.local.copy_from_slice(&self.saved[slot].local);
     }
 
-    fn distance(&self, lane: usize, slot: usize) -> Size {
-        let length = self.total_length.lane(lane);
-        self.state.nodes.iter().zip(&self.saved[slot].nodes).fold(Size::default(), |size, (a, b)| {
-            let moved = sub(lanes::lane_of(&B::displacement(a), lane), lanes::lane_of(&B::displacement(b), lane));
-            size.join(Size { rotation: B::turned(a, b, lane), displacement: norm(moved) / length })
-        })
+    fn distances(&self, slot: usize) -> Vec<Size> {
+        self.distances_impl(slot)
     }
 
     fn save(&mut self, slot: usize) {
@@ -519,8 +520,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.lateral_impl(lane, moduli)
     }
 
-    fn prolong(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
-        self.prolong_impl(lane, coarse, from);
+    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
+        self.prolong_impl(sources);
+    }
+
+    fn in_lanes(&self) -> InLanes<'_> {
+        self.in_lanes_impl()
     }
 
     fn place(&self, lane: usize, element: usize, s: f64) -> Placement {
@@ -538,6 +543,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn recall(&mut self, index: usize) {
         copy(&self.kept[index], &mut self.state);
+    }
+
+    fn shed(&mut self) {
+        self.saved = Default::default();
+        self.inner = Vec::new();
+        self.inner_rest = Vec::new();
+        self.inner_turn = Vec::new();
+        self.factors = Vec::new();
+        self.increments = Vec::new();
     }
 
     fn lift(&mut self, plane: &dyn Pack<3>) {
@@ -598,7 +612,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 }
 
 fn copy<Pose: Copy, T: Copy, const D: usize>(from: &ChainState<Pose, T, D>, to: &mut ChainState<Pose, T, D>) {
-    to.nodes.copy_from_slice(&from.nodes);
-    to.local.copy_from_slice(&from.local);
-    to.stress.copy_from_slice(&from.stress);
+    to.nodes.clone_from(&from.nodes);
+    to.local.clone_from(&from.local);
+    to.stress.clone_from(&from.stress);
 }

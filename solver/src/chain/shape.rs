@@ -70,24 +70,38 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Strains<'_
     }
 }
 
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn violation_impl(&self) -> f64 {
-        let mut largest: f64 = 0.0;
-        for e in 0..self.frames.len() {
-            let moduli = &self.moduli[self.segment_of[e]];
-            if (0..T::LANES).all(|lane| moduli.held.iter().all(|held| held.lane(lane) == 0.0)) {
+/// Largest strain that a held component has, as work in lanes.
+struct Violation<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<'_, T, B, D, P> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let Self(chain) = self;
+        let mut largest = T::zero();
+        for (e, &segment) in chain.segment_of.iter().enumerate() {
+            let moduli = &chain.moduli[segment];
+            let held = moduli.held.iter().fold(T::zero(), |sum, held| sum + *held);
+            if (0..T::LANES).all(|lane| held.lane(lane) == 0.0) {
                 continue;
             }
-            for strain in self.strains(e) {
+            let strains = Strains(chain, e).run();
+            for g in 0..P {
                 for d in 0..D {
-                    let off = moduli.held[d] * (strain[d] - moduli.rest[d]);
-                    for lane in 0..T::LANES {
-                        largest = largest.max(off.lane(lane).abs());
-                    }
+                    let off = moduli.held[d] * (strains[g][d] - moduli.rest[d]);
+                    largest = largest.max(off.abs());
                 }
             }
         }
         largest
+    }
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    pub(super) fn violation_impl(&self) -> f64 {
+        let largest = T::run(Violation(self));
+        (0..T::LANES).fold(0.0, |all, lane| all.max(largest.lane(lane)))
     }
 
     pub(super) fn lengths_impl(&self) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! How large an increment is.
 
 use pennate_elements::beam::Beam;
-use pennate_elements::real::Real;
+use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{V3, add, cross, dot, sub, tapply};
 
 use super::{Chain, Size};
@@ -24,7 +24,37 @@ impl<T: Real> Sizes<T> {
     }
 }
 
+/// How far the element ends are from a saved state, as work in lanes: what [`Beam::turned`] says, and the square of the
+/// largest displacement over the length of the member.
+struct Distance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Distance<'_, T, B, D, P> {
+    type Output = [T; 2];
+
+    #[inline(always)]
+    fn run(self) -> [T; 2] {
+        let Self(chain, slot) = self;
+        let o = T::zero();
+        let (mut turned, mut moved, mut spoilt) = (o, o, o);
+        for (now, then) in chain.state.nodes.iter().zip(&chain.saved[slot].nodes) {
+            let shift = sub(B::displacement(now), B::displacement(then));
+            let (angle, square) = (B::turned(now, then), dot(shift, shift));
+            turned = turned.max(angle);
+            moved = moved.max(square);
+            spoilt += (angle + square) * o;
+        }
+        let length = chain.total_length;
+        [turned + spoilt, moved / (length * length) + spoilt]
+    }
+}
+
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    pub(super) fn distances_impl(&self, slot: usize) -> Vec<Size> {
+        let [turned, moved] = T::run(Distance(self, slot));
+        let size = |lane| Size { rotation: B::angle(turned.lane(lane)), displacement: moved.lane(lane).sqrt() };
+        (0..self.members.len()).map(size).collect()
+    }
+
     /// Sizes of the present increments, before the nodes move.
     #[inline(always)]
     pub(super) fn sizes(&self) -> Sizes<T> {

@@ -1,8 +1,10 @@
 //! The state of a chain taken over by one of another order, or by a spatial one.
 
+use std::any::Any;
+
 use pennate_elements::beam::{Beam, Piece, Placement};
 use pennate_elements::interpolation::node;
-use pennate_elements::real::Real;
+use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{axpy, scale};
 
 use super::lanes;
@@ -18,13 +20,123 @@ pub struct Field<const D: usize> {
     stress: [[f64; D]; MOST],
 }
 
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn prolong_impl(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
-        if self.frames.len() == coarse.elements() {
-            self.enrich(lane, coarse, from);
-        } else {
-            self.divide(lane, coarse, from);
+/// The state of a pack as it lies in the lanes: nodes, local unknowns and stresses are vectors of the kinds that its own
+/// chain has.
+pub struct InLanes<'a> {
+    pub nodes: &'a dyn Any,
+    pub local: &'a dyn Any,
+    pub stress: &'a dyn Any,
+}
+
+/// The state of members of the same elements and another order, as work in lanes.
+struct Enrich<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    chain: &'a mut Chain<T, B, D, P>,
+    order: usize,
+    nodes: &'a [B::Pose],
+    local: &'a [[T; D]],
+    stress: &'a [[T; D]],
+    /// Weights of the nodes and of the Gauss points of the other order, at every node and point of this one.
+    weights: [[[f64; MOST]; P]; 2],
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { chain, order, nodes, local, stress, weights: [at_nodes, at_points] } = self;
+        chain.state.nodes.copy_from_slice(nodes);
+        for (e, piece) in chain.pieces.iter().enumerate() {
+            let last = B::last_local(&B::frame(piece, &nodes[e], &nodes[e + 1]));
+            for i in 0..P {
+                let (mut x, mut s) = ([T::zero(); D], [T::zero(); D]);
+                for k in 0..order {
+                    let unknowns = if k + 1 == order { &last } else { &local[e * order + k] };
+                    for d in 0..D {
+                        x[d] = x[d].plus(T::splat(at_nodes[i][k]), unknowns[d]);
+                        s[d] = s[d].plus(T::splat(at_points[i][k]), stress[e * order + k][d]);
+                    }
+                }
+                chain.state.local[e * P + i] = x;
+                chain.state.stress[e * P + i] = s;
+            }
         }
+    }
+}
+
+/// Local unknowns that belong to the places of the nodes within the elements, as work in lanes.
+struct Locals<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, &'a [B::Pose]);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Locals<'_, T, B, D, P> {
+    type Output = Vec<[T; D]>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<[T; D]> {
+        let Self(chain, poses) = self;
+        let mut local = Vec::with_capacity(poses.len());
+        for (e, piece) in chain.pieces.iter().enumerate() {
+            for i in 0..P {
+                let piece = Piece { chord: chain.reference(e, i), ..*piece };
+                local.push(B::last_local(&B::frame(&piece, &chain.state.nodes[e], &poses[e * P + i])));
+            }
+        }
+        local
+    }
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    pub(super) fn prolong_impl(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
+        if self.enrich_in_lanes(sources) {
+            return;
+        }
+        let mut divided = Vec::new();
+        let mut poses = Vec::new();
+        for (lane, &(coarse, from)) in sources.iter().enumerate() {
+            if self.frames.len() == coarse.elements() {
+                self.enrich(lane, coarse, from);
+            } else {
+                poses.resize(self.state.local.len(), B::Pose::default());
+                self.divide(lane, coarse, from, &mut poses);
+                divided.push(lane);
+            }
+        }
+        if divided.is_empty() {
+            return;
+        }
+        let local = T::run(Locals(self, &poses));
+        for (own, placed) in self.state.local.iter_mut().zip(&local) {
+            for d in 0..D {
+                for &lane in &divided {
+                    own[d].set_lane(lane, placed[d].lane(lane));
+                }
+            }
+        }
+    }
+
+    /// Takes over the state of a pack of the same members and elements that lie in the same lanes; false for any other.
+    fn enrich_in_lanes(&mut self, sources: &[(&dyn Pack<D>, usize)]) -> bool {
+        let coarse = sources[0].0;
+        let alike = sources.iter().enumerate().all(|(lane, (_, from))| lane == *from);
+        if !alike || coarse.members() != self.members || coarse.elements() != self.frames.len() {
+            return false;
+        }
+        let InLanes { nodes, local, stress } = coarse.in_lanes();
+        let kinds = nodes
+            .downcast_ref::<Vec<B::Pose>>()
+            .zip(local.downcast_ref::<Vec<[T; D]>>())
+            .zip(stress.downcast_ref::<Vec<[T; D]>>());
+        let Some(((nodes, local), stress)) = kinds else { return false };
+        let order = coarse.order();
+        let weights = [
+            std::array::from_fn(|i| node_weights(order, node(i + 1, P))),
+            std::array::from_fn(|i| point_weights(coarse.points(), self.table.points[i])),
+        ];
+        T::run(Enrich { chain: self, order, nodes, local, stress, weights });
+        true
+    }
+
+    pub(super) fn in_lanes_impl(&self) -> InLanes<'_> {
+        InLanes { nodes: &self.state.nodes, local: &self.state.local, stress: &self.state.stress }
     }
 
     /// Takes over the state of a member of the same elements and another order.
@@ -55,8 +167,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
-    /// Takes over the state of a member of the same segments, divided into another number of elements.
-    fn divide(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
+    /// Takes over the state of a member of the same segments, divided into another number of elements, but for the local
+    /// unknowns, whose places are left in `poses`.
+    fn divide(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize, poses: &mut [B::Pose]) {
         let mut element = 0;
         for segment in 0..self.segments {
             let (start, count) = coarse.elements_of(segment);
@@ -76,15 +189,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 B::set_pose(&mut self.state.nodes[element + 1], lane, &ends[1]);
                 for i in 0..P {
                     let (e, s) = locate(k as f64 + node(i + 1, P));
-                    let mut pose = B::Pose::default();
-                    B::set_pose(&mut pose, lane, &coarse.place(from, e, s));
-                    let piece = Piece { chord: self.reference(element, i), ..self.pieces[element] };
-                    let frame = B::frame(&piece, &self.state.nodes[element], &pose);
-                    let local = lanes::lane(&B::last_local(&frame), lane);
+                    B::set_pose(&mut poses[element * P + i], lane, &coarse.place(from, e, s));
                     let (e, s) = locate(k as f64 + self.table.points[i]);
                     let (_, stress) = coarse.sample(from, e, s);
                     for d in 0..D {
-                        self.state.local[element * P + i][d].set_lane(lane, local[d]);
                         self.state.stress[element * P + i][d].set_lane(lane, stress[d]);
                     }
                 }

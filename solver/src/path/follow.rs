@@ -129,7 +129,7 @@ impl<const D: usize> Path<'_, D> {
             if predicted {
                 self.system.predict(BEFORE, LAST, step / last_increment);
             }
-            let foreseen = if predicted { self.system.distance(LAST) } else { Size::default() };
+            let foreseen = if predicted { self.system.distances(LAST) } else { Vec::new() };
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
             let aim = match target {
@@ -166,6 +166,7 @@ impl<const D: usize> Path<'_, D> {
                     tally.iterations += found.iterations - 1;
                     tally.factorizations += found.factorizations;
                     let missed = self.system.own_first;
+                    let foreseen = if predicted { foreseen } else { self.system.first_moves.clone() };
                     let mut count = self.count(&found.inertia);
                     let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
                     if rose && aim != Aim::Result && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {
@@ -178,10 +179,15 @@ impl<const D: usize> Path<'_, D> {
                         }
                     }
                     let guarded = rose && self.guards(&count);
-                    let foreseen = if predicted { foreseen } else { found.first };
-                    let doubtful = leapt(self.system.distance(LAST), foreseen);
+                    let moved = self.system.distances(LAST);
+                    // Each part of a network for itself: one that leaps may move less than another that does not.
+                    let doubtful = moved.iter().zip(&foreseen).any(|(moved, foreseen)| leapt(*moved, *foreseen));
                     let flipped = !conservative && count.odd != self.base.odd;
                     let rose = !conservative && count.own > self.base.own;
+                    if self.options.stop_unstable && (guarded || flipped) {
+                        self.system.restore(LAST);
+                        return self.gave_up(record, fraction, &tally);
+                    }
                     let hard = !conservative && found.iterations >= self.too_many(rose);
                     let far = (guarded || doubtful || flipped) && step > BRACKET;
                     let mut torn = doubtful && found.iterations >= MANY;
@@ -218,7 +224,7 @@ impl<const D: usize> Path<'_, D> {
                         }
                         self.note_changes(record, &count, target, passed);
                         self.base = count;
-                        last_rate = self.system.distance(LAST).largest() / step;
+                        last_rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
                         if tally.accepted == 0 {
                             first_rate = last_rate;
                         }
@@ -285,6 +291,9 @@ impl<const D: usize> Path<'_, D> {
                     self.rough_end(target, &lost, fold)
                 }
             };
+            if self.options.stop_unstable {
+                return self.gave_up(record, fraction, &tally);
+            }
             match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
                 After::Stop => return false,
                 After::GoOn { at, .. } if at >= 1.0 => return self.arrived(record, &tally),
@@ -304,6 +313,13 @@ impl<const D: usize> Path<'_, D> {
         self.settle(record, 1.0, tally);
         record.status = Status::Converged;
         true
+    }
+
+    /// Ends a step at the last state, without a look at what is beyond.
+    fn gave_up(&mut self, record: &mut StepHistory, fraction: f64, tally: &Tally) -> bool {
+        self.settle(record, fraction, tally);
+        record.status = Status::NotConverged;
+        false
     }
 
     /// Whether a rise of the count is to be trusted as a loss of stability.

@@ -19,7 +19,6 @@ const ASIDE: f64 = 0.2;
 /// What a solve on a coarser mesh went through.
 pub struct Guide<const D: usize> {
     pub system: System<D>,
-    pub steps: Vec<StepHistory>,
     /// Which of the states that the system keeps is the end of a step.
     pub ends: Vec<Option<usize>>,
     /// The same on elements of the next order, where there is one: it is much nearer.
@@ -27,19 +26,28 @@ pub struct Guide<const D: usize> {
     pub refined_ends: Vec<Option<usize>>,
 }
 
-impl<const D: usize> Path<'_, D> {
-    /// Takes a guide, and from it what is the same on every mesh: the pattern of the equations, that there is no
+impl<const D: usize> Guide<D> {
+    /// Gives back what is of no use to a solve on a finer mesh, before that needs memory of its own.
+    pub fn shed(&mut self) {
+        for system in std::iter::once(&mut self.system).chain(&mut self.refined) {
+            system.packs.iter_mut().for_each(|pack| pack.shed());
+        }
+    }
+}
+
+impl<'a, const D: usize> Path<'a, D> {
+    /// Takes a guide with its steps, and from it what is the same on every mesh: the pattern of the equations, that there is no
     /// mechanism, and, nearly, the stiffness of the unloaded structure.
-    pub fn follow_after(&mut self, guide: Guide<D>) {
+    pub fn follow_after(&mut self, guide: Guide<D>, steps: &'a [StepHistory]) {
         self.system.hold_like(&guide.system);
         self.system.take_rest(&guide.system);
         self.system.hold(self.held.values().copied().collect());
-        self.guide = Some(guide);
+        self.guide = Some((guide, steps));
     }
 
     /// Whether the end of a step is known from a guide.
     pub(super) fn is_guided(&self, index: usize) -> bool {
-        self.guide.as_ref().is_some_and(|guide| guide.ends.get(index).copied().flatten().is_some())
+        self.guide.as_ref().is_some_and(|(guide, _)| guide.ends.get(index).copied().flatten().is_some())
     }
 
     /// Goes to the end of a step by way of the coarser mesh; false where that is not possible, with nothing changed.
@@ -52,7 +60,8 @@ impl<const D: usize> Path<'_, D> {
         watch: &mut dyn FnMut(f64) -> bool,
     ) -> bool {
         let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
-        let Some(guide) = &mut self.guide else { return false };
+        let Some((guide, steps)) = &mut self.guide else { return false };
+        let before: &'a StepHistory = &steps[index];
         let Some(kept) = guide.ends.get(index).copied().flatten().filter(|_| simple) else { return false };
         self.system.save(LAST);
         let better = guide.refined_ends.get(index).copied().flatten();
@@ -68,7 +77,7 @@ impl<const D: usize> Path<'_, D> {
         }
         ramp.apply(&mut self.system, 1.0);
         self.system.place_ends();
-        let known = guide.steps[index].negative_pivots;
+        let known = before.negative_pivots;
         let start = Start { predicted: true, rest: None, negative_limit: known, aim: Aim::Result, may_wander: false };
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
         let found = match self.newton.solve(&mut self.system, start) {
@@ -87,13 +96,10 @@ impl<const D: usize> Path<'_, D> {
         tally.iterations = found.iterations - 1;
         tally.factorizations = found.factorizations;
         self.base = count;
-        if let Some(guide) = &self.guide {
-            let before = &guide.steps[index];
-            let way = before.increments.len().saturating_sub(1);
-            record.increments.extend_from_slice(&before.increments[..way]);
-            record.iterations += before.iterations;
-            record.factorizations += before.factorizations;
-        }
+        let way = before.increments.len().saturating_sub(1);
+        record.increments.extend_from_slice(&before.increments[..way]);
+        record.iterations += before.iterations;
+        record.factorizations += before.factorizations;
         self.accept(record, 1.0, &found, &tally);
         self.settle(record, 1.0, &tally);
         record.status = Status::Converged;
@@ -101,10 +107,10 @@ impl<const D: usize> Path<'_, D> {
         true
     }
 
-    /// What a solve on a finer mesh may start from; the steps are to be filled in.
+    /// What a solve on a finer mesh may start from.
     pub fn into_guide(self) -> Guide<D> {
         let Self { system, ends, refined, refined_ends, .. } = self;
-        Guide { system, steps: Vec::new(), ends, refined, refined_ends }
+        Guide { system, ends, refined, refined_ends }
     }
 
     /// Keeps the refined end of a step, where the end itself was kept.

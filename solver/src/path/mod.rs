@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::error::{FreeMotion, NearMotion};
-use crate::history::{Equilibrium, History, MeshSize, Note, Status};
+use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory};
 use crate::joints::Held;
 use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
@@ -61,7 +61,7 @@ pub struct Path<'a, const D: usize> {
     /// Makes it when it is first needed.
     pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
-    pub guide: Option<Guide<D>>,
+    pub guide: Option<(Guide<D>, &'a [StepHistory])>,
     /// See [`History::near_motion`].
     pub near: Option<NearMotion>,
     /// Whether ends of steps are kept for a finer mesh.
@@ -180,6 +180,9 @@ impl<'a, const D: usize> Path<'a, D> {
                 let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
                 let course = Course { method: step.method, branch: step.branch, stop: step.stop };
                 let guided = !prestressed && self.guided(index, step, &ramp, &mut record, &mut watch);
+                if index + 1 == total {
+                    self.guide = None; // what follows needs its memory
+                }
                 if !guided && !counted {
                     self.start_count(&mut record);
                 }

@@ -36,7 +36,6 @@ impl<const D: usize> System<D> {
         let active = self.equations.active;
         let structure = self.structure.clone();
         let topology = self.topology.clone();
-        let mut size = Size::default();
         // Increments of the ends, at the state before the move.
         for index in 0..self.members.len() {
             let nodes = structure.members[index].nodes;
@@ -49,21 +48,23 @@ impl<const D: usize> System<D> {
         }
         self.for_packs(|pack| pack.advance());
         let mut own = Size::default();
-        for slot in &self.members {
+        self.moves.fill(Size::default());
+        for (slot, &part) in self.members.iter().zip(&self.parts.members) {
             let pack = &self.packs[slot.pack];
             let whole = pack.size(slot.lane);
-            size = size.join(whole);
+            self.moves[part] = self.moves[part].join(whole);
             own = own.join(if slot.released { whole } else { pack.own_size(slot.lane) });
         }
-        for (motion, carried) in motions.iter().zip(&self.carried) {
+        for ((motion, carried), &part) in motions.iter().zip(&self.carried).zip(&self.parts.joints) {
             let (u, spin) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);
             let moved = Size { rotation: norm(spin), displacement: norm(u) / self.size };
-            size = size.join(moved);
+            self.moves[part] = self.moves[part].join(moved);
             if !carried {
                 own = own.join(moved);
             }
         }
         self.own_size = own;
+        let size = self.moves.iter().copied().fold(Size::default(), Size::join);
         self.move_joints(&motions, pending);
         for index in 0..self.members.len() {
             let slot = &self.members[index];
@@ -111,6 +112,12 @@ impl<const D: usize> System<D> {
             self.state.joints[joint] = before[joint].carried(&place, links[end].arm, &motions[joint], D == 3);
         }
         self.scratch = before;
+    }
+
+    /// Notes what the last increment moved as the first of an iteration.
+    pub fn note_first(&mut self) {
+        self.own_first = self.own_size.largest();
+        self.first_moves.clone_from(&self.moves);
     }
 
     /// Lets all packs do the same, side by side where that pays.

@@ -1,5 +1,7 @@
 //! Loads: what drives make of them, their part of the equations, and those without a potential.
 
+use std::sync::Arc;
+
 use pennate_elements::rotation::{second_variation, turn};
 use pennate_elements::small::{V3, add, cross, scale, skew, sub};
 
@@ -7,9 +9,32 @@ use super::scatter::unit_motion;
 use super::{NodeLoad, System};
 use crate::joints::Active;
 use crate::packs;
-use crate::structure::{Drive, MemberId, NodeId, Structure};
+use crate::structure::{Drive, MemberId, NodeId, SectionLaw, Structure};
+
+/// What the section stiffness and the load of a member follow from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MadeOf {
+    control: f64,
+    auxiliary: f64,
+    line: V3<f64>,
+    gravity: V3<f64>,
+}
+
+/// The sections of a member as they are: most stay what they are from one increment to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sections {
+    made_of: Option<MadeOf>,
+    /// See [`System::noise`].
+    noise: [f64; 2],
+}
 
 impl<const D: usize> System<D> {
+    /// Replaces the section laws; they count from the next [`System::apply_drives`].
+    pub fn set_laws(&mut self, laws: Vec<Arc<dyn SectionLaw>>) {
+        Arc::make_mut(&mut self.structure).laws = laws;
+        self.sections.fill(Sections::default());
+    }
+
     /// Brings sections, loads along members and loads on nodes up to date with the drives.
     pub fn apply_drives(&mut self) {
         let structure = self.structure.clone();
@@ -50,21 +75,31 @@ impl<const D: usize> System<D> {
         }
         for (index, slot) in self.members.iter().enumerate() {
             let member = &structure.members[index];
-            let control = member.control.map_or(0.0, |drive| self.drives[drive]);
-            let chain = &mut self.packs[slot.pack];
-            for (segment, description) in member.segments.iter().enumerate() {
-                let section = structure.laws[description.law].at(control);
-                let length = chain.element_length(slot.lane, segment);
-                let moduli = packs::moduli(&section, chain.formulation(), length, &slot.turn, self.auxiliary);
-                self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
-                self.noise[0] = self.noise[0].max(1e-10 * moduli.stiffness[0]);
-                self.noise[1] = self.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);
-                chain.set_moduli(slot.lane, segment, &moduli);
-                let mut load = line.get(index).copied().unwrap_or([0.0; 3]);
-                if weighs {
-                    load = add(load, scale(section.section.mass_per_length, gravity));
+            let made_of = MadeOf {
+                control: member.control.map_or(0.0, |drive| self.drives[drive]),
+                auxiliary: self.auxiliary,
+                line: line.get(index).copied().unwrap_or([0.0; 3]),
+                gravity,
+            };
+            let sections = &mut self.sections[index];
+            if sections.made_of != Some(made_of) {
+                sections.made_of = Some(made_of);
+                sections.noise = [0.0; 2];
+                let chain = &mut self.packs[slot.pack];
+                for (segment, description) in member.segments.iter().enumerate() {
+                    let section = structure.laws[description.law].at(made_of.control);
+                    let length = chain.element_length(slot.lane, segment);
+                    let moduli = packs::moduli(&section, chain.formulation(), length, &slot.turn, self.auxiliary);
+                    self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
+                    sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
+                    sections.noise[1] = sections.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);
+                    chain.set_moduli(slot.lane, segment, &moduli);
+                    let weight = if weighs { scale(section.section.mass_per_length, gravity) } else { [0.0; 3] };
+                    chain.set_load(slot.lane, segment, add(made_of.line, weight));
                 }
-                chain.set_load(slot.lane, segment, load);
+            }
+            for (noise, own) in self.noise.iter_mut().zip(sections.noise) {
+                *noise = noise.max(own);
             }
         }
     }

@@ -17,6 +17,7 @@ mod advance;
 mod carriers;
 mod dashpots;
 mod loads;
+mod parts;
 mod rates;
 mod remainder;
 mod scatter;
@@ -25,7 +26,8 @@ mod springs;
 mod states;
 
 use carriers::Carrier;
-use loads::loaded_nodes;
+use loads::{Sections, loaded_nodes};
+use parts::Parts;
 pub use rates::{Linearized, NEUTRAL};
 use scatter::{Scatters, add_local, unit_motion};
 use skew::Skew;
@@ -105,6 +107,7 @@ pub struct MemberSlot {
 
 /// The equations of a structure in D components a joint.
 pub struct System<const D: usize> {
+    /// Section laws are replaced by [`System::set_laws`] alone: members that are as they were keep their stiffness.
     pub structure: Arc<Structure>,
     pub topology: Arc<Topology>,
     pub packs: Vec<Box<dyn Pack<D>>>,
@@ -136,6 +139,7 @@ pub struct System<const D: usize> {
     pub size: f64,
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
+    sections: Vec<Sections>,
     dashpots: (f64, usize),
     /// See [`packs::AUXILIARY`]; counts from the next [`System::apply_drives`].
     pub auxiliary: f64,
@@ -152,6 +156,11 @@ pub struct System<const D: usize> {
     pub own_size: Size,
     /// The same of the first increment of an iteration.
     pub own_first: f64,
+    /// Parts of the network that nothing connects, and what each of them moved by in the last increment, and in the first
+    /// one of an iteration.
+    parts: Parts,
+    moves: Vec<Size>,
+    pub first_moves: Vec<Size>,
     scratch: Vec<JointState>,
     released_neutral: usize,
     released_negative: usize,
@@ -201,6 +210,8 @@ impl<const D: usize> System<D> {
             })
             .collect();
         let size = extent(&structure.nodes);
+        let parts = Parts::of(&structure, &topology);
+        let sections = vec![Sections::default(); structure.members.len()];
         let mut system = Self {
             equations: Equations::new(&topology, active, Vec::new()),
             linear: Symmetric::new(0, &mut Vec::new()),
@@ -229,6 +240,7 @@ impl<const D: usize> System<D> {
             moment_scale: 0.0,
             size,
             noise: [0.0; 2],
+            sections,
             dashpots: (0.0, 0),
             auxiliary: packs::AUXILIARY,
             holds_strains: false,
@@ -239,6 +251,9 @@ impl<const D: usize> System<D> {
             straight: false,
             own_size: Size::default(),
             own_first: 0.0,
+            moves: vec![Size::default(); parts.count],
+            first_moves: Vec::new(),
+            parts,
             scratch: Vec::new(),
             released_neutral: 0,
             released_negative: 0,
@@ -464,9 +479,11 @@ impl<const D: usize> System<D> {
         for end in full {
             self.note_scale(&end);
         }
-        let mut factor = self.members[index].factor;
-        let reduced = reduce::reduce(&ends, &active, &self.end_info(index, full), &mut factor);
-        if self.members[index].released {
+        // Few members have a factor, and those that have none should not pay for its copies.
+        let released = self.members[index].released;
+        let mut factor = released.then(|| self.members[index].factor);
+        let reduced = reduce::reduce(&ends, &active, &self.end_info(index, full), factor.as_mut());
+        if let Some(factor) = factor {
             self.members[index].factor = factor;
             self.released_negative += reduced.negative;
             self.released_neutral += reduced.neutral;

@@ -26,12 +26,31 @@ impl<const D: usize> System<D> {
 
     /// How far the present state is from a saved one.
     pub fn distance(&self, slot: usize) -> Size {
-        let joints = self.state.joints.iter().zip(&self.saved[slot].joints).map(|(a, b)| Size {
-            rotation: norm(between(b.place.rotation, a.place.rotation)),
-            displacement: norm(sub(a.place.displacement, b.place.displacement)) / self.size,
-        });
-        let members = self.members.iter().map(|m| self.packs[m.pack].distance(m.lane, slot));
-        joints.chain(members).fold(Size::default(), Size::join)
+        self.distances(slot).into_iter().fold(Size::default(), Size::join)
+    }
+
+    /// The same of every part of the network that nothing connects to others.
+    pub fn distances(&self, slot: usize) -> Vec<Size> {
+        let mut all = vec![Size::default(); self.parts.count];
+        let joints = self.state.joints.iter().zip(&self.saved[slot].joints).zip(&self.parts.joints);
+        for ((a, b), &part) in joints {
+            let [now, then] = [a, b].map(|joint| joint.place);
+            all[part] = all[part].join(Size {
+                rotation: if D == 3 {
+                    (now.angle - then.angle).abs()
+                } else {
+                    between_angle(then.rotation, now.rotation)
+                },
+                displacement: norm(sub(a.place.displacement, b.place.displacement)) / self.size,
+            });
+        }
+        for pack in &self.packs {
+            for (&member, size) in pack.members().iter().zip(pack.distances(slot)) {
+                let part = self.parts.members[member];
+                all[part] = all[part].join(size);
+            }
+        }
+        all
     }
 
     pub fn save(&mut self, slot: usize) {
@@ -117,8 +136,13 @@ impl<const D: usize> System<D> {
         self.drives.copy_from_slice(&coarse.drives);
         self.prestress = coarse.prestress;
         self.fraction = coarse.fraction;
-        for (slot, from) in self.members.iter().zip(&coarse.members) {
-            self.packs[slot.pack].prolong(slot.lane, coarse.packs[from.pack].as_ref(), from.lane);
+        for pack in &mut self.packs {
+            let source = |&member: &usize| {
+                let slot = &coarse.members[member];
+                (coarse.packs[slot.pack].as_ref(), slot.lane)
+            };
+            let sources: Vec<_> = pack.members().iter().map(source).collect();
+            pack.prolong(&sources);
         }
         self.apply_drives();
         self.place_ends();
@@ -152,6 +176,12 @@ impl System<6> {
         self.apply_drives();
         self.place_ends();
     }
+}
+
+/// Angle of the same, without its axis.
+fn between_angle(a: [f64; 4], b: [f64; 4]) -> f64 {
+    use pennate_elements::rotation::{angle, compose, inverse};
+    angle(compose(b, inverse(a)))
 }
 
 fn between(a: [f64; 4], b: [f64; 4]) -> V3<f64> {

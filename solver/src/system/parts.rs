@@ -1,0 +1,45 @@
+//! Parts of a network that nothing connects: each has its own equilibrium.
+
+use crate::joints::Topology;
+use crate::structure::Structure;
+
+use super::spring_nodes;
+
+/// The part that every joint and every member belongs to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Parts {
+    pub count: usize,
+    pub joints: Vec<usize>,
+    pub members: Vec<usize>,
+}
+
+impl Parts {
+    pub fn of(structure: &Structure, topology: &Topology) -> Self {
+        let joint = |node: usize| topology.links[node].joint;
+        let mut root: Vec<usize> = (0..topology.references.len()).collect();
+        let springs = structure.springs.iter().map(spring_nodes);
+        for nodes in structure.members.iter().map(|member| member.nodes.to_vec()).chain(springs) {
+            let [first, last] = [nodes[0], nodes[nodes.len() - 1]].map(|node| find(&mut root, joint(node)));
+            root[first.max(last)] = first.min(last);
+        }
+        // A part has the number of its first joint among those of all parts.
+        let mut count = 0;
+        let mut joints = vec![0; root.len()];
+        for index in 0..root.len() {
+            let home = find(&mut root, index);
+            joints[index] = if home == index { count } else { joints[home] };
+            count += usize::from(home == index);
+        }
+        let members = structure.members.iter().map(|member| joints[joint(member.nodes[0])]).collect();
+        Self { count, joints, members }
+    }
+}
+
+/// The joint that stands for a part; those on the way to it are nearer afterwards.
+fn find(root: &mut [usize], mut joint: usize) -> usize {
+    while root[joint] != joint {
+        root[joint] = root[root[joint]];
+        joint = root[joint];
+    }
+    joint
+}
