@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use pennate_models::probes::ProbeKind;
 use pennate_models::{Mesh, Model, discretize};
+use pennate_solver::batch::{self, Design};
 use pennate_solver::error::SolveError;
 use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::options::{Options, Progress};
@@ -132,6 +133,47 @@ pub fn solve_to_accuracy(
         let accuracy = Accuracy { asked, estimated, verdict, rounds };
         return Ok(Solution { model, mesh, history, probes, accuracy, timing });
     }
+}
+
+/// Solves networks of one topology side by side on the meshes that their accuracy should need, without what they share
+/// more than once; nothing for those that need more than that, which [`solve_to_accuracy`] has to solve.
+///
+/// Numbers of iterations and the like are those of all that were solved together.
+pub fn solve_together(
+    models: &[&Model],
+    asked: f64,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Vec<Option<Shared>> {
+    let meshes: Vec<Mesh> = models.iter().map(|model| Mesh::initial(model, asked)).collect();
+    let large = models.iter().zip(&meshes).any(|(model, mesh)| mesh.of_the_way(model, asked).is_some());
+    if large {
+        return models.iter().map(|_| None).collect();
+    }
+    let designs: Vec<Design> = models
+        .iter()
+        .zip(&meshes)
+        .map(|(model, mesh)| {
+            let (structure, steps) = discretize(model, mesh);
+            Design { structure, steps }
+        })
+        .collect();
+    let histories = batch::histories(&designs, options, observe);
+    let judged = models.iter().zip(&designs).zip(histories).map(|((model, design), history)| {
+        let history = history?;
+        let probes = ProbeTable::new(model, &history);
+        let error = relative_error(model, &design.structure, &history, &probes)?;
+        (error <= asked).then_some(Shared { probes, error })
+    });
+    judged.collect()
+}
+
+/// What came of a network that was solved together with others: all its steps converged.
+#[derive(Clone, Debug)]
+pub struct Shared {
+    pub probes: ProbeTable,
+    /// Estimated error relative to the largest value of its kind.
+    pub error: f64,
 }
 
 enum Judgement {

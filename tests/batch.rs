@@ -67,3 +67,43 @@ fn threads_change_nothing() {
         assert_eq!(a.as_ref().ok(), b.as_ref().ok());
     }
 }
+
+/// Two pinned bars that a force presses towards the line of their ends, which is `rise` below it.
+fn bars(rise: f64, force: f64, stiffness: f64) -> Design {
+    let bending = 2e6; // they do not buckle
+    let text = format!(
+        r#"format = "pennate/1"
+        dimension = "plane"
+        [nodes]
+        a = [-100, 0]
+        b = [100, 0]
+        c = [0, {rise}]
+        [sections]
+        bar = {{ stiffness = {{ EA = {stiffness}, EI3 = {bending} }} }}
+        [members]
+        left = {{ nodes = ["a", "c"], section = "bar", release = {{ end = "pin" }} }}
+        right = {{ nodes = ["c", "b"], section = "bar" }}
+        [supports]
+        a = "pinned"
+        b = "pinned"
+        [[steps]]
+        force = {{ c = [0, {force}, 0] }}
+        "#
+    );
+    let model = read_text("bars.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-4));
+    Design { structure, steps }
+}
+
+/// A shallow pair of bars that snaps through moves less than tall soft ones that do not.
+#[test]
+fn a_design_that_snaps_is_noticed_beside_those_that_move_farther() {
+    let shallow = bars(6.0, -8.0, 2e3);
+    let alone = batch::solve(std::slice::from_ref(&shallow), 1);
+    assert!(matches!(&alone[0], Err(Reason::Stopped { .. })), "{alone:?}");
+    let tall = |k: u8| bars(150.0, -25.0 - f64::from(k), 1e2);
+    let designs = [tall(0), tall(1), shallow, tall(2), tall(3), tall(4)];
+    for (k, outcome) in batch::solve(&designs, 1).iter().enumerate() {
+        assert_eq!(matches!(outcome, Err(Reason::Stopped { .. })), k == 2, "{k}: {outcome:?}");
+    }
+}

@@ -87,3 +87,27 @@ fn parameters_that_are_not_there_are_refused_before_anything_is_written() {
         assert!(!out.exists());
     }
 }
+
+/// Rows that are solved together, as many as there are, are those of the network solved alone.
+#[test]
+fn rows_are_those_of_networks_solved_alone() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (dyad(directory.path()), directory.path().join("out"));
+    assert_eq!(sweep(&file, &out, &["--vary", "chi=20:60:5", "--vary", "pressure=5,20"]).status.code(), Some(0));
+    let mut table = csv::Reader::from_path(out.join("sweep.csv")).unwrap();
+    let mut rows = 0;
+    for row in table.records().map(Result::unwrap) {
+        let settings = [("chi", 0), ("pressure", 1)].map(|(name, column)| (name.to_owned(), row[column].to_owned()));
+        let model = pennate_models::read(&file, &settings).unwrap();
+        let options = pennate_solver::options::Options { estimate: true, ..Default::default() };
+        let solution = pennate::accuracy::solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap();
+        let alone = solution.probes.steps[0].last().unwrap();
+        for (probe, alone) in alone.iter().enumerate() {
+            let swept: f64 = row[3 + probe].parse().unwrap();
+            assert!((swept - alone).abs() <= 1e-8 * alone.abs().max(1e-3), "{row:?}: {alone}");
+        }
+        assert!(row[5].parse::<f64>().unwrap() <= 1e-6, "{row:?}");
+        rows += 1;
+    }
+    assert_eq!(rows, 18);
+}

@@ -2,18 +2,21 @@
 //!
 //! Designs that differ in geometry, sections or loads alone are put into one structure, a few at a time: their members of
 //! equal mesh share the lanes of the processor, and what a solve costs besides its members is paid once. They need not
-//! take the same way, so a group that does not reach its end cleanly is halved, and each half solved anew; a design that
-//! is left alone is solved as any other structure is, and what became of it is its answer.
+//! take the same way, so those of a group that does not reach its end cleanly are solved alone, each as any other
+//! structure is; what becomes of them there is their answer. Whether an increment led to another state than the one
+//! nearby is judged for every design by itself.
 
 use rayon::prelude::*;
 
 use crate::error::SolveError;
-use crate::history::{Cause, History, MemberState, NodeState, Status};
-use crate::options::Options;
+use crate::history::{Cause, Equilibrium, History, Increment, MemberState, NodeState, Status, StepHistory};
+use crate::options::{Options, Progress};
 use crate::structure::{Change, Drive, Method, Spring, Step, Structure};
 
 /// Designs that are solved together at first: two lanes' worth of every member.
-const TOGETHER: usize = 8;
+pub const TOGETHER: usize = 8;
+/// Forces of a design smaller than this part of the largest of its group are not looked at closely enough there.
+const FEEBLE: f64 = 1e-2;
 
 /// A structure with the steps that are made of it.
 #[derive(Clone, Debug)]
@@ -47,8 +50,7 @@ pub type Outcome = Result<Vec<EndState>, Reason>;
 /// designs with gravity or with steps that follow an arc or jump are solved alone. A singular point on the way is no
 /// failure, as in [`crate::solve`].
 pub fn solve(designs: &[Design], threads: usize) -> Vec<Outcome> {
-    let groups: Vec<&[Design]> =
-        designs.chunk_by(alike).flat_map(|run| run.chunks(if joins(&run[0]) { TOGETHER } else { 1 })).collect();
+    let groups: Vec<&[Design]> = groups(designs).collect();
     let each = |group: &&[Design]| solve_group(group);
     if threads <= 1 {
         return groups.iter().flat_map(each).collect();
@@ -58,6 +60,32 @@ pub fn solve(designs: &[Design], threads: usize) -> Vec<Outcome> {
         // Threads that cannot be had cost time, not the answer.
         Err(_) => groups.iter().flat_map(each).collect(),
     }
+}
+
+/// The histories of designs that reach the ends of all their steps without a singular point; nothing for those that
+/// have to be looked at alone.
+///
+/// Neighbours are grouped as in [`solve`]. The states of a history are those of its design; energy, residual, balance
+/// and numbers of iterations are those of its group, and it has no notes.
+pub fn histories(
+    designs: &[Design],
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Vec<Option<History>> {
+    let mut all = Vec::with_capacity(designs.len());
+    for group in groups(designs) {
+        let solved = if group.len() > 1 { together(group, options, observe) } else { None };
+        match solved {
+            Some(history) => all.extend(shares(group, &history).map(|(share, feeble)| (!feeble).then_some(share))),
+            None => all.extend(group.iter().map(|_| None)),
+        }
+    }
+    all
+}
+
+/// Neighbours that are solved together.
+fn groups(designs: &[Design]) -> impl Iterator<Item = &[Design]> {
+    designs.chunk_by(alike).flat_map(|run| run.chunks(if run.iter().all(joins) { TOGETHER } else { 1 }))
 }
 
 /// Whether two designs have one topology.
@@ -75,33 +103,81 @@ fn alike(a: &Design, b: &Design) -> bool {
 /// Whether a design may be solved together with others.
 fn joins(design: &Design) -> bool {
     let gravity = design.structure.drives.iter().any(|drive| matches!(drive, Drive::Gravity(_)));
+    let compliances = !design.structure.compliances.is_empty();
     let plain = design.steps.iter().all(|step| step.method == Method::Newton && step.stop.is_none());
-    !gravity && plain
+    !gravity && !compliances && plain
 }
 
 fn solve_group(group: &[Design]) -> Vec<Outcome> {
     if let [design] = group {
         return vec![alone(design)];
     }
-    let (structure, steps) = join(group);
-    let solved = crate::solve(&structure, &steps, &Options::default(), &mut |_| true);
-    match solved {
-        Ok(history) if history.steps.iter().all(clean) => {
-            let mut at = [0, 0];
-            let ends = group.iter().map(|design| {
-                let [nodes, members] = [design.structure.nodes.len(), design.structure.members.len()];
-                let ranges = [at[0]..at[0] + nodes, at[1]..at[1] + members];
-                at = [ranges[0].end, ranges[1].end];
-                Ok(ends_of(&history, ranges))
-            });
-            ends.collect()
-        }
-        _ => group.chunks(group.len().div_ceil(2)).flat_map(solve_group).collect(),
+    match together(group, &Options::default(), &mut |_| true) {
+        Some(history) => shares(group, &history)
+            .zip(group)
+            .map(|((share, feeble), design)| if feeble { alone(design) } else { Ok(ends_of(&share)) })
+            .collect(),
+        None => group.iter().map(alone).collect(),
     }
 }
 
+/// The history of several designs in one structure, where it tells what becomes of each.
+fn together(group: &[Design], options: &Options, observe: &mut dyn FnMut(&Progress) -> bool) -> Option<History> {
+    let (structure, steps) = join(group);
+    let options = Options { stop_unstable: true, ..options.clone() };
+    let history = crate::solve(&structure, &steps, &options, observe).ok()?;
+    (history.inside.is_empty() && history.steps.iter().all(clean)).then_some(history)
+}
+
+/// Every design's share of a history, and whether its forces are too small beside those of others.
+fn shares<'a>(group: &'a [Design], history: &'a History) -> impl Iterator<Item = (History, bool)> + 'a {
+    let largest = largest_force(history);
+    let mut at = [0; 3];
+    group.iter().map(move |Design { structure, .. }| {
+        let counts = [structure.nodes.len(), structure.members.len(), structure.springs.len()];
+        let ranges: [_; 3] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
+        at = ranges.each_ref().map(|range| range.end);
+        let share = share(history, &ranges);
+        let feeble = largest_force(&share) < FEEBLE * largest;
+        (share, feeble)
+    })
+}
+
+fn largest_force(history: &History) -> f64 {
+    let states = history.steps.iter().filter_map(|step| step.increments.last());
+    let forces = states.flat_map(|increment| &increment.state.members).flat_map(|member| member.end_forces);
+    forces.flatten().fold(0.0, |largest, force| largest.max(force.abs()))
+}
+
+/// What belongs to these nodes, members and springs.
+fn share(history: &History, [nodes, members, springs]: &[std::ops::Range<usize>; 3]) -> History {
+    let state = |all: &Equilibrium| Equilibrium {
+        nodes: all.nodes[nodes.clone()].to_vec(),
+        members: all.members[members.clone()].to_vec(),
+        springs: all.springs[springs.clone()].to_vec(),
+        rounding: None,
+        compliances: Vec::new(),
+        ..*all
+    };
+    let steps = history.steps.iter().map(|step| StepHistory {
+        increments: step
+            .increments
+            .iter()
+            .map(|increment| Increment { state: state(&increment.state), shapes: Vec::new(), ..*increment })
+            .collect(),
+        refined: step.refined.as_ref().map(state),
+        missing: step.missing.get(members.clone()).unwrap_or_default().to_vec(),
+        notes: Vec::new(),
+        critical_points: Vec::new(),
+        jumps: Vec::new(),
+        failure: None,
+        ..*step
+    });
+    History { steps: steps.collect(), ..History::default() }
+}
+
 /// Whether a step of several designs tells what becomes of each.
-fn clean(step: &crate::history::StepHistory) -> bool {
+fn clean(step: &StepHistory) -> bool {
     step.status == Status::Converged && step.critical_points.is_empty() && step.negative_pivots == 0
 }
 
@@ -109,7 +185,7 @@ fn alone(design: &Design) -> Outcome {
     let solved = crate::solve(&design.structure, &design.steps, &Options::default(), &mut |_| true);
     let history = solved.map_err(Reason::Refused)?;
     match history.steps.iter().position(|step| step.status != Status::Converged) {
-        None => Ok(ends_of(&history, [0..design.structure.nodes.len(), 0..design.structure.members.len()])),
+        None => Ok(ends_of(&history)),
         Some(index) => {
             let step = &history.steps[index];
             let cause = step.failure.as_ref().map(|failure| failure.cause);
@@ -118,13 +194,10 @@ fn alone(design: &Design) -> Outcome {
     }
 }
 
-fn ends_of(history: &History, [nodes, members]: [std::ops::Range<usize>; 2]) -> Vec<EndState> {
+fn ends_of(history: &History) -> Vec<EndState> {
     let last = history.steps.iter().filter_map(|step| step.increments.last());
-    let end = last.map(|increment| EndState {
-        nodes: increment.state.nodes[nodes.clone()].to_vec(),
-        members: increment.state.members[members.clone()].to_vec(),
-    });
-    end.collect()
+    last.map(|Increment { state, .. }| EndState { nodes: state.nodes.clone(), members: state.members.clone() })
+        .collect()
 }
 
 /// One structure of several designs that have nothing in common.

@@ -12,14 +12,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pennate_models::error::InputError;
 use pennate_models::{Document, InputErrors, Model};
+use pennate_solver::batch::TOGETHER;
 use pennate_solver::history::Status;
-use pennate_solver::options::Options;
+use pennate_solver::options::{Options, Progress};
 use rayon::prelude::*;
 
-use crate::accuracy::{Verdict, solve_to_accuracy};
+use crate::accuracy::{Shared, Verdict, solve_to_accuracy, solve_together};
 use crate::explain;
 use crate::output::files::{WriteError, make_directory};
-use crate::solution::{Solution, status_name};
+use crate::solution::{ProbeTable, Solution, status_name};
 
 use self::table::{Columns, Journal, Manifest, Row};
 use self::vary::Vary;
@@ -97,22 +98,28 @@ pub fn run(sweep: &Sweep, interrupted: &AtomicBool, advance: &(dyn Fn(usize) + S
     known.retain(|keys, _| wanted.contains_key(keys.as_slice()));
     let reused = known.len();
     let journal = Mutex::new(Journal::begin(&sweep.directory, &manifest, &columns, known.values())?);
-    let open: Vec<&Case> = cases.iter().filter(|case| !known.contains_key(&case.keys)).collect();
+    // Groups do not depend on what is known already, so that a row is the same digit by digit whenever it is solved.
+    let groups: Vec<&[Case]> = cases
+        .chunk_by(|a, b| std::ptr::eq(a.document, b.document))
+        .flat_map(|cases| cases.chunks(TOGETHER))
+        .filter(|group| group.iter().any(|case| !known.contains_key(&case.keys)))
+        .collect();
     advance(reused);
     let trouble = Mutex::new(None);
+    let write = |row: Row| {
+        let added = journal.lock().ok()?.add(&row);
+        if let (Err(error), Ok(mut trouble)) = (added, trouble.lock()) {
+            *trouble = Some(error);
+        }
+        advance(1);
+        Some(row)
+    };
     let solve = || -> Vec<Row> {
-        open.par_iter()
-            .filter_map(|case| {
-                if interrupted.load(Ordering::Relaxed) {
-                    return None;
-                }
-                let row = solve_case(case, &columns, sweep.accuracy, interrupted)?;
-                let added = journal.lock().ok()?.add(&row);
-                if let (Err(error), Ok(mut trouble)) = (added, trouble.lock()) {
-                    *trouble = Some(error);
-                }
-                advance(1);
-                Some(row)
+        groups
+            .par_iter()
+            .flat_map_iter(|group| {
+                let open = |case: &Case| !known.contains_key(&case.keys);
+                solve_group(group, &open, &columns, sweep.accuracy, interrupted, &write)
             })
             .collect()
     };
@@ -222,20 +229,62 @@ fn manifest(sweep: &Sweep, models: &[Model]) -> Manifest {
     }
 }
 
-/// Solves one combination; `None` where the user did not want to wait for it.
-fn solve_case(case: &Case, columns: &Columns, accuracy: f64, interrupted: &AtomicBool) -> Option<Row> {
-    let row = Row { keys: case.keys.clone(), probes: vec![None; columns.probes.len()], ..Row::default() };
-    let refused = |reason: String| Row { status: "wrong_input".to_owned(), reason, ..row.clone() };
-    let model = match case.document.model(&case.settings) {
-        Ok(model) => model,
-        Err(errors) => return Some(refused(errors.errors[0].message.clone())),
-    };
+/// Solves combinations of one file side by side, and those alone that need more than the others; `write` has the rows of
+/// those that are open, which are left out where the user did not want to wait for them.
+fn solve_group(
+    cases: &[Case],
+    open: &(dyn Fn(&Case) -> bool + Sync),
+    columns: &Columns,
+    accuracy: f64,
+    interrupted: &AtomicBool,
+    write: &(dyn Fn(Row) -> Option<Row> + Sync),
+) -> Vec<Row> {
     let options = Options { estimate: true, ..Options::default() };
-    let mut go_on = |_: &_| !interrupted.load(Ordering::Relaxed);
-    match solve_to_accuracy(model, accuracy, &options, &mut go_on) {
+    let stopped = || interrupted.load(Ordering::Relaxed);
+    if stopped() {
+        return Vec::new();
+    }
+    let models: Vec<_> = cases.iter().map(|case| case.document.model(&case.settings)).collect();
+    let sound: Vec<&Model> = models.iter().flatten().collect();
+    let mut together = solve_together(&sound, accuracy, &options, &mut |_| !stopped()).into_iter();
+    let shared: Vec<_> =
+        models.iter().map(|model| model.as_ref().ok().and_then(|_| together.next().flatten())).collect();
+    let finish = |((case, model), shared): ((&Case, Result<Model, InputErrors>), Option<Shared>)| {
+        if !open(case) {
+            return None;
+        }
+        let row = Row { keys: case.keys.clone(), probes: vec![None; columns.probes.len()], ..Row::default() };
+        let row = match (model, shared) {
+            (Err(errors), _) => refused(row, errors.errors[0].message.clone()),
+            (Ok(model), Some(Shared { probes, error })) => {
+                let row = Row { status: CONVERGED.to_owned(), error: Some(error), ..row };
+                with_probes(row, &model, &probes, usize::MAX, columns)
+            }
+            (Ok(_), None) if stopped() => return None,
+            (Ok(model), None) => solve_alone(model, row, columns, accuracy, &options, &mut |_| !stopped())?,
+        };
+        write(row)
+    };
+    cases.par_iter().zip(models).zip(shared).filter_map(finish).collect()
+}
+
+fn refused(row: Row, reason: String) -> Row {
+    Row { status: "wrong_input".to_owned(), reason, ..row }
+}
+
+/// Solves one combination; `None` where the user did not want to wait for it.
+fn solve_alone(
+    model: Model,
+    row: Row,
+    columns: &Columns,
+    accuracy: f64,
+    options: &Options,
+    go_on: &mut dyn FnMut(&Progress) -> bool,
+) -> Option<Row> {
+    match solve_to_accuracy(model, accuracy, options, go_on) {
         Err((model, pennate_solver::error::SolveError::Mechanism(motions))) => {
             let motion = motions.first().map(|motion| explain::mechanism(&model, motion).title);
-            Some(refused(motion.unwrap_or_else(|| "the network is a mechanism".to_owned())))
+            Some(refused(row, motion.unwrap_or_else(|| "the network is a mechanism".to_owned())))
         }
         Ok(solution) => solved_row(&solution, row, columns),
     }
@@ -246,21 +295,27 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Ro
     if status == Status::Interrupted || solution.accuracy.verdict == Verdict::Interrupted {
         return None;
     }
-    let names = probe_columns(&solution.model);
-    let count = solution.model.probes.len();
     // What stands behind a step that was not finished belongs to another state than the column says.
     let whole = solution.history.steps.iter().take_while(|step| step.status == Status::Converged).count();
-    for (step, probes) in solution.probes.steps.iter().take(whole).enumerate() {
-        for (name, value) in names[step * count..].iter().zip(probes.last().unwrap_or_default()) {
-            if let Some(column) = columns.probes.iter().position(|column| column == name) {
-                row.probes[column] = value.is_finite().then_some(*value);
-            }
-        }
-    }
+    row = with_probes(row, &solution.model, &solution.probes, whole, columns);
     row.status = status_name(status).to_owned();
     row.error = solution.accuracy.estimated;
     let steps = solution.history.steps.iter().enumerate();
     let mut failures = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
     row.reason = failures.next().map(|message| message.title).unwrap_or_default();
     Some(row)
+}
+
+/// A row with the probes at the ends of the first `whole` steps.
+fn with_probes(mut row: Row, model: &Model, probes: &ProbeTable, whole: usize, columns: &Columns) -> Row {
+    let names = probe_columns(model);
+    let count = model.probes.len();
+    for (step, probes) in probes.steps.iter().take(whole).enumerate() {
+        for (name, value) in names[step * count..].iter().zip(probes.last().unwrap_or_default()) {
+            if let Some(column) = columns.probes.iter().position(|column| column == name) {
+                row.probes[column] = value.is_finite().then_some(*value);
+            }
+        }
+    }
+    row
 }
