@@ -26,8 +26,9 @@ STYLES = {
     "OpenSees": ("#525252", "x--"),
     "Kratos": ("#238b45", "+--"),
     "Exudyn": ("#d94801", "1--"),
+    "scikit-fem": ("#6a51a3", "2--"),
 }
-NAMES = {"opensees": "OpenSees", "kratos": "Kratos", "exudyn": "Exudyn"}
+NAMES = {"opensees": "OpenSees", "kratos": "Kratos", "exudyn": "Exudyn", "skfem": "scikit-fem"}
 
 
 def read(pennate, others):
@@ -84,7 +85,8 @@ the plate of the tripod is rigid in pennate, and a star of stiff bars in the oth
 
 Times are those of the solve on one thread, the network being read. The others are given the fewest equal load steps
 that lead to the right equilibrium, plain Newton, and the fastest of their linear solvers that were tried; the time to
-build their model is left out. Pennate's is the time from a structure to its equilibrium, steps of its own choice and
+build their model is left out. scikit-fem has no rods: one of order 3 is written in its forms, for problems that are one
+plane chain, `validation/bench/program_skfem.py`. Pennate's is the time from a structure to its equilibrium, steps of its own choice and
 checks of stability included. `order` is that of exact elements.
 
 The least time in milliseconds to an error no larger than that in the second column; – where no mesh tried got there:

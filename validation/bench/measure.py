@@ -17,7 +17,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 STEPS = [1, 2, 3, 4, 6, 8, 10, 15, 20, 30, 40, 60, 100]
-PROGRAMS = ["opensees", "kratos", "exudyn"]
+PROGRAMS = ["opensees", "kratos", "exudyn", "skfem"]
 # An error above this is another equilibrium, or none.
 WRONG = 0.2
 PATIENCE = 120  # seconds for one point
@@ -63,9 +63,12 @@ def main():
         package = importlib.import_module(f"program_{program}").PACKAGE
         print(f"{program}: {package} {version(package)}", file=sys.stderr)
     print("problem,program,version,elements,error,steps,milliseconds")
-    for problem, (_, sizes) in PROBLEMS.items():
+    for problem, (make, sizes) in PROBLEMS.items():
         for program in sys.argv[1:] or PROGRAMS:
-            release = version(importlib.import_module(f"program_{program}").PACKAGE)
+            module = importlib.import_module(f"program_{program}")
+            release = version(module.PACKAGE)
+            if not getattr(module, "serves", lambda frame: True)(make(sizes[0])):
+                continue
             for size in sizes:
                 command = [sys.executable, __file__, "--point", program, problem, str(size)]
                 try:
