@@ -15,8 +15,9 @@ pub(super) const NEXT: usize = 3;
 const AHEAD: f64 = 1e-6;
 /// Part of a bracket within which a singular point is found.
 const EXACT: f64 = 1e-9;
-/// Part of a bracket that is good enough where rounding stands in the way of a smaller one.
+/// Part of a bracket up to which it is made smaller where rounding stands in the way, and one that is good enough then.
 const NEARLY: f64 = 1e-5;
+const NEAR_ENOUGH: f64 = 0.02;
 /// Part of the fraction by which a bracket may have to begin sooner.
 const BEHIND: f64 = 1e-4;
 /// Value of the test function, over that at the ends of the bracket, that is zero.
@@ -89,6 +90,10 @@ impl Direction {
 #[derive(Debug)]
 pub(super) struct Point {
     pub fraction: f64,
+    /// Its distance, as it was asked for.
+    pub distance: f64,
+    /// Fraction of the state, where that of the point is interpolated.
+    pub near: f64,
     pub iterations: usize,
     pub inertia: Inertia,
     pub residual: Residual,
@@ -130,6 +135,8 @@ impl<const D: usize> Tracer<'_, D> {
         let mut apply = |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction);
         let mut fraction = guess;
         let (mut last, mut before) = (f64::INFINITY, f64::INFINITY);
+        // What a change of the fraction does between the ends of members follows an iteration later.
+        let mut changed = f64::INFINITY;
         for iterations in 1..=newton.max_iterations {
             let (linearized, solved) = self.system.linearize(fraction, ahead(fraction), &mut apply);
             self.factorizations += 1;
@@ -141,9 +148,10 @@ impl<const D: usize> Tracer<'_, D> {
             );
             let gap = n.along(&self.system.motions_since(LAST), fraction - from) - s;
             let gain = n.along(&linearized.rate_motions, 1.0);
-            if newton.is_converged(last, before, residual) && self.system.violation() <= newton.violation {
+            let converged = changed <= newton.foreseen && newton.is_converged(last, before, residual);
+            if converged && self.system.violation() <= newton.violation {
                 let (inertia, rate) = (linearized.inertia, linearized.rate_motions);
-                return Ok(Point { fraction, iterations, inertia, residual, rate, gain });
+                return Ok(Point { fraction, distance: s, near: fraction, iterations, inertia, residual, rate, gain });
             }
             let lost = |why| Err(Lost { iterations, factorizations: iterations, residual, why });
             let change = -(gap + n.along(&linearized.step_motions, 0.0)) / gain;
@@ -155,6 +163,7 @@ impl<const D: usize> Tracer<'_, D> {
                 *x += change * rate;
             }
             fraction += change;
+            changed = change.abs();
             let system = &mut *self.system;
             system.fraction = fraction;
             system.equations.update(&system.topology, &system.state.joints, fraction);
@@ -218,6 +227,9 @@ impl<const D: usize> Tracer<'_, D> {
         let mut bracket = [begin, 1.0];
         let mut fractions = [start, best.fraction];
         let mut kept = 0;
+        // What the iteration does not find for rounding.
+        let mut blind: Option<[f64; 2]> = None;
+        let mut values = [low, high];
         for _ in 0..TRIALS {
             let width = bracket[1] - bracket[0];
             if width <= EXACT {
@@ -225,6 +237,14 @@ impl<const D: usize> Tracer<'_, D> {
             }
             let middle = 0.5 * (bracket[0] + bracket[1]);
             let s = match (low, high) {
+                _ if let Some([from, to]) = blind => {
+                    // From both sides, as near as rounding lets.
+                    let gaps = [from - bracket[0], bracket[1] - to];
+                    if gaps[0].max(gaps[1]) <= (to - from).max(NEARLY) {
+                        break;
+                    }
+                    if gaps[0] > gaps[1] { from - 0.5 * gaps[0] } else { to + 0.5 * gaps[1] }
+                }
                 (Some(a), Some(b)) if a * b < 0.0 && kept < 4 => {
                     let s = bracket[0] - a * width / (b - a);
                     // A root that is known already is straddled, so that the bracket closes from both sides.
@@ -236,13 +256,9 @@ impl<const D: usize> Tracer<'_, D> {
                 }
             };
             let Some((point, near, value)) = at(self, s) else {
-                // So near to a singular tangent rounding alone moves the state: what is known on the near side is good
-                // enough, and the fraction follows by interpolation.
-                if width > NEARLY {
-                    return None;
-                }
-                let fraction = fractions[0] + (s - bracket[0]) / width * (fractions[1] - fractions[0]);
-                return at(self, bracket[0]).map(|(point, ..)| Point { fraction, ..point });
+                // So near to a singular tangent rounding alone moves the state.
+                blind = Some(blind.map_or([s, s], |[from, to]| [from.min(s), to.max(s)]));
+                continue;
             };
             let near = first.zip(value).map_or(near, |((a, _), v)| v * a > 0.0);
             let settled = value.is_some_and(|v| v.abs() <= small);
@@ -250,6 +266,8 @@ impl<const D: usize> Tracer<'_, D> {
             fractions[side] = point.fraction;
             best = point;
             bracket[side] = s;
+            blind = blind.filter(|[from, to]| bracket[0] < *from && *to < bracket[1]);
+            values[side] = value;
             if settled {
                 break;
             }
@@ -263,7 +281,24 @@ impl<const D: usize> Tracer<'_, D> {
                 kept = 0;
             }
         }
-        Some(best)
+        // A test function that grows without bound has a pole there, and no root.
+        let grown = |value: &Option<f64>| value.zip(first).is_some_and(|(v, (a, b))| v.abs() > a.abs().max(b.abs()));
+        if values.iter().all(grown) {
+            return None;
+        }
+        if blind.is_none() {
+            return Some(best);
+        }
+        // What is known on the near side is good enough, and the fraction follows by interpolation.
+        let part = match values {
+            [Some(a), Some(b)] if a * b < 0.0 => a / (a - b),
+            _ => 0.5,
+        };
+        if bracket[1] - bracket[0] > NEAR_ENOUGH {
+            return None;
+        }
+        let fraction = fractions[0] + part * (fractions[1] - fractions[0]);
+        at(self, bracket[0]).map(|(point, ..)| Point { fraction, ..point })
     }
 }
 

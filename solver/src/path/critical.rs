@@ -14,6 +14,11 @@ use crate::system::System;
 const FALSE_ALARM: f64 = 3.0 * BRACKET;
 /// Increments of a walk to a singular point that must be near.
 const STRIDES: usize = 80;
+/// How often a walk goes back to where it leapt, by what part of the stride it goes on there, and how fast strides may grow
+/// again.
+const AGAIN: usize = 4;
+const SHORTER: f64 = 0.2;
+const GROWTH: f64 = 1.5;
 /// How far along the mode the first state of a branch is looked for, in lengths of the network or radians.
 const AMPLITUDES: [f64; 3] = [0.02, 0.005, 0.08];
 /// How far from a singular point an equilibrium right beyond it may lie, over what the ramp moved so far at the same rate.
@@ -48,11 +53,24 @@ impl<const D: usize> Path<'_, D> {
     ) -> After {
         let begin = self.base;
         let mut ends = None;
+        let mut points = Vec::new();
+        let mut again = 0;
         if let Some(mut walk) = self.walk(ramp, fraction, 0.5 * BRACKET, tally) {
             for _ in 0..STRIDES {
+                let begin = walk.clone();
                 let Ok((_, passed)) = self.stride(&mut walk, ramp, tally) else { break };
                 if passed.any() {
-                    ends = Some(([walk.before, walk.fraction], walk.metric, passed));
+                    let between = [walk.before, walk.fraction];
+                    points = self.pinpoint(ramp, between, Some(walk.metric), &passed, tally);
+                    if points.is_empty() && again < AGAIN {
+                        // A singular point that is not found lies on another path, where the stride leapt.
+                        again += 1;
+                        let next = SHORTER * walk.last.unwrap_or(walk.next);
+                        walk = begin;
+                        (walk.next, walk.longest) = (next, next);
+                        continue;
+                    }
+                    ends = Some((between, passed));
                     break;
                 }
                 if walk.fraction >= 1.0 {
@@ -62,6 +80,7 @@ impl<const D: usize> Path<'_, D> {
                     break;
                 }
                 self.keep(passed.count);
+                walk.longest *= GROWTH;
                 if walk.fraction > fraction + FALSE_ALARM {
                     // Nothing was lost: what looked so was a longer step onto another branch.
                     let last = walk.fraction - walk.before;
@@ -69,9 +88,7 @@ impl<const D: usize> Path<'_, D> {
                 }
             }
         }
-        let mut points = Vec::new();
-        if let Some((ends, metric, passed)) = ends {
-            points = self.pinpoint(ramp, ends, Some(metric), &passed, tally);
+        if let Some((ends, passed)) = ends {
             if points.is_empty() {
                 let kind = if passed.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
                 self.system.restore(NEXT);
@@ -88,7 +105,7 @@ impl<const D: usize> Path<'_, D> {
                 self.system.assemble(false);
             }
             let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
-            self.accept(record, first.fraction, &found, tally);
+            self.accept(record, self.system.fraction, &found, tally);
             record.critical_points.extend(points.iter().cloned());
             if let Some(after) = self.go_on(ramp, record, course, &first, ends, passed.count, tally) {
                 return after;
@@ -318,9 +335,9 @@ impl<const D: usize> Path<'_, D> {
             if passed.any() {
                 let points = self.pinpoint(ramp, ends, Some(walk.metric), &passed, &mut tally);
                 record.critical_points.extend(points.iter().cloned());
-                if let Some(last) = points.last() {
+                if !points.is_empty() {
                     let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
-                    self.accept(record, last.fraction, &found, &tally);
+                    self.accept(record, self.system.fraction, &found, &tally);
                 }
                 let first = points.first().filter(|point| {
                     point.kind == CriticalKind::Bifurcation && course.branch == Branch::Stable && self.base.own == 0

@@ -1,18 +1,24 @@
 //! Along a path by its arclength: increments that adapt, and what they pass.
 
 use super::arc::{Direction, Metric, NEXT, Point, Tracer};
+use super::doubt::MANY;
 use super::follow::{BEFORE, LAST, Ramp, Tally};
 use super::{Count, Path};
 use crate::history::{CriticalKind, CriticalPoint};
-use crate::newton::Lost;
+use crate::newton::{DETOUR, Lost};
 use crate::packs;
+use crate::system::System;
 
 /// Cosine of the angle by which the path may turn in one increment.
 const STRAIGHT: f64 = 0.85;
 /// An increment of the arc is not made shorter than this part of the first.
 const SHORTEST_ARC: f64 = 1e-7;
 
+/// A bifurcation lies no farther aside of the way between two states than this part of it.
+const ASIDE: f64 = 0.3;
+
 /// Where a walk along a path is.
+#[derive(Clone)]
 pub(super) struct Walk {
     pub fraction: f64,
     /// Fraction of the state before the last one.
@@ -22,9 +28,18 @@ pub(super) struct Walk {
     pub metric: Metric,
     /// Next increment of the arc, the last one, and the first.
     pub next: f64,
-    last: Option<f64>,
+    pub last: Option<f64>,
     first: f64,
     pub longest: f64,
+}
+
+/// What is zero at a bifurcation.
+#[derive(Clone, Copy)]
+enum Test {
+    /// The stiffness of a mode.
+    Mode,
+    /// The smallest pivot, with a sign by the side.
+    Pivot,
 }
 
 /// What lies between two states.
@@ -105,7 +120,7 @@ impl<const D: usize> Path<'_, D> {
                 ahead.motions.iter_mut().flatten().for_each(|x| *x = -*x);
                 ahead.rate = -ahead.rate;
             }
-            if along < STRAIGHT && !short {
+            if (along < STRAIGHT || point.iterations > MANY) && !short {
                 walk.next = 0.4 * s;
                 continue;
             }
@@ -199,23 +214,23 @@ impl<const D: usize> Path<'_, D> {
         if self.system.holds_strains() {
             // The softer one may move the point out of the bracket.
             other = [packs::MODERATE, packs::AUXILIARY].into_iter().find_map(|auxiliary| {
-                let point = self.locate(ramp, ends, metric, passed, (kind, sideways), (auxiliary, tally))?;
+                let (point, _) = self.locate(ramp, ends, metric, passed, (kind, sideways), (auxiliary, tally))?;
                 Some((auxiliary, point.fraction))
             });
         }
-        let mut point = self.locate(ramp, ends, metric, passed, (kind, sideways), (packs::EXACTING, tally));
-        if let (Some(point), Some((auxiliary, fraction))) = (&mut point, other) {
+        let mut found = self.locate(ramp, ends, metric, passed, (kind, sideways), (packs::EXACTING, tally));
+        if let (Some((point, _)), Some((auxiliary, fraction))) = (&mut found, other) {
             let (this, that) = (packs::EXACTING, auxiliary);
             point.fraction = (this * point.fraction - that * fraction) / (this - that);
         }
         self.system.auxiliary = packs::AUXILIARY;
-        ramp.apply(&mut self.system, point.as_ref().map_or(ends[1], |point| point.fraction));
+        ramp.apply(&mut self.system, found.as_ref().map_or(ends[1], |&(_, near)| near));
         self.system.assemble(false);
-        point
+        found.map(|(point, _)| point)
     }
 
     /// The singular point of one kind between LAST and NEXT, with an auxiliary stiffness of held strains; the state is
-    /// left there.
+    /// left there, or near there at a fraction of its own.
     fn locate(
         &mut self,
         ramp: &Ramp,
@@ -224,7 +239,7 @@ impl<const D: usize> Path<'_, D> {
         passed: &Passed,
         (kind, sideways): (CriticalKind, bool),
         (auxiliary, tally): (f64, &mut Tally),
-    ) -> Option<CriticalPoint> {
+    ) -> Option<(CriticalPoint, f64)> {
         self.system.auxiliary = auxiliary;
         // The mode, from the far end of the bracket.
         self.system.restore(NEXT);
@@ -242,9 +257,22 @@ impl<const D: usize> Path<'_, D> {
         let conservative = base.potential && count.potential;
         let far = inertia.negative;
         let lateral_far = lateral.as_mut().map_or(0, |lateral| lateral.inertia(&mut self.system).0.negative);
+        // The softest motion of the joints at the far end may be another one than that of the point: what is lost within a
+        // member moves no joint. Then the smallest pivot tells.
+        let mut tests = &[Test::Mode][..];
+        if kind == CriticalKind::Bifurcation && !sideways {
+            let value = self.system.singular_test(&mode);
+            self.system.restore(LAST);
+            ramp.apply(&mut self.system, ends[0]);
+            self.system.assemble(false);
+            tally.factorizations += 1;
+            let before = self.system.singular_test(&mode);
+            let sees = value.zip(before).is_some_and(|(value, before)| value * before < 0.0);
+            tests = if sees { &[Test::Mode, Test::Pivot] } else { &[Test::Pivot] };
+        }
         let mut near_gain = None;
         let mut tracer = Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 };
-        let found = tracer.singular_point(ends, metric, &mut |system, point| match (kind, sideways) {
+        let mut judge = |test: Test, system: &mut System<D>, point: &Point| match (kind, sideways) {
             (CriticalKind::LimitPoint, _) => {
                 let gain = 1.0 / point.gain;
                 let first = *near_gain.get_or_insert(gain);
@@ -267,10 +295,19 @@ impl<const D: usize> Path<'_, D> {
                 } else {
                     point.inertia.negative > far
                 };
-                (near, system.singular_test(&mode))
+                let smallest = point.inertia.smallest;
+                let value = match test {
+                    Test::Mode => system.singular_test(&mode),
+                    Test::Pivot => Some(if near { smallest } else { -smallest }),
+                };
+                (near, value)
             }
-        });
+        };
+        let mut find =
+            |&test: &Test| tracer.singular_point(ends, metric, &mut |system, point| judge(test, system, point));
+        let found = tests.iter().find_map(&mut find);
         tally.factorizations += tracer.factorizations;
+        let found = found.filter(|point| kind == CriticalKind::LimitPoint || self.lies_between(point.distance));
         let point = found.map(|point| {
             let motions = match (&mut lateral, sideways) {
                 (Some(lateral), true) => {
@@ -283,10 +320,25 @@ impl<const D: usize> Path<'_, D> {
                 }
             };
             let (node, mode) = self.mode_of(&motions);
-            CriticalPoint { kind, fraction: point.fraction, error: None, node, member: None, sideways, mode }
+            let noted =
+                CriticalPoint { kind, fraction: point.fraction, error: None, node, member: None, sideways, mode };
+            (noted, point.near)
         });
         self.lateral = lateral;
         point
+    }
+
+    /// Whether the present state, a bifurcation at this part of the way from LAST to NEXT, is about where that leads.
+    ///
+    /// Where a path nearly meets another, both ends may be on one each, and what is found the fold of the other.
+    fn lies_between(&mut self, part: f64) -> bool {
+        self.system.save(DETOUR);
+        self.system.restore(NEXT);
+        let far = self.system.distance(LAST);
+        self.system.predict(LAST, NEXT, part - 1.0);
+        let aside = self.system.distance(DETOUR);
+        self.system.restore(DETOUR);
+        aside.largest() <= ASIDE * far.largest()
     }
 
     /// Keeps the present state as the last one of a walk.
