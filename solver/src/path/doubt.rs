@@ -18,6 +18,8 @@ const TURNED: f64 = 1.0;
 /// The first part of an increment that is made again in two. Not a half: a rod that rolls up by an even number of turns is
 /// at whole turns in the middle too, where its tangent is singular.
 const FIRST_PART: f64 = 0.47;
+/// Places within an increment that are looked at for a determinant of the other sign.
+const PLACES: usize = 16;
 /// Two states nearer than this (radians, or lengths) are one.
 const SAME: f64 = 1e-4;
 
@@ -68,6 +70,33 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         None
+    }
+}
+
+impl<const D: usize> Path<'_, D> {
+    /// The part of an increment to the present state at which the determinant has the other sign, if there is one: two
+    /// singular points lie within.
+    ///
+    /// Pivots are lost two at a time there, as they may be where nothing is singular: the symmetric part of the tangent has
+    /// them, and the determinant of the whole tells. The states looked at are interpolated, which is near enough.
+    pub(super) fn passed_twice(&mut self, ramp: &Ramp, [from, to]: [f64; 2], tally: &mut Tally) -> Option<f64> {
+        self.system.save(NEXT);
+        let mut part = None;
+        for place in 1..=PLACES {
+            let s = (place as f64 - FIRST_PART) / PLACES as f64;
+            ramp.apply(&mut self.system, from + s * (to - from));
+            self.system.predict(LAST, NEXT, s - 1.0);
+            tally.factorizations += 1;
+            if self.system.assemble(false).is_odd() != self.base.odd {
+                part = Some(s);
+                break;
+            }
+        }
+        self.system.restore(NEXT);
+        ramp.apply(&mut self.system, to);
+        self.system.assemble(false);
+        tally.factorizations += 1;
+        part
     }
 }
 

@@ -27,6 +27,9 @@ const WILD: f64 = 3.0;
 const TAME: f64 = 1.2;
 /// An extrapolation that misses by no more than this (radians, or lengths of a member) takes few iterations to mend.
 const FORESEEN: f64 = 0.05;
+/// One that misses by more may lead anywhere; so may a first increment that leaves more.
+const WRONG: f64 = 0.2;
+const ALL_WRONG: f64 = 1.0;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
 
@@ -188,7 +191,10 @@ impl<const D: usize> Path<'_, D> {
                         self.system.restore(LAST);
                         return self.gave_up(record, fraction, &tally);
                     }
-                    let hard = !conservative && found.iterations >= self.too_many(rose);
+                    // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
+                    let wrong =
+                        conservative && missed > if predicted { WRONG } else { ALL_WRONG } && found.iterations >= MANY;
+                    let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
                     let far = (guarded || doubtful || flipped) && step > BRACKET;
                     let mut torn = doubtful && found.iterations >= MANY;
                     let mut passed = None;
@@ -203,7 +209,8 @@ impl<const D: usize> Path<'_, D> {
                             if torn { (0.2 * step).max(0.9 * SHORTEST) } else { (0.4 * step).max(0.9 * BRACKET) };
                         continue;
                     }
-                    if (rose || hard) && step > BRACKET {
+                    torn |= hard && step <= SHORTEST;
+                    if rose && step > BRACKET || hard && step > SHORTEST {
                         let ratio = behind.then_some(step / last_increment);
                         let again =
                             (!rose || !hard).then(|| self.in_two_parts(ramp, [fraction, target], ratio, &mut tally));
@@ -212,6 +219,11 @@ impl<const D: usize> Path<'_, D> {
                             increment = 0.5 * step;
                             continue;
                         };
+                        if rose && let Some(part) = self.passed_twice(ramp, [fraction, target], &mut tally) {
+                            self.system.restore(LAST);
+                            increment = (part * step).max(0.9 * BRACKET);
+                            continue;
+                        }
                         count = self.count(&again.inertia);
                         found = Convergence { iterations: found.iterations, ..again };
                     }
