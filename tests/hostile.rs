@@ -2,12 +2,16 @@
 
 #[path = "../examples/hostile/case.rs"]
 mod case;
+#[path = "../examples/hostile/check.rs"]
+#[expect(dead_code, reason = "members are integrated by the example")]
+mod check;
 #[path = "../examples/hostile/random.rs"]
 mod random;
 #[path = "../examples/hostile/shapes.rs"]
 mod shapes;
 
 use case::case;
+use check::residual;
 use pennate_solver::history::{Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Method, Step};
@@ -61,5 +65,54 @@ fn a_change_of_sign_that_is_nowhere_zero_is_another_path() {
 fn increments_that_need_many_iterations_are_made_in_parts() {
     for seed in [356, 3292] {
         ends_where_small_increments_do(seed);
+    }
+}
+
+/// Two members buckle one after the other: within one increment the determinant changes its sign twice.
+#[test]
+fn two_singular_points_within_one_increment_are_both_found() {
+    for seed in [5237, 5385] {
+        ends_where_small_increments_do(seed);
+    }
+}
+
+/// A member without load across it nearly buckles: the path turns aside within a ten-thousandth of the ramp, and a stride beyond
+/// that finds the straight member, unstable, on a path of its own.
+#[test]
+fn a_path_that_nearly_bifurcates_is_followed_where_it_turns() {
+    for seed in [98, 9482] {
+        ends_where_small_increments_do(seed);
+    }
+}
+
+/// What is lost lies within a member, and the softest motion of the joints is another.
+#[test]
+fn a_member_that_buckles_between_its_ends_is_found_by_its_pivots() {
+    ends_where_small_increments_do(4949);
+}
+
+/// Increments of less than a thousandth of the ramp leapt too, and stable states lie on more than one path.
+#[test]
+fn short_increments_and_those_with_a_potential_are_held_against_their_parts_too() {
+    for seed in [2479, 7418, 739, 1509] {
+        ends_where_small_increments_do(seed);
+    }
+}
+
+/// The last change of the fraction moves the load along members, which their ends feel an iteration later.
+#[test]
+fn states_along_an_arc_are_in_balance() {
+    for seed in [384, 4408, 7605] {
+        let (_, network, steps) = case(seed, MOST);
+        let history = pennate_solver::solve(&network.structure, &steps, &Options::default(), &mut |_| true).unwrap();
+        let mut values = vec![0.0; network.structure.drives.len()];
+        for (step, result) in steps.iter().zip(&history.steps).take_while(|(step, _)| step.changes.is_empty()) {
+            let end = result.increments.last().unwrap();
+            for &(drive, target) in &step.targets {
+                values[drive] += end.fraction * (target - values[drive]);
+            }
+            let left = residual(&network, &end.state, &values, &[]).joints;
+            assert!(left < 1e-9, "seed {seed}, {:?}: {left:.1e}", step.method);
+        }
     }
 }
