@@ -89,7 +89,8 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         if let Some((ends, passed)) = ends {
-            if points.is_empty() {
+            let located = !points.is_empty();
+            if !located {
                 let kind = if passed.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
                 self.system.restore(NEXT);
                 ramp.apply(&mut self.system, ends[1]);
@@ -107,7 +108,7 @@ impl<const D: usize> Path<'_, D> {
             let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
             self.accept(record, self.system.fraction, &found, tally);
             record.critical_points.extend(points.iter().cloned());
-            if let Some(after) = self.go_on(ramp, record, course, &first, ends, passed.count, tally) {
+            if let Some(after) = self.go_on(ramp, record, course, &first, ends, (located, passed.count), tally) {
                 return after;
             }
             self.end_at(record, first, tally);
@@ -152,11 +153,13 @@ impl<const D: usize> Path<'_, D> {
         course: &Course,
         point: &CriticalPoint,
         ends: [f64; 2],
-        beyond: Count,
+        (located, beyond): (bool, Count),
         tally: &mut Tally,
     ) -> Option<After> {
         if point.kind == CriticalKind::Bifurcation {
-            if course.branch == Branch::Primary {
+            // Increments pass those without a potential, and note them: a walk that finds one does the same.
+            let passes = located && !point.sideways && !(self.base.potential && beyond.potential);
+            if course.branch == Branch::Primary || passes {
                 self.system.restore(NEXT);
                 self.keep(beyond);
                 let last = ends[1] - ends[0];
