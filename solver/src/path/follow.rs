@@ -192,8 +192,8 @@ impl<const D: usize> Path<'_, D> {
                         return self.gave_up(record, fraction, &tally);
                     }
                     // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
-                    let wrong =
-                        conservative && missed > if predicted { WRONG } else { ALL_WRONG } && found.iterations >= MANY;
+                    let limit = if predicted { WRONG } else { ALL_WRONG };
+                    let wrong = conservative && missed > limit && found.iterations >= MANY && !self.system.hangs();
                     let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
                     let far = (guarded || doubtful || flipped) && step > BRACKET;
                     let mut torn = doubtful && found.iterations >= MANY;
@@ -219,7 +219,10 @@ impl<const D: usize> Path<'_, D> {
                             increment = 0.5 * step;
                             continue;
                         };
-                        if rose && let Some(part) = self.passed_twice(ramp, [fraction, target], &mut tally) {
+                        if rose
+                            && !self.system.hangs()
+                            && let Some(part) = self.passed_twice(ramp, [fraction, target], &mut tally)
+                        {
                             self.system.restore(LAST);
                             increment = (part * step).max(0.9 * BRACKET);
                             continue;

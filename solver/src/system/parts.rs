@@ -3,7 +3,7 @@
 use crate::joints::Topology;
 use crate::structure::Structure;
 
-use super::spring_nodes;
+use super::{System, spring_nodes};
 
 /// The part that every joint and every member belongs to.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +32,18 @@ impl Parts {
         }
         let members = structure.members.iter().map(|member| joints[joint(member.nodes[0])]).collect();
         Self { count, joints, members }
+    }
+}
+
+impl<const D: usize> System<D> {
+    /// Whether the network is a tree of members that a single joint holds: nothing thrusts against anything there, and
+    /// no arch can snap through.
+    pub fn hangs(&self) -> bool {
+        let joint = |node: usize| self.topology.links[node].joint;
+        let first = self.equations.held.first().map(|held| joint(held.node));
+        let one = self.equations.held.iter().all(|held| Some(joint(held.node)) == first);
+        let tree = self.parts.count == 1 && self.members.len() + 1 == self.topology.references.len();
+        one && tree && self.structure.springs.is_empty()
     }
 }
 
