@@ -62,7 +62,8 @@ pub struct Estimate {
 
 /// Estimates what rounding moves at the state of the last assembly; `None` where a motion needs no force at all.
 pub fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
-    if system.inertia().neutral > 0 {
+    // Where loads have no potential, pivots are those of a part of the tangent, and the whole may be regular.
+    if system.inertia().neutral > 0 && system.has_potential() {
         return None;
     }
     let mut lots = Lots(0);
@@ -89,6 +90,9 @@ pub fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
         return None;
     }
     let [mut motions, left] = [noise, left].map(|solution| system.motions_of(&solution));
+    if !motions.iter().chain(&left).flatten().all(|motion| motion.is_finite()) {
+        return None;
+    }
     let [moved, remaining] = [&motions, &left].map(|motions| size_of(motions, system.size));
     for (sum, left) in motions.iter_mut().zip(&left) {
         *sum = std::array::from_fn(|c| -(sum[c] + left[c]));
