@@ -2,7 +2,8 @@
 //!
 //! `cargo run --release --example fuzz -- check COUNT [FIRST [THREADS]]` reads COUNT (a million unless given) changed networks as
 //! `pennate check` does, from seed FIRST on; `-- solve` solves networks whose numbers were changed, each within a budget.
-//! What is wrong is listed by its seed, and ends the program with status 1; `-- show SEED` prints the file of a seed.
+//! What is wrong is listed by its seed, and ends the program with status 1; `-- show SEED` prints the file of a seed, and
+//! `-- show SEED solve` the one to be solved.
 
 mod corpus;
 mod mutate;
@@ -92,7 +93,8 @@ fn main() -> std::process::ExitCode {
     let corpus = Corpus::read(Path::new(env!("CARGO_MANIFEST_DIR")));
     let mode = arguments.first().map_or("check", String::as_str);
     if mode == "show" {
-        let case = case(&corpus, number(1, 0));
+        let to_solve = arguments.get(2).is_some_and(|text| text == "solve");
+        let case = if to_solve { varied(&corpus, number(1, 0)) } else { case(&corpus, number(1, 0)) };
         std::io::stdout().write_all(&case.bytes).expect("standard output");
         return std::process::ExitCode::SUCCESS;
     }
