@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Error against run time on seven problems, of pennate and of other programs, one after the other on this machine:
-# a table and a picture, docs/error_time.md and docs/error_time.svg. Half an hour or so.
+# a table and a picture, docs/error_time.md and docs/error_time.svg. Ten minutes or so, best with nothing else running.
 #
 #     validation/bench.sh             everything
 #     validation/bench.sh --chart     table and picture from the last measurements, in validation/out/bench
