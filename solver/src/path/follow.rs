@@ -28,7 +28,7 @@ const TAME: f64 = 1.2;
 /// An extrapolation that misses by no more than this (radians, or lengths of a member) takes few iterations to mend.
 const FORESEEN: f64 = 0.05;
 /// One that misses by more may lead anywhere; so may a first increment that leaves more.
-const WRONG: f64 = 0.2;
+const WRONG: f64 = 0.15;
 const ALL_WRONG: f64 = 1.0;
 /// Near a fold the state moves ever faster with the loads: by so much more than at first.
 const FOLD: f64 = 4.0;
