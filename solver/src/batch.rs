@@ -13,7 +13,7 @@ use crate::history::{Cause, Equilibrium, History, Increment, MemberState, NodeSt
 use crate::options::{Options, Progress};
 use crate::structure::{Change, Drive, Method, Spring, Step, Structure};
 
-/// Designs that are solved together at first: two lanes' worth of every member.
+/// Designs that are solved together: as many as the widest lanes hold of one member.
 pub const TOGETHER: usize = 8;
 /// Forces of a design smaller than this part of the largest of its group are not looked at closely enough there.
 const FEEBLE: f64 = 1e-2;

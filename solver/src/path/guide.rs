@@ -36,8 +36,8 @@ impl<const D: usize> Guide<D> {
 }
 
 impl<'a, const D: usize> Path<'a, D> {
-    /// Takes a guide with its steps, and from it what is the same on every mesh: the pattern of the equations, that there is no
-    /// mechanism, and, nearly, the stiffness of the unloaded structure.
+    /// Takes a guide with its steps, and from it what is the same on every mesh: the pattern of the equations, that there
+    /// is no mechanism, and, nearly, the stiffness of the unloaded structure.
     pub fn follow_after(&mut self, guide: Guide<D>, steps: &'a [StepHistory]) {
         self.system.hold_like(&guide.system);
         self.system.take_rest(&guide.system);
