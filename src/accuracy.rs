@@ -267,7 +267,8 @@ fn estimate_critical_points(coarse: &History, fine: &mut History, elements: usiz
         }
         for (before, now) in before.critical_points.iter().zip(&mut now.critical_points) {
             let moved = (now.fraction - before.fraction).abs() / gain;
-            now.error = (before.kind == now.kind).then(|| moved.max(LOCATED * now.fraction.abs()));
+            let located = now.located.map(|located| located.max(LOCATED * now.fraction.abs()));
+            now.error = located.filter(|_| before.kind == now.kind).map(|located| moved + located);
         }
     }
 }

@@ -109,6 +109,7 @@ fn history() -> History {
             kind: CriticalKind::LimitPoint,
             fraction: 0.76,
             error: None,
+            located: None,
             node: 1,
             member: None,
             sideways: false,

@@ -8,7 +8,7 @@ use crate::joints::Held;
 use crate::lateral;
 use crate::newton::{Newton, Start};
 use crate::options::{Options, Progress};
-use crate::packs;
+use crate::packs::{self, Auxiliary};
 use crate::path::{self, Path};
 use crate::structure::{Dimension, Step, Structure};
 use crate::system::System;
@@ -17,8 +17,8 @@ use crate::{PLANE, SPACE, add_lateral, prepare};
 /// Auxiliary stiffness of rigid components, as [`packs::AUXILIARY`].
 ///
 /// Motions are projected onto those that rigid components allow, so that eigenvalues do not depend on it, and a smaller
-/// one keeps digits: with 1e7 the critical load of an inextensible column was off by a tenth.
-const AUXILIARY: f64 = 1e4;
+/// one keeps digits: with 1e7 per element the critical load of an inextensible column was off by a tenth.
+const AUXILIARY: Auxiliary = Auxiliary::new(0.0, 1e4);
 
 /// Motions that are asked of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -199,6 +199,9 @@ pub struct CriticalPoint {
     pub fraction: f64,
     /// Estimated discretization error of the fraction.
     pub error: Option<f64>,
+    /// How well the fraction is located on its mesh: how far apart two locations of it are. `None` for what is only known
+    /// to lie near.
+    pub located: Option<f64>,
     /// The node that moves most in the mode.
     pub node: NodeId,
     /// The member whose interior moves more than any node.

@@ -10,7 +10,7 @@ use crate::newton::{Newton, Start};
 use crate::packs;
 use crate::path::OutOfPlane;
 use crate::reduce;
-use crate::system::{Inertia, NEUTRAL, System};
+use crate::system::{Inertia, System};
 
 /// The lateral equations of a plane network.
 pub struct Lateral {
@@ -38,7 +38,6 @@ impl Lateral {
             // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
             let packs = packs::space(&structure, 4);
             let mut space = System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false);
-            space.auxiliary = packs::SEVERE;
             space.hold(Vec::new());
             space.assemble(false);
             space.note_rest();
@@ -57,8 +56,10 @@ impl Lateral {
         let mut negative = space.assemble(false).negative;
         #[cfg(feature = "trace")]
         eprintln!("in space {negative} negative, {own} in the plane, softest {:e}", space.softest_stiffness());
-        if negative > own && space.softest_stiffness().abs() <= NEUTRAL {
-            negative -= 1;
+        if negative > own {
+            negative = negative.min(space.certain_negative());
+            #[cfg(feature = "trace")]
+            eprintln!("{negative} of them certain");
         }
         Some(negative.saturating_sub(own))
     }
@@ -98,7 +99,8 @@ impl OutOfPlane<3> for Lateral {
                 let pack = &plane.packs[slot.pack];
                 let length = pack.element_length(slot.lane, segment);
                 let section = plane.section(index, segment);
-                moduli.push(packs::moduli(&section, pack.formulation(), length, &slot.turn, plane.auxiliary));
+                let lengths = [length, plane.structure.members[index].length()];
+                moduli.push(packs::moduli(&section, pack.formulation(), lengths, &slot.turn, plane.auxiliary));
             }
             let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
             let (ends, negative, smallest) = plane.packs[pack].lateral(lane, &moduli);

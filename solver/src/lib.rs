@@ -193,7 +193,7 @@ fn add_lateral(path: &mut Path<'_, 3>, structure: &Structure) {
     }
     let mut lateral = Lateral::new(&path.system, lateral::rows(structure));
     let (inertia, _) = lateral.inertia(&mut path.system);
-    if inertia.neutral > 0 || inertia.negative > 0 {
+    if inertia.idle > 0 || inertia.negative > 0 {
         path.notes.push(Note::StabilityInPlane);
         return;
     }

@@ -12,11 +12,10 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
 
-/// Pivots smaller than this part of the diagonal entry they came from are rounding: neither sign counts.
+/// Pivots smaller than this part of the diagonal entry they came from are rounding in an unloaded structure.
 pub const PIVOT_NOISE: f64 = 1e-12;
-/// A negative pivot has to be larger than this: where a motion needs no force, what iteration and elimination leave of
-/// its pivot has either sign.
-const NEGATIVE_NOISE: f64 = 1e-10;
+/// The same where motions may be as soft as loads make them: a unit in the last place for each of a few operations.
+pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// From this size on columns are factorized several at once: joints have six of them each, which pays even where there
 /// are few entries.
@@ -26,8 +25,10 @@ const SUPERNODAL: usize = 256;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pivots {
     pub negative: usize,
-    /// Pivots at noise level.
+    /// Pivots that are rounding alone, whatever their sign.
     pub neutral: usize,
+    /// Pivots that are rounding in an unloaded structure, those included.
+    pub idle: usize,
     /// Smallest pivot over the diagonal entry it came from, in magnitude.
     pub smallest: f64,
 }
@@ -51,8 +52,6 @@ pub struct Symmetric {
     factor: Vec<f64>,
     memory: MemBuffer,
     factorized: bool,
-    /// Part of a diagonal entry below which its pivot has no sign.
-    pub noise: f64,
     /// Diagonal of the unloaded structure: where a softened one is smaller, pivots are measured by this.
     pub rest: Vec<f64>,
 }
@@ -118,7 +117,6 @@ impl Symmetric {
             factor: vec![0.0; length],
             memory,
             factorized: false,
-            noise: PIVOT_NOISE,
         }
     }
 
@@ -191,7 +189,7 @@ impl Symmetric {
         );
         self.factorized = outcome.is_ok();
         if !self.factorized {
-            return Pivots { negative: 0, neutral: 1, smallest: 0.0 };
+            return Pivots { negative: 0, neutral: 1, idle: 1, smallest: 0.0 };
         }
         self.read_pivots(symbolic)
     }
@@ -206,14 +204,11 @@ impl Symmetric {
             if ratio.is_nan() || ratio < pivots.smallest {
                 pivots.smallest = if ratio.is_nan() { 0.0 } else { ratio };
             }
-            if ratio <= self.noise || ratio.is_nan() {
+            pivots.idle += usize::from(ratio <= PIVOT_NOISE || ratio.is_nan());
+            if ratio <= ROUNDING || ratio.is_nan() {
                 pivots.neutral += 1;
             } else if pivot < 0.0 {
-                if ratio <= NEGATIVE_NOISE {
-                    pivots.neutral += 1;
-                } else {
-                    pivots.negative += 1;
-                }
+                pivots.negative += 1;
             }
         };
         match symbolic.raw() {

@@ -12,16 +12,36 @@ use pennate_elements::space::{CorotationalSpace, Space};
 use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
 use crate::structure::{Dimension, Formulation, Member, SectionState, Structure};
 
-/// Auxiliary stiffness of a held strain over the largest bending stiffness per squared element length.
+/// Auxiliary stiffness of a held strain, over the largest bending stiffness EI: the larger of two parts.
 ///
-/// No equilibrium depends on it, but its stability does: a critical load is low by the load over this stiffness. Much
-/// more costs digits of the tangent.
-pub const AUXILIARY: f64 = 1e7;
-/// The same where stability is judged once more, and digits of the tangent matter less.
-pub const SEVERE: f64 = 1e8;
-/// Two of the same, from which that of an infinite one is extrapolated.
-pub const EXACTING: f64 = 1e6;
-pub const MODERATE: f64 = 1e5;
+/// No equilibrium depends on it, but its stability does: a critical load P is low by P over this stiffness, and P is a few
+/// times EI/L², L the length of the member. The tangent of a member of n elements is the difference of terms n times this
+/// stiffness over L, and keeps their rounding, so that much more costs digits: 10⁸ costs as many as it gives, 10⁻⁷ of P.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Auxiliary {
+    /// Over EI per squared length of the member.
+    pub member: f64,
+    /// Over EI per squared length of the element: less than 10⁴ can cost iterations.
+    pub element: f64,
+}
+
+impl Auxiliary {
+    pub const fn new(member: f64, element: f64) -> Self {
+        Self { member, element }
+    }
+
+    /// The stiffness for a bending stiffness.
+    fn stiffness(self, ei: f64, element_length: f64, member_length: f64) -> f64 {
+        let over = |length: f64| 1.0 / (length * length);
+        ei * (self.member * over(member_length)).max(self.element * over(element_length))
+    }
+}
+
+/// What states are found with.
+pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 1e4);
+/// Two of the same kind, from which what an infinite one would give is extrapolated.
+pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e3);
+pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e2);
 
 /// Builds the chains of exact elements E and corotational elements C; `enrich` is added to the order.
 ///
@@ -156,21 +176,22 @@ impl Turn {
     }
 }
 
-/// Stiffness, rest strains and multipliers of a section for elements of one length; `auxiliary` as [`AUXILIARY`].
+/// Stiffness, rest strains and multipliers of a section for elements of one length; `lengths` are those of the element and
+/// of the member.
 ///
 /// A corotational element needs no multipliers against shear: bending within it gives it a shear compliance anyway.
 pub fn moduli(
     state: &SectionState,
     formulation: Formulation,
-    element_length: f64,
+    [element_length, member_length]: [f64; 2],
     turn: &Turn,
-    auxiliary: f64,
+    auxiliary: Auxiliary,
 ) -> Moduli<f64, 6> {
     let section = &state.section;
     let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
-    let auxiliary = auxiliary * ei2.max(ei3) / (element_length * element_length);
+    let auxiliary = auxiliary.stiffness(ei2.max(ei3), element_length, member_length);
     let curvature = turn.vector(state.curvature);
     let corotational = formulation == Formulation::Corotational;
     let is_free = |d: usize| raw[d].is_finite() || corotational && matches!(d, 1 | 2);

@@ -78,6 +78,13 @@ pub struct Member {
     pub order: usize,
 }
 
+impl Member {
+    /// Unloaded length.
+    pub fn length(&self) -> f64 {
+        self.segments.iter().map(|segment| segment.length).sum()
+    }
+}
+
 /// A stretch of a member with one section and one initial curvature.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {

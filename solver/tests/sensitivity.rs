@@ -89,7 +89,7 @@ where
     let base = ([[1.0; 6]; 2], [-0.05, -0.15]);
     let mut system = solved(rod(dimension, base.0, base.1, shear_rigid), active);
     let step: f64 = 1e-5;
-    // A held strain leaves the tangent its auxiliary stiffness, 1e7 times that of bending.
+    // A held strain leaves the tangent its auxiliary stiffness, 1e8 times that of bending.
     let tolerance = if shear_rigid { 1e-7 } else { 1e-8 };
     // Rotations in space add as spins only about small ones; displacements say all there is to say.
     let outputs: Vec<usize> = active.iter().copied().filter(|&c| c < 3 || D == 3).collect();

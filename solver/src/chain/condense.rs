@@ -7,6 +7,7 @@ use pennate_elements::small::{
 };
 
 use super::Chain;
+use crate::linear::ROUNDING;
 
 /// The elimination, as work in lanes.
 pub(super) struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
@@ -64,6 +65,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 }
             }
         }
+        if e == 0 || e + 1 == self.frames.len() {
+            for d in 0..D {
+                let own = k.tangent[P - 1][P - 1][d][d].abs();
+                self.bare[1][d] = own;
+                if e == 0 {
+                    self.bare[0][d] = own;
+                }
+            }
+        }
         let mut turn = None;
         if self.loaded {
             turn = Some(self.load_element(e, &frame, &local, k));
@@ -74,7 +84,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for i in 0..P - 1 {
             let (above, below) = k.tangent.split_at_mut(i + 1);
             let row = &above[i];
-            let ldl = Ldl::with_noise(&row[i], T::splat(self.noise));
+            let ldl = Ldl::with_noise(&row[i], T::splat(ROUNDING));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));
             let rest = ldl.solve_vector(&k.gradient[i]);
@@ -178,7 +188,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                     rest[d] += self.dashpots.forces[e][d];
                 }
             }
-            let ldl = Ldl::with_noise(&pivot, T::splat(self.noise));
+            let ldl = Ldl::with_noise(&pivot, T::splat(ROUNDING));
             self.negative += ldl.negative;
             self.smallest = -((-self.smallest).max(-ldl.smallest));
             let factor = &mut self.factors[e - 1];
@@ -197,7 +207,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             sub_tmul(&mut coupled, &factor.next, &link);
             link = coupled;
         }
-        self.ends = Ends { k00: left, k01: transpose(&link), k11: here, r0: left_rest, r1: rest };
+        let mut ends = Ends { k00: left, k01: transpose(&link), k11: here, r0: left_rest, r1: rest };
+        if self.dashpots.stiffness == 0.0 {
+            balance(&mut ends, Self::TRANSLATIONS);
+        }
+        self.ends = ends;
     }
 
     /// Change of the local unknowns of an element for a motion of its ends; with `RESIDUAL` also for the forces that
@@ -262,5 +276,26 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             self.state.local[e * P + P - 1] = B::moved(&self.pieces[e], ends, turns, &local[P - 1], &change[P - 1]);
         }
         self.sizes = self.sizes();
+    }
+}
+
+/// Makes the stiffness of a member that moves as a whole exactly zero, by what its last end has.
+///
+/// Elimination leaves the rounding of the axial stiffness of an element there, which is what a slender frame would sway
+/// against.
+#[inline(always)]
+fn balance<T: Real, const D: usize>(ends: &mut Ends<T, D>, translations: usize) {
+    let o = T::zero();
+    for t in 0..translations {
+        for j in 0..D {
+            ends.k01[t][j] = o - ends.k11[t][j];
+        }
+    }
+    for t in 0..translations {
+        for i in 0..D {
+            let own = o - ends.k01[i][t];
+            ends.k00[i][t] = own;
+            ends.k00[t][i] = own;
+        }
     }
 }

@@ -5,13 +5,12 @@
 //! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
 //! the member. Members of equal mesh may lie side by side in the lanes of `T`.
 
-use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
+use pennate_elements::beam::{Beam, Condensed, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, add, axpy, scale, sub, tmul, zeros};
 
 use crate::history::MemberShape;
-use crate::linear::PIVOT_NOISE;
 
 mod condense;
 mod dashpots;
@@ -115,6 +114,9 @@ pub trait Pack<const D: usize>: Send {
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
     fn pivots(&self, lane: usize) -> (usize, f64);
+    /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
+    /// are held, those within the elements too: the terms that elimination subtracts from.
+    fn bare_stiffness(&self, lane: usize) -> [[[f64; D]; D]; 2];
     fn energy(&self, lane: usize) -> f64;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
@@ -144,8 +146,6 @@ pub trait Pack<const D: usize>: Send {
     fn top_energy(&self, lane: usize) -> f64;
     /// Work of the load along the member from the unloaded state.
     fn load_work(&self, lane: usize) -> f64;
-    /// Part of a diagonal entry below which its pivot has no sign.
-    fn set_pivot_noise(&mut self, noise: f64);
     /// Takes positions and local unknowns of a saved state, and a part of the change of the mixed stresses since.
     fn restore_shape(&mut self, slot: usize, part: f64);
     /// How far the element ends of every member are from a saved state.
@@ -213,7 +213,6 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     loads: Vec<V3<T>>,
     loaded: bool,
     plain: bool,
-    noise: f64,
     state: ChainState<B::Pose, T, D>,
     /// Empty until they are put aside: most chains need one or none of them.
     saved: [ChainState<B::Pose, T, D>; SLOTS],
@@ -228,6 +227,8 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     increments: Vec<[T; D]>,
     negative: T,
     smallest: T,
+    /// Diagonals of the tangents of the outermost elements at their last node, in local axes.
+    bare: [[T; D]; 2],
     energy: T,
     total_length: T,
     sizes: Sizes<T>,
@@ -296,7 +297,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             loads: vec![[o; 3]; segments],
             loaded: false,
             plain: false,
-            noise: PIVOT_NOISE,
             saved: Default::default(),
             kept: Vec::new(),
             state,
@@ -309,6 +309,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             increments: vec![[o; D]; elements + 1],
             negative: o,
             smallest: T::one(),
+            bare: [[o; D]; 2],
             energy: o,
             total_length,
             sizes: Sizes::default(),
@@ -416,6 +417,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         (self.negative.lane(lane) as usize, self.smallest.lane(lane))
     }
 
+    fn bare_stiffness(&self, lane: usize) -> [[[f64; D]; D]; 2] {
+        let whole = |e: usize, diagonal: &[T; D]| {
+            let mut tangent = zeros();
+            for d in 0..D {
+                tangent[d][d] = diagonal[d];
+            }
+            let o = [T::zero(); D];
+            B::expand(&self.frames[e], &Condensed { tangent, gradient: o, mixed_end: o, turn: None })
+        };
+        let [start, end] = &self.bare;
+        let last = self.frames.len() - 1;
+        [lanes::lanes(&whole(0, start).k00, lane), lanes::lanes(&whole(last, end).k11, lane)]
+    }
+
     fn energy(&self, lane: usize) -> f64 {
         self.energy.lane(lane)
     }
@@ -482,10 +497,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn load_work(&self, lane: usize) -> f64 {
         self.load_work_impl(lane)
-    }
-
-    fn set_pivot_noise(&mut self, noise: f64) {
-        self.noise = noise;
     }
 
     fn restore_shape(&mut self, slot: usize, part: f64) {

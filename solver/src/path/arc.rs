@@ -11,6 +11,8 @@ use crate::system::{Inertia, Residual, System};
 
 /// Slot of the state beyond a singular point.
 pub(super) const NEXT: usize = 3;
+/// Motion of a whole ramp, in sizes of the network or radians, below which joints hardly move.
+const HARDLY: f64 = 1e-2;
 /// Distance of the fractions whose difference stands for the derivative.
 const AHEAD: f64 = 1e-6;
 /// Part of a bracket within which a singular point is found.
@@ -22,6 +24,8 @@ const NEAR_ENOUGH: f64 = 0.02;
 const BEHIND: f64 = 1e-4;
 /// Value of the test function, over that at the ends of the bracket, that is zero.
 const SMALL: f64 = 1e-8;
+/// Part of a bracket by which states are apart that tell how well a root in it is known.
+const APART: f64 = 1e-3;
 /// Trials for one singular point.
 const TRIALS: usize = 60;
 
@@ -40,10 +44,11 @@ pub(super) struct Metric {
 }
 
 impl Metric {
-    /// Joints and fraction count for the same where the joints move as they do here.
+    /// Joints and fraction count for the same where the joints move as they do here, but for joints that hardly move:
+    /// a straight column only shortens until it buckles, and must not be measured by that.
     pub fn balanced(motions: &[[f64; 6]], rate: f64, size: f64) -> Self {
         let plain = Self { displacement: 1.0 / (size * size), rotation: 1.0 };
-        let moved = plain.product(motions, motions);
+        let moved = plain.product(motions, motions).max((HARDLY * rate).powi(2));
         let factor = if moved > 0.0 && rate != 0.0 { rate * rate / moved } else { 1.0 };
         Self { displacement: factor * plain.displacement, rotation: factor }
     }
@@ -97,6 +102,10 @@ pub(super) struct Point {
     pub iterations: usize,
     pub inertia: Inertia,
     pub residual: Residual,
+    /// How far the fraction of a singular point is from a second location of it.
+    pub scatter: f64,
+    /// Change of the test function of a singular point with the fraction, where that is known.
+    pub slope: Option<f64>,
     /// Motion of the joints for a unit of the fraction, at this state.
     pub rate: Vec<[f64; 6]>,
     /// What the functional grows by for a unit of the fraction: without bound at a limit point.
@@ -151,7 +160,20 @@ impl<const D: usize> Tracer<'_, D> {
             let converged = changed <= newton.foreseen && newton.is_converged(last, before, residual);
             if converged && self.system.violation() <= newton.violation {
                 let (inertia, rate) = (linearized.inertia, linearized.rate_motions);
-                return Ok(Point { fraction, distance: s, near: fraction, iterations, inertia, residual, rate, gain });
+                let near = fraction;
+                let (distance, scatter, slope) = (s, 0.0, None);
+                return Ok(Point {
+                    fraction,
+                    distance,
+                    near,
+                    iterations,
+                    inertia,
+                    residual,
+                    scatter,
+                    slope,
+                    rate,
+                    gain,
+                });
             }
             let lost = |why| Err(Lost { iterations, factorizations: iterations, residual, why });
             let change = -(gap + n.along(&linearized.step_motions, 0.0)) / gain;
@@ -287,7 +309,19 @@ impl<const D: usize> Tracer<'_, D> {
             return None;
         }
         if blind.is_none() {
-            return Some(best);
+            // The test function is linear so near to its root: from two states apart follows where it is once more.
+            let root = best.distance;
+            let sides = [root - APART, root + APART]
+                .map(|s| at(self, s).and_then(|(point, _, value)| Some((point.fraction, value?))));
+            let line = match sides {
+                [Some((from, a)), Some((to, b))] if a * b < 0.0 => Some((from, a, (b - a) / (to - from))),
+                _ => None,
+            };
+            let (point, ..) = at(self, root)?;
+            let second = line.map(|(from, a, slope)| from - a / slope);
+            let scatter = second.map_or(fractions[1] - fractions[0], |second| second - point.fraction).abs();
+            let slope = line.map(|line| line.2);
+            return Some(Point { scatter, slope, ..point });
         }
         // What is known on the near side is good enough, and the fraction follows by interpolation.
         let part = match values {
@@ -298,7 +332,8 @@ impl<const D: usize> Tracer<'_, D> {
             return None;
         }
         let fraction = fractions[0] + part * (fractions[1] - fractions[0]);
-        at(self, bracket[0]).map(|(point, ..)| Point { fraction, ..point })
+        let scatter = (fractions[1] - fractions[0]).abs();
+        at(self, bracket[0]).map(|(point, ..)| Point { fraction, scatter, ..point })
     }
 }
 

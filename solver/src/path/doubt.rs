@@ -21,7 +21,7 @@ const FIRST_PART: f64 = 0.47;
 /// Places within an increment that are looked at for a determinant of the other sign.
 const PLACES: usize = 16;
 /// Two states nearer than this (radians, or lengths) are one.
-const SAME: f64 = 1e-4;
+pub(super) const SAME: f64 = 1e-4;
 
 impl<const D: usize> Path<'_, D> {
     /// Iterations that are too many to believe that the present state is the next one of the path.

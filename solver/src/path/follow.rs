@@ -7,7 +7,7 @@ use crate::chain::Size;
 use crate::history::{Status, StepHistory};
 use crate::newton::{Aim, Convergence, Lost, Newton, Start, Why};
 use crate::structure::{Branch, Method, Stop};
-use crate::system::{Inertia, NEUTRAL, System};
+use crate::system::{Inertia, System};
 
 /// Saved states: the last accepted one, and the one before it.
 pub(super) const LAST: usize = 0;
@@ -17,8 +17,6 @@ pub(super) const BEFORE: usize = 1;
 pub(super) const BRACKET: f64 = 2e-3;
 /// Increments are not shortened below this part of the ramp.
 pub(super) const SHORTEST: f64 = 1e-4;
-/// A softest motion of less stiffness than this may be neutral, seen from a state that is not exact.
-const NEARLY_NEUTRAL: f64 = 1e-5;
 /// An iteration that wandered is not believed on an increment longer than this.
 const LONG: f64 = 0.01;
 /// A first increment larger than this (radians, or lengths of a member) foresees too much by far.
@@ -89,9 +87,12 @@ impl<const D: usize> Path<'_, D> {
             smallest: inertia.smallest,
             neutral: inertia.neutral > 0,
         };
-        if count.own > self.base.own && self.system.softest_stiffness().abs() <= NEUTRAL {
-            count.own -= 1;
-            count.neutral = true;
+        if count.own > self.base.own {
+            let certain = self.system.certain_negative().max(self.base.own);
+            #[cfg(feature = "trace")]
+            eprintln!("{} negative, {certain} certain, softest {:e}", count.own, self.system.softest_stiffness());
+            count.neutral |= certain < count.own;
+            count.own = count.own.min(certain);
         }
         if let Some(lateral) = &mut self.lateral {
             let (inertia, potential) = lateral.confirmed(&mut self.system, known);
@@ -172,7 +173,7 @@ impl<const D: usize> Path<'_, D> {
                     let foreseen = if predicted { foreseen } else { self.system.first_moves.clone() };
                     let mut count = self.count(&found.inertia);
                     let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
-                    if rose && aim != Aim::Result && self.system.softest_stiffness().abs() <= NEARLY_NEUTRAL {
+                    if count.neutral && aim != Aim::Result {
                         // The stiffness of a motion that needs no force is as small as the state is exact.
                         let exact = Newton { increment: 1e-9, ..self.newton };
                         if let Ok(better) = exact.solve(&mut self.system, Start::nearby()) {

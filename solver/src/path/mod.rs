@@ -242,7 +242,7 @@ impl<'a, const D: usize> Path<'a, D> {
         })
     }
 
-    /// Looks at the unloaded structure with what the first step holds, and at the number of its pivots that are none.
+    /// Looks at the unloaded structure with what the first step holds, and at the number of its pivots that are not positive.
     fn look_at_rest<R>(&mut self, steps: &[Step], look: &mut dyn FnMut(&mut System<D>, usize) -> R) -> R {
         let mut held = self.held.clone();
         for (node, component) in first_rows(&self.system.structure, steps) {
@@ -253,7 +253,7 @@ impl<'a, const D: usize> Path<'a, D> {
         // The system is assembled with the rows of the first step; `held` has them, `self.held` those of the supports.
         let inertia = self.system.assemble(false);
         self.system.note_rest();
-        let seen = look(&mut self.system, inertia.neutral);
+        let seen = look(&mut self.system, inertia.idle + inertia.negative);
         let same = held.len() == self.held.len();
         self.system.hold(self.held.values().copied().collect());
         self.at_rest = Some(if same { inertia } else { self.system.assemble(false) });

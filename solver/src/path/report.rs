@@ -98,7 +98,7 @@ impl<const D: usize> Path<'_, D> {
         let mode = self.system.softest_motion();
         let motions = self.system.motions_of(&mode);
         let (node, mode) = self.mode_of(&motions);
-        CriticalPoint { kind, fraction, error: None, node, member: None, sideways, mode }
+        CriticalPoint { kind, fraction, error: None, located: None, node, member: None, sideways, mode }
     }
 
     /// The node that moves most, and the motion of every node.

@@ -1,12 +1,12 @@
 //! Along a path by its arclength: increments that adapt, and what they pass.
 
 use super::arc::{Direction, Metric, NEXT, Point, Tracer};
-use super::doubt::MANY;
+use super::doubt::{MANY, SAME};
 use super::follow::{BEFORE, LAST, Ramp, Tally};
 use super::{Count, Path};
 use crate::history::{CriticalKind, CriticalPoint};
 use crate::newton::{DETOUR, Lost};
-use crate::packs;
+use crate::packs::{self, Auxiliary};
 use crate::system::System;
 
 /// Cosine of the angle by which the path may turn in one increment.
@@ -215,13 +215,15 @@ impl<const D: usize> Path<'_, D> {
             // The softer one may move the point out of the bracket.
             other = [packs::MODERATE, packs::AUXILIARY].into_iter().find_map(|auxiliary| {
                 let (point, _) = self.locate(ramp, ends, metric, passed, (kind, sideways), (auxiliary, tally))?;
-                Some((auxiliary, point.fraction))
+                Some((auxiliary, point.fraction, point.located))
             });
         }
         let mut found = self.locate(ramp, ends, metric, passed, (kind, sideways), (packs::EXACTING, tally));
-        if let (Some((point, _)), Some((auxiliary, fraction))) = (&mut found, other) {
-            let (this, that) = (packs::EXACTING, auxiliary);
-            point.fraction = (this * point.fraction - that * fraction) / (this - that);
+        if let (Some((point, _)), Some((auxiliary, fraction, located))) = (&mut found, other) {
+            let weight = auxiliary.member / (packs::EXACTING.member - auxiliary.member);
+            point.located =
+                point.located.zip(located).map(|(this, that)| (1.0 + weight).abs() * this + weight.abs() * that);
+            point.fraction += weight * (point.fraction - fraction);
         }
         self.system.auxiliary = packs::AUXILIARY;
         ramp.apply(&mut self.system, found.as_ref().map_or(ends[1], |&(_, near)| near));
@@ -238,7 +240,7 @@ impl<const D: usize> Path<'_, D> {
         metric: Option<Metric>,
         passed: &Passed,
         (kind, sideways): (CriticalKind, bool),
-        (auxiliary, tally): (f64, &mut Tally),
+        (auxiliary, tally): (Auxiliary, &mut Tally),
     ) -> Option<(CriticalPoint, f64)> {
         self.system.auxiliary = auxiliary;
         // The mode, from the far end of the bracket.
@@ -308,7 +310,12 @@ impl<const D: usize> Path<'_, D> {
         let found = tests.iter().find_map(&mut find);
         tally.factorizations += tracer.factorizations;
         let found = found.filter(|point| kind == CriticalKind::LimitPoint || self.lies_between(point.distance));
+        let own = kind == CriticalKind::Bifurcation && !sideways;
         let point = found.map(|point| {
+            // What rounding moves the root of the test function by.
+            let slope = point.slope.filter(|_| own);
+            let doubt =
+                slope.map_or(0.0, |slope| self.system.doubt(&mode).map_or(0.0, |change| (change / slope).abs()));
             let motions = match (&mut lateral, sideways) {
                 (Some(lateral), true) => {
                     let mode = lateral.softest();
@@ -320,8 +327,16 @@ impl<const D: usize> Path<'_, D> {
                 }
             };
             let (node, mode) = self.mode_of(&motions);
-            let noted =
-                CriticalPoint { kind, fraction: point.fraction, error: None, node, member: None, sideways, mode };
+            let noted = CriticalPoint {
+                kind,
+                fraction: point.fraction,
+                error: None,
+                located: Some(point.scatter.max(doubt)),
+                node,
+                member: None,
+                sideways,
+                mode,
+            };
             (noted, point.near)
         });
         self.lateral = lateral;
@@ -338,7 +353,7 @@ impl<const D: usize> Path<'_, D> {
         self.system.predict(LAST, NEXT, part - 1.0);
         let aside = self.system.distance(DETOUR);
         self.system.restore(DETOUR);
-        aside.largest() <= ASIDE * far.largest()
+        aside.largest() <= ASIDE * far.largest() + SAME
     }
 
     /// Keeps the present state as the last one of a walk.

@@ -8,14 +8,14 @@ use pennate_elements::small::{V3, add, cross, scale, skew, sub};
 use super::scatter::unit_motion;
 use super::{NodeLoad, System};
 use crate::joints::Active;
-use crate::packs;
+use crate::packs::{self, Auxiliary};
 use crate::structure::{Drive, MemberId, NodeId, SectionLaw, Structure};
 
 /// What the section stiffness and the load of a member follow from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MadeOf {
     control: f64,
-    auxiliary: f64,
+    auxiliary: Auxiliary,
     line: V3<f64>,
     gravity: V3<f64>,
 }
@@ -89,7 +89,8 @@ impl<const D: usize> System<D> {
                 for (segment, description) in member.segments.iter().enumerate() {
                     let section = structure.laws[description.law].at(made_of.control);
                     let length = chain.element_length(slot.lane, segment);
-                    let moduli = packs::moduli(&section, chain.formulation(), length, &slot.turn, self.auxiliary);
+                    let lengths = [length, member.length()];
+                    let moduli = packs::moduli(&section, chain.formulation(), lengths, &slot.turn, self.auxiliary);
                     self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
                     sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
                     sections.noise[1] = sections.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);

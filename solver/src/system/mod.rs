@@ -9,12 +9,13 @@ use pennate_elements::small::{M3, V3, norm, scale, sub};
 use crate::chain::{Pack, SLOTS, Size};
 use crate::joints::{Active, EndKind, Equations, Held, HeldKind, JointState, Topology};
 use crate::linear::{Pivots, Symmetric};
-use crate::packs::{self, Turn};
+use crate::packs::{self, Auxiliary, Turn};
 use crate::reduce::{self, End, MAX_FREE, Reduced, ReleaseFactor, ReleaseState};
 use crate::structure::{MemberId, NodeId, SectionState, Spring, Structure};
 
 mod advance;
 mod carriers;
+mod certain;
 mod dashpots;
 mod loads;
 mod parts;
@@ -28,7 +29,7 @@ mod states;
 use carriers::Carrier;
 use loads::{Sections, loaded_nodes};
 use parts::Parts;
-pub use rates::{Linearized, NEUTRAL};
+pub use rates::Linearized;
 use scatter::{Scatters, add_local, unit_motion};
 use skew::Skew;
 
@@ -77,6 +78,8 @@ impl Residual {
 pub struct Inertia {
     pub negative: usize,
     pub neutral: usize,
+    /// Pivots that would be rounding in an unloaded structure, neutral ones included.
+    pub idle: usize,
     pub smallest: f64,
     /// Sign of the determinant of the unsymmetric correction.
     pub skew_negative: bool,
@@ -142,7 +145,7 @@ pub struct System<const D: usize> {
     sections: Vec<Sections>,
     dashpots: (f64, usize),
     /// See [`packs::AUXILIARY`]; counts from the next [`System::apply_drives`].
-    pub auxiliary: f64,
+    pub auxiliary: Auxiliary,
     holds_strains: bool,
     /// Mass and inertia of the joints, for dashpots; empty until they are asked for.
     masses: Vec<[f64; 2]>,
@@ -440,6 +443,7 @@ impl<const D: usize> System<D> {
     fn join(&self, inertia: &mut Inertia, pivots: &Pivots) {
         inertia.negative += pivots.negative + self.released_negative;
         inertia.neutral += pivots.neutral + self.released_neutral;
+        inertia.idle += pivots.idle + self.released_neutral;
         inertia.smallest = inertia.smallest.min(pivots.smallest);
     }
 

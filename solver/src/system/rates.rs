@@ -5,10 +5,6 @@ use pennate_elements::small::{norm, sub};
 
 use super::{Inertia, Residual, System};
 
-/// Stiffness of a motion over that of its components one by one, below which it is neutral: what iteration, elimination
-/// and the auxiliary stiffness of held strains leave of it has either sign.
-pub const NEUTRAL: f64 = 3e-8;
-
 /// The equations at a state, linearized in the motion of the joints and in the fraction of the ramp.
 #[derive(Debug, Default)]
 pub struct Linearized {

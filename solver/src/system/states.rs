@@ -12,12 +12,6 @@ impl<const D: usize> System<D> {
         self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
     }
 
-    /// Part of a diagonal entry below which its pivot has no sign; until the next [`System::hold`].
-    pub fn set_pivot_noise(&mut self, noise: f64) {
-        self.linear.noise = noise;
-        self.packs.iter_mut().for_each(|pack| pack.set_pivot_noise(noise));
-    }
-
     /// Takes the shape of a saved state, and a part of the change of the mixed stresses since.
     pub fn restore_shape(&mut self, slot: usize, part: f64) {
         copy_state(&self.saved[slot], &mut self.state);

@@ -1,0 +1,93 @@
+//! Whether a negative pivot is a loss of stability, or what arithmetic leaves of a motion without stiffness.
+//!
+//! A motion that needs no force (a buckled round strut turns freely about its axis) has a pivot of either sign. Its
+//! stiffness is zero but for two things. Rounding: a tangent is made by subtraction from the stiffness of single elements,
+//! and keeps their unit in the last place. And the distance from equilibrium: along a motion u(s) that keeps the energy,
+//! 0 = u'ᵀ K u' + r·u'', so that the residual r makes a stiffness of −r·u''. Both are added to the tangent of the joints;
+//! what is negative still, by Sylvester's law of inertia, has a stiffness below zero by more than they can explain.
+//! Nothing of this depends on how stiff other motions are: a stiff frame that sways softly is no neutral one.
+
+use pennate_elements::beam::Ends;
+use pennate_elements::small::norm;
+
+use super::System;
+use super::scatter::add_local;
+use crate::reduce;
+
+/// Rounding of a stiffness, over the largest of the terms that it is the difference of: a unit in their last place.
+const ROUNDING: f64 = f64::EPSILON;
+
+impl<const D: usize> System<D> {
+    /// Negative pivots of the last assembly that neither rounding nor the residual explains.
+    ///
+    /// Costs two factorizations; the factors are those of the tangent again afterwards.
+    pub fn certain_negative(&mut self) -> usize {
+        let interior: usize = self.members.iter().map(|slot| self.packs[slot.pack].pivots(slot.lane).0).sum();
+        let values = self.linear.values.clone();
+        self.add_doubt();
+        let pivots = self.linear.factorize();
+        self.linear.values = values;
+        self.linear.factorize();
+        interior + self.released_negative + pivots.negative
+    }
+
+    /// What rounding and residual may change the value of [`System::singular_test`] by at the last assembly.
+    pub fn doubt(&mut self, b: &[f64]) -> Option<f64> {
+        let here = self.singular_test(b)?;
+        let values = self.linear.values.clone();
+        self.add_doubt();
+        self.linear.factorize();
+        let there = self.singular_test(b);
+        self.linear.values = values;
+        self.linear.factorize();
+        Some(there? - here)
+    }
+
+    /// Adds to the tangent what rounding and residual may have taken from it.
+    fn add_doubt(&mut self) {
+        let size = self.linear.size();
+        let own: Vec<f64> = (0..size).map(|i| self.linear.diagonal(i).abs()).collect();
+        self.linear.shift(ROUNDING, &own);
+        let active = self.equations.active;
+        let translations = active.iter().filter(|component| **component < 3).count();
+        for index in 0..self.members.len() {
+            let (pack, lane) = (self.members[index].pack, self.members[index].lane);
+            let bare = self.packs[pack].bare_stiffness(lane);
+            let ends = doubtful(&bare, translations);
+            let info = self.end_info(index, [[0.0; 6]; 2]);
+            let mut factor = self.members[index].factor;
+            let reduced = reduce::reduce(&ends, &active, &info, Some(&mut factor));
+            let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
+            add_local(&self.equations, &reduced, &joints, &self.scatters.members[index], &mut self.linear.values);
+        }
+        for joint in 0..self.forces.len() {
+            let left = self.equations.unbalanced(joint, &self.forces[joint]);
+            let force = norm([left[0], left[1], left[2]]);
+            let turning = force * self.size + norm([left[3], left[4], left[5]]);
+            let mut block = [[0.0; 6]; 6];
+            for c in 0..3 {
+                block[c][c] = force / self.size;
+                block[c + 3][c + 3] = turning;
+            }
+            self.add_joint_block(joint, &block, &active);
+        }
+    }
+}
+
+/// The rounding of a member's stiffness: on the motion of its ends against each other, since a member that moves as a whole
+/// has none, and on their rotations.
+fn doubtful<const D: usize>(bare: &[[[f64; D]; D]; 2], translations: usize) -> Ends<f64, D> {
+    let o = [[0.0; D]; D];
+    let mut ends = Ends { k00: o, k01: o, k11: o, r0: [0.0; D], r1: [0.0; D] };
+    for i in 0..translations {
+        for j in 0..translations {
+            let own = ROUNDING * bare[1][i][j];
+            (ends.k00[i][j], ends.k01[i][j], ends.k11[i][j]) = (own, -own, own);
+        }
+    }
+    for i in translations..D {
+        ends.k00[i][i] = ROUNDING * bare[0][i][i];
+        ends.k11[i][i] = ROUNDING * bare[1][i][i];
+    }
+    ends
+}
