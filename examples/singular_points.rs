@@ -3,8 +3,8 @@
 //!     cargo run --release --example singular_points              the table
 //!     cargo run --release --example singular_points -- --write   the same, put into README.md, and docs/load_path.svg
 //!
-//! Every case is solved from its network file with default settings. References are those of `reference.json`, or Euler's
-//! load. The estimated error is that of pennate. Factorizations are those of the steps, the time is that of the solver
+//! Every case is solved from its network file with default settings. References are those of `reference.json`, Euler's
+//! load, or for frames stability functions (`testing/src/frames.rs`). The estimated error is that of pennate. Factorizations are those of the steps, the time is that of the solver
 //! on every mesh it tried.
 
 use std::error::Error;
@@ -13,10 +13,11 @@ use std::process::ExitCode;
 
 use pennate::accuracy::solve_to_accuracy;
 use pennate::solution::Solution;
-use pennate_models::read;
+use pennate_models::{Model, read, read_text};
 use pennate_solver::history::{CriticalPoint, NodeState, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::Change;
+use pennate_testing::frames::Frame;
 use plotters::prelude::*;
 use serde_json::Value;
 
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
     lines.extend(limit_points());
     lines.extend(bifurcations());
     lines.extend(columns());
+    lines.extend(frames());
     lines.extend(wheel_chain());
     let table = lines.join("\n");
     println!("{table}");
@@ -118,6 +120,31 @@ fn columns() -> Vec<String> {
     let buckled = "/results_reissner/0/quantities/end_B/reaction_force/0";
     rows.push(run.at_end("push", "load once buckled", -reference("10_euler_post_buckling", buckled)));
     rows
+}
+
+/// Frames that sway, against stability functions.
+fn frames() -> Vec<String> {
+    let mut rows = Vec::new();
+    let mut rng = fastrand::Rng::with_seed(4);
+    let named = |slenderness: f64| match slenderness.is_finite() {
+        true => format!("L/r = {slenderness:.0}"),
+        false => "inextensible".to_owned(),
+    };
+    for slenderness in [30.0, 1e3, 1e5, f64::INFINITY] {
+        rows.push((format!("pinned portal, {}", named(slenderness)), Frame::portal(slenderness)));
+    }
+    for slenderness in [1e3, f64::INFINITY] {
+        let frame = Frame { braced: false, ..Frame::random(&mut rng, slenderness) };
+        let (storeys, bays) = (frame.heights.len(), frame.widths.len());
+        rows.push((format!("frame of {storeys} × {bays} cells, {}", named(slenderness)), frame));
+    }
+    let row = |(name, frame): (String, Frame)| {
+        let exact = frame.critical_factor();
+        let model = read_text("frame.toml", &frame.network(2.0 * exact, 0.0, ""), &[]);
+        let run = Run { name, solution: of_model(model.unwrap_or_else(|errors| panic!("{errors:?}"))) };
+        run.at_point(0, "critical load", 2.0 * exact, exact)
+    };
+    rows.into_iter().map(row).collect()
 }
 
 /// A prototype gave what stands for the references here.
@@ -234,6 +261,10 @@ fn solve(file: &str, settings: Settings<'_>, increments: Option<usize>) -> Solut
     for step in &mut model.steps {
         step.increments = increments.or(step.increments);
     }
+    of_model(model)
+}
+
+fn of_model(model: Model) -> Solution {
     let options = Options { estimate: true, ..Options::default() };
     solve_to_accuracy(model, ACCURACY, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
 }
