@@ -2,7 +2,9 @@
 //!
 //! `cargo run --release --example hostile [-- COUNT [FIRST [NODES]]]` solves COUNT networks (10,000 unless given) from seed FIRST
 //! on, in the plane and in space, and prints how they ended. Most have up to 16 nodes, one in twenty has up to NODES (110,
-//! which makes up to 200 members); every other one has curved members and members of several segments too. A step
+//! which makes up to 200 members); every other one has curved members and members of several segments too, and half of them
+//! members that cannot be stretched or sheared, or hardly. The verdict on the stability of the last state is held against
+//! the lowest mode of vibration about it. A step
 //! that stops short is tried again in small increments, which must stop it too, and one under loads without a potential
 //! that lost positive pivots must end where small increments do. What is wrong is listed by its seed, and
 //! ends the program with status 1: a state that is no equilibrium, a cause that was not confirmed, a panic, a network
@@ -18,12 +20,13 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use case::case;
+use case::stiff_case;
 use check::{Residual, residual};
 use clock::Clock;
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Change, Formulation, Method, Step, Stop};
+use pennate_testing::verdict::{self, Verdict};
 use random::{LENGTH, Network, Vector};
 use rayon::prelude::*;
 
@@ -108,11 +111,14 @@ impl Outcome {
 
 fn judge(seed: u64, most: usize) -> Outcome {
     let start = Clock::start();
-    let (recipe, network, steps) = case(seed, most);
+    let (recipe, network, steps) = stiff_case(seed, most);
     let Some(history) = run(&network, &steps) else { return Outcome::bad("refused as a mechanism") };
     let (worst, states) = verify(&network, &steps, &history);
     let mut outcome = match history.steps.iter().position(|step| step.status != Status::Converged) {
-        None => converged(&network, &steps, &history),
+        None => match contradicted(&network, &steps, &history) {
+            Some(detail) => Outcome { detail, ..Outcome::bad("stability that the modes contradict") },
+            None => converged(&network, &steps, &history),
+        },
         Some(index) => stopped(&network, &steps, &history, index),
     };
     if recipe.follower {
@@ -145,6 +151,15 @@ fn judge(seed: u64, most: usize) -> Outcome {
         return Outcome { time: outcome.time, ..Outcome::bad("hangs") };
     }
     outcome
+}
+
+/// Whether the lowest modes about the last state, on two orders of elements, both say other than the verdict on it.
+fn contradicted(network: &Network, steps: &[Step], history: &History) -> Option<String> {
+    let stable = history.steps.last()?.stable?;
+    match verdict::confirm(&network.structure, steps, steps.len(), stable) {
+        Verdict::Contradicted(lowest) => Some(format!("stable: {stable}, lowest eigenvalues {lowest:?}")),
+        Verdict::Confirmed | Verdict::Unknown => None,
+    }
 }
 
 fn converged(network: &Network, steps: &[Step], history: &History) -> Outcome {
