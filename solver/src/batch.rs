@@ -167,6 +167,7 @@ fn share(history: &History, [nodes, members, springs]: &[std::ops::Range<usize>;
             .collect(),
         refined: step.refined.as_ref().map(state),
         missing: step.missing.get(members.clone()).unwrap_or_default().to_vec(),
+        variations: step.variations.get(members.clone()).unwrap_or_default().to_vec(),
         notes: Vec::new(),
         critical_points: Vec::new(),
         jumps: Vec::new(),

@@ -51,6 +51,8 @@ pub struct StepHistory {
     pub refined: Option<Equilibrium>,
     /// Strain energy of every member that its elements are too coarse for, where an estimate was asked for.
     pub missing: Vec<f64>,
+    /// How fast the last state accepted may vary along the elements of every member, where an estimate was asked for.
+    pub variations: Vec<Vec<Variation>>,
     /// Whether the last state is stable; `None` where loads have no potential.
     pub stable: Option<bool>,
     /// In which space that was judged.
@@ -62,6 +64,15 @@ pub struct StepHistory {
     pub notes: Vec<Note>,
     /// Why the step did not reach its end.
     pub failure: Option<Failure>,
+}
+
+/// How fast the state of a rod may vary along one of its elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Variation {
+    /// Unloaded length of the element.
+    pub length: f64,
+    /// One over the length of the boundary layers or waves that its section forces make (1/length).
+    pub rate: f64,
 }
 
 /// A remark on a step that is no failure.

@@ -78,6 +78,12 @@ impl Split {
             if let Some(refined) = &mut step.refined {
                 self.join_state(refined);
             }
+            if step.variations.len() > self.members {
+                let seconds = step.variations.split_off(self.members);
+                for (second, &(member, _)) in seconds.into_iter().zip(&self.halves) {
+                    step.variations[member].extend(second);
+                }
+            }
             for point in &mut step.critical_points {
                 if let Some(member) = self.member_of(point.node) {
                     point.member = Some(member);

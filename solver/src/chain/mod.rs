@@ -10,7 +10,7 @@ use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, add, axpy, scale, sub, tmul, zeros};
 
-use crate::history::MemberShape;
+use crate::history::{MemberShape, Variation};
 
 mod condense;
 mod dashpots;
@@ -18,6 +18,7 @@ mod element;
 mod geometry;
 mod lanes;
 mod lateral;
+mod layers;
 mod shape;
 mod size;
 mod transfer;
@@ -160,8 +161,8 @@ pub trait Pack<const D: usize>: Send {
     /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior. The moduli are
     /// those of its segments, in space.
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64);
-    /// Takes over the states of members with the same segments, on elements of another number, order or formulation: for
-    /// every member of this pack the other pack and the lane there.
+    /// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of
+    /// this pack the other pack and the lane there.
     fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
     /// What another pack may take over as it is.
     fn in_lanes(&self) -> InLanes<'_>;
@@ -169,6 +170,10 @@ pub trait Pack<const D: usize>: Send {
     fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
     /// First element of a segment, and their number.
     fn elements_of(&self, segment: usize) -> (usize, usize);
+    /// Where the elements of a member begin and end along its unloaded length: one more than elements, from zero on.
+    fn spans(&self, lane: usize) -> Vec<f64>;
+    /// How fast the state of a member may vary along each of its elements.
+    fn variations(&self, lane: usize) -> Vec<Variation>;
     /// Keeps the present state for good, as the next of those that [`Pack::recall`] knows.
     fn keep(&mut self);
     fn recall(&mut self, index: usize);
@@ -546,6 +551,18 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     fn elements_of(&self, segment: usize) -> (usize, usize) {
         let first = self.segment_of.partition_point(|&s| s < segment);
         (first, self.segment_of.partition_point(|&s| s <= segment) - first)
+    }
+
+    fn spans(&self, lane: usize) -> Vec<f64> {
+        let ends = self.pieces.iter().scan(0.0, |at, piece| {
+            *at += piece.length.lane(lane);
+            Some(*at)
+        });
+        std::iter::once(0.0).chain(ends).collect()
+    }
+
+    fn variations(&self, lane: usize) -> Vec<Variation> {
+        self.variations_impl(lane)
     }
 
     fn keep(&mut self) {

@@ -157,13 +157,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 let at = add(unloaded, tapply(&axes, &reference));
                 let next = point(at, &placement, &axes, &bend.unwrap_or(pennate_elements::small::identity()));
 
-                // Statics: what acts on the start and on the part before the middle of the cell.
-                let middle = scale(0.5, add(position(&first), position(&next)));
+                // Statics: what acts on the start and on the part before the middle of the cell, on the curved axis.
+                let s = node(2 * i + 1, 2 * P);
+                let moved = self.place_impl(lane, e, s).displacement;
+                let middle = add(add(unloaded, tapply(&axes, &self.unloaded(lane, e, s))), moved);
                 let here = sub(position(&shape.points[0]), middle);
                 let half = scale(0.5, load);
                 let quarter = scale(0.5, add(position(&first), middle));
                 let total = add(force, add(load_so_far, half));
-                let about = add(add(moment, cross(here, force)), moved(load_moment, load_so_far, middle));
+                let about = add(add(moment, cross(here, force)), moment_about(load_moment, load_so_far, middle));
                 let about = add(about, cross(sub(quarter, middle), half));
                 let mean = mean_axes(&first.axes, &next.axes);
                 let strain = strains[i.min(P - 1)];
@@ -241,7 +243,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 }
 
 /// Moment about `place` of forces whose moment about the origin and whose sum are known.
-fn moved(about_origin: V3<f64>, sum: V3<f64>, place: V3<f64>) -> V3<f64> {
+fn moment_about(about_origin: V3<f64>, sum: V3<f64>, place: V3<f64>) -> V3<f64> {
     sub(about_origin, cross(place, sum))
 }
 

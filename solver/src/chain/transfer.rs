@@ -5,13 +5,15 @@ use std::any::Any;
 use pennate_elements::beam::{Beam, Piece, Placement};
 use pennate_elements::interpolation::node;
 use pennate_elements::real::{Real, Work};
-use pennate_elements::small::{axpy, scale};
+use pennate_elements::small::{V3, axpy, scale};
 
 use super::lanes;
 use super::{Bent, Chain, Pack};
 
 /// The highest order of an element.
 const MOST: usize = 5;
+/// Elements whose lengths differ by no more than this part are the same: rounding.
+const SAME: f64 = 1e-12;
 
 /// Local unknowns of the nodes of an element and mixed stresses at its Gauss points; what its order does not have is zero.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +94,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut divided = Vec::new();
         let mut poses = Vec::new();
         for (lane, &(coarse, from)) in sources.iter().enumerate() {
-            if self.frames.len() == coarse.elements() {
+            if self.is_divided_alike(lane, coarse, from) {
                 self.enrich(lane, coarse, from);
             } else {
                 poses.resize(self.state.local.len(), B::Pose::default());
@@ -116,8 +118,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Takes over the state of a pack of the same members and elements that lie in the same lanes; false for any other.
     fn enrich_in_lanes(&mut self, sources: &[(&dyn Pack<D>, usize)]) -> bool {
         let coarse = sources[0].0;
-        let alike = sources.iter().enumerate().all(|(lane, (_, from))| lane == *from);
-        if !alike || coarse.members() != self.members || coarse.elements() != self.frames.len() {
+        let alike = |(lane, &(_, from)): (usize, &(&dyn Pack<D>, usize))| {
+            lane == from && self.is_divided_alike(lane, coarse, from)
+        };
+        if coarse.members() != self.members || !sources.iter().enumerate().all(alike) {
             return false;
         }
         let InLanes { nodes, local, stress } = coarse.in_lanes();
@@ -167,50 +171,58 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
-    /// Takes over the state of a member of the same segments, divided into another number of elements, but for the local
-    /// unknowns, whose places are left in `poses`.
+    /// Whether a member has the same elements here and there, whatever their order.
+    fn is_divided_alike(&self, lane: usize, other: &dyn Pack<D>, from: usize) -> bool {
+        let same = |segment: usize| {
+            let [own, others] = [self.element_length(lane, segment), other.element_length(from, segment)];
+            self.elements_of(segment) == other.elements_of(segment) && (own - others).abs() <= SAME * own
+        };
+        self.segments == other.segments() && self.frames.len() == other.elements() && (0..self.segments).all(same)
+    }
+
+    /// Takes over the state of a member divided into other elements, but for the local unknowns, whose places are left
+    /// in `poses`.
     fn divide(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize, poses: &mut [B::Pose]) {
-        let mut element = 0;
-        for segment in 0..self.segments {
-            let (start, count) = coarse.elements_of(segment);
-            let own = self.elements_of(segment).1;
-            // Element of the coarse member, and the place in it.
-            let locate = |x: f64| {
-                let x = x * count as f64 / own as f64;
-                let e = (x as usize).min(count - 1);
-                (start + e, x - e as f64)
-            };
-            for k in 0..own {
-                let ends = [k, k + 1].map(|k| {
-                    let (e, s) = locate(k as f64);
-                    coarse.place(from, e, s)
-                });
-                B::set_pose(&mut self.state.nodes[element], lane, &ends[0]);
-                B::set_pose(&mut self.state.nodes[element + 1], lane, &ends[1]);
-                for i in 0..P {
-                    let (e, s) = locate(k as f64 + node(i + 1, P));
-                    B::set_pose(&mut poses[element * P + i], lane, &coarse.place(from, e, s));
-                    let (e, s) = locate(k as f64 + self.table.points[i]);
-                    let (_, stress) = coarse.sample(from, e, s);
-                    for d in 0..D {
-                        self.state.stress[element * P + i][d].set_lane(lane, stress[d]);
-                    }
+        let (own, others) = (self.spans(lane), coarse.spans(from));
+        // Element of the coarse member, and the place in it.
+        let locate = |x: f64| {
+            let e = others[1..others.len() - 1].partition_point(|&end| end <= x);
+            (e, ((x - others[e]) / (others[e + 1] - others[e])).clamp(0.0, 1.0))
+        };
+        let points = self.table.points;
+        for element in 0..self.frames.len() {
+            let [start, end] = [own[element], own[element + 1]];
+            let at = |x: f64| locate(start + x * (end - start));
+            for (node, x) in [(element, 0.0), (element + 1, 1.0)] {
+                let (e, s) = at(x);
+                B::set_pose(&mut self.state.nodes[node], lane, &coarse.place(from, e, s));
+            }
+            for i in 0..P {
+                let (e, s) = at(node(i + 1, P));
+                B::set_pose(&mut poses[element * P + i], lane, &coarse.place(from, e, s));
+                let (e, s) = at(points[i]);
+                let (_, stress) = coarse.sample(from, e, s);
+                for d in 0..D {
+                    self.state.stress[element * P + i][d].set_lane(lane, stress[d]);
                 }
-                element += 1;
             }
         }
     }
 
     pub(super) fn place_impl(&self, lane: usize, element: usize, s: f64) -> Placement {
-        let piece = &self.pieces[element];
-        let reference = if self.curves.is_empty() {
-            scale(s, piece.chord.map(|x| x.lane(lane)))
-        } else {
-            let bent = Bent { length: piece.length.lane(lane), curvature: self.initial_curvature(element, lane) };
-            bent.position(s * bent.length)
-        };
         let (local, _) = self.sample_impl(lane, element, s);
-        B::interior(piece, &self.element_end(lane, element), reference, local, lane)
+        let reference = self.unloaded(lane, element, s);
+        B::interior(&self.pieces[element], &self.element_end(lane, element), reference, local, lane)
+    }
+
+    /// Unloaded position at a unit coordinate of an element, in its own axes.
+    pub(super) fn unloaded(&self, lane: usize, element: usize, s: f64) -> V3<f64> {
+        let piece = &self.pieces[element];
+        if self.curves.is_empty() {
+            return scale(s, piece.chord.map(|x| x.lane(lane)));
+        }
+        let bent = Bent { length: piece.length.lane(lane), curvature: self.initial_curvature(element, lane) };
+        bent.position(s * bent.length)
     }
 
     pub(super) fn lift_impl(&mut self, plane: &dyn Pack<3>) {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::error::{FreeMotion, NearMotion};
-use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory};
+use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation};
 use crate::joints::Held;
 use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
@@ -287,6 +287,12 @@ impl<'a, const D: usize> Path<'a, D> {
             elements,
             unknowns: self.system.equations.size + per_node * interior,
         }
+    }
+
+    /// How fast the present state may vary along the elements of every member.
+    fn variations(&self) -> Vec<Vec<Variation>> {
+        let System { members, packs, .. } = &self.system;
+        members.iter().map(|slot| packs[slot.pack].variations(slot.lane)).collect()
     }
 
     /// The present equilibrium on elements of the next order, and what the members lack for it.

@@ -132,6 +132,9 @@ impl<const D: usize> Path<'_, D> {
         }
         state.rounding = estimate.map(|estimate| estimate.rounding);
         state.compliances = results::compliances(&mut self.system);
+        if self.options.estimate {
+            record.variations = self.variations();
+        }
         let shapes = if self.options.shapes { results::shapes(&self.system) } else { Vec::new() };
         record.increments.push(Increment { fraction, state, shapes });
         record.negative_pivots = self.base.own + self.base.lateral;
@@ -205,6 +208,7 @@ pub(super) fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory 
         increments: Vec::new(),
         refined: None,
         missing: Vec::new(),
+        variations: Vec::new(),
         stable: None,
         stability,
         negative_pivots: 0,
