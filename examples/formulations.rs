@@ -181,7 +181,7 @@ impl Problem {
     /// Solves on so many elements a segment; `None` where that comes to no end.
     fn solve(&self, model: &Model, order: usize, elements: usize) -> Option<Row> {
         let refinement = model.members.iter().map(|member| vec![elements; member.segments.len()]).collect();
-        let mesh = Mesh { order, refinement };
+        let mesh = Mesh::new(order, refinement);
         let (structure, steps) = discretize(model, &mesh);
         let begin = Instant::now();
         let (mut seconds, mut solved) = (f64::INFINITY, None);

@@ -193,7 +193,7 @@ fn spiral(cells: usize, elements: usize) -> (Structure, Vec<Step>) {
         n => vec![elements.div_ceil(n); n],
     };
     let refinement = model.members.iter().map(|member| divide(member.segments.len())).collect();
-    discretize(&model, &Mesh { order: 1, refinement })
+    discretize(&model, &Mesh::new(1, refinement))
 }
 
 fn iteration(cells: usize) -> (f64, String) {

@@ -23,7 +23,7 @@ pub fn solution() -> Solution {
     let history = history();
     let probes = ProbeTable::new(&model, &history);
     let accuracy = Accuracy { asked: 1e-6, estimated: Some(3e-8), verdict: Verdict::Met, rounds: 1 };
-    let mesh = Mesh { order: 3, refinement: vec![vec![2, 1]] };
+    let mesh = Mesh::new(3, vec![vec![2, 1]]);
     Solution { model, mesh, history, probes, accuracy, timing: Timing::default() }
 }
 
@@ -102,6 +102,7 @@ fn history() -> History {
         increments: vec![increment(0.5), increment(0.75)],
         refined: Some(state(0.75 + 1e-9)),
         missing: Vec::new(),
+        variations: Vec::new(),
         stable: Some(false),
         stability: Dimension::Space,
         negative_pivots: 1,
@@ -127,6 +128,7 @@ fn history() -> History {
         increments: Vec::new(),
         refined: None,
         missing: Vec::new(),
+        variations: Vec::new(),
         stable: None,
         stability: Dimension::Space,
         negative_pivots: 0,

@@ -12,7 +12,7 @@ use network::{Solved, Vector, model, solve_on};
 /// Solves on `elements` of an order in each segment.
 fn on(model: &Model, order: usize, elements: usize) -> Solved {
     let refinement = model.members.iter().map(|member| vec![elements; member.segments.len()]).collect();
-    solve_on(model.clone(), &Mesh { order, refinement })
+    solve_on(model.clone(), &Mesh::new(order, refinement))
 }
 
 /// Checks the rates of p = 1, 2, … from two numbers of `elements` each, and that of corotational ones from the first two.

@@ -116,7 +116,7 @@ fn read(file: &str, formulation: Formulation) -> Model {
 /// On elements of order 1, `elements` in each segment.
 fn on(model: &Model, elements: usize) -> History {
     let refinement = model.members.iter().map(|member| vec![elements; member.segments.len()]).collect();
-    let (structure, steps) = discretize(model, &Mesh { order: 1, refinement });
+    let (structure, steps) = discretize(model, &Mesh::new(1, refinement));
     let options = Options { shapes: true, ..Options::default() };
     let history = pennate_solver::solve(&structure, &steps, &options, &mut |_| true).expect("no mechanism");
     assert!(history.steps.iter().all(|step| step.status == Status::Converged));

@@ -31,14 +31,14 @@ fn every_mesh(shear: &str, rest: &str, check: impl Fn(&Solved, &str)) {
         ));
         for order in 1..=4 {
             for elements in [1, 3, 8] {
-                let solved = solve_on(model.clone(), &Mesh { order, refinement: vec![vec![elements]] });
+                let solved = solve_on(model.clone(), &Mesh::new(order, vec![vec![elements]]));
                 check(&solved, &format!("{dimension}, order {order}, {elements} elements"));
             }
         }
         let mut model = model;
         model.members[0].formulation = Formulation::Corotational;
         for elements in [24, 32] {
-            let solved = solve_on(model.clone(), &Mesh { order: 1, refinement: vec![vec![elements]] });
+            let solved = solve_on(model.clone(), &Mesh::new(1, vec![vec![elements]]));
             check(&solved, &format!("{dimension}, corotational, {elements} elements"));
         }
     }
@@ -113,7 +113,7 @@ fn induced_strains_alone_leave_no_stress() {
                     steps = [{{ actuation = {{ rod = 1 }} }}]
                     "#
                 ));
-                let solved = solve_on(model, &Mesh { order, refinement: vec![vec![elements]] });
+                let solved = solve_on(model, &Mesh::new(order, vec![vec![elements]]));
                 let radius = 0.8 / k;
                 let goal = Vector::new(radius, radius, 0.0);
                 assert_near(solved.last().energy, 0.0, 1e-12);
@@ -139,7 +139,7 @@ fn unloaded_curved_rods_stay_as_they_are() {
                 members.other = {{ nodes = ["C", "D"], section = "rod", arc = [12, 103, 65] }}
                 "#
             ));
-            let solved = solve_on(model, &Mesh { order, refinement: vec![vec![6], vec![1], vec![3]] });
+            let solved = solve_on(model, &Mesh::new(order, vec![vec![6], vec![1], vec![3]]));
             for node in &solved.last().nodes {
                 assert_close(node.displacement, [0.0; 3], 1e-9);
                 assert_close(node.reaction_force, [0.0; 3], 1e-6);
@@ -175,7 +175,7 @@ fn extreme_stiffness_ratios_balance() {
                     0.6 * load,
                     -load
                 ));
-                let solved = solve_on(model, &Mesh { order, refinement: vec![vec![elements], vec![2 * elements]] });
+                let solved = solve_on(model, &Mesh::new(order, vec![vec![elements], vec![2 * elements]]));
                 let (force, moment) = solved.imbalance(&[("B", [0.8 * load, 0.6 * load, -load], [0.0; 3])]);
                 assert!(
                     force < 1e-7 * load && moment < 1e-5 * load,

@@ -12,7 +12,7 @@ use pennate_solver::options::Options;
 fn every_first_increment_leads_to_the_buckled_state() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/peers/imperfect_strut.toml");
     let model = read(&file, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let mesh = Mesh { order: 3, refinement: vec![vec![8]] };
+    let mesh = Mesh::new(3, vec![vec![8]]);
     let (structure, steps) = discretize(&model, &mesh);
     let tip = model.nodes.iter().position(|node| node.name == "T").expect("the strut has a tip");
     for first_increment in [1.0, 0.5, 0.25, 0.1] {

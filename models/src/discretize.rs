@@ -14,7 +14,8 @@ use crate::model::{self, FixedLaw, MemberKind, Model, SegmentLaw, Target};
 
 /// Turns a model into what the solver takes.
 ///
-/// Nodes, members, supports, springs and bodies keep their order and so their indices. In the plane, material
+/// Nodes, members, supports, springs and bodies keep their order and so their indices; segments are the stretches of
+/// the mesh. In the plane, material
 /// axes are turned about the tangent so that axis 3 is global z, see [`plane_turn`].
 pub fn discretize(model: &Model, mesh: &Mesh) -> (Structure, Vec<Step>) {
     let mut laws = Laws::default();
@@ -31,9 +32,9 @@ pub fn discretize(model: &Model, mesh: &Mesh) -> (Structure, Vec<Step>) {
     let members = model
         .members
         .iter()
-        .zip(&mesh.refinement)
+        .enumerate()
         .zip(controls)
-        .map(|((member, counts), control)| chain(model, member, counts, control, mesh.order, &mut laws))
+        .map(|((index, member), control)| chain(model, mesh, (index, member), control, &mut laws))
         .collect();
     let steps = model
         .steps
@@ -103,10 +104,9 @@ fn snap(cosine: f64) -> f64 {
 
 fn chain(
     model: &Model,
-    member: &model::Member,
-    counts: &[usize],
+    mesh: &Mesh,
+    (index, member): (usize, &model::Member),
     control: Option<DriveId>,
-    order: usize,
     laws: &mut Laws,
 ) -> Member {
     let turn = plane_turn(model, member);
@@ -116,17 +116,17 @@ fn chain(
         let tangent = Vector3::new(axes[0][0], axes[0][1], 0.0).normalize();
         axes = [tangent.into(), [-tangent.y, tangent.x, 0.0], [0.0, 0.0, 1.0]];
     }
-    let segments = member
-        .segments
-        .iter()
-        .zip(counts)
-        .map(|(segment, &elements)| Segment {
-            length: segment.length,
+    let stretch = |(k, &elements): (usize, &usize)| {
+        let stretch = mesh.stretch(model, index, k);
+        let segment = &member.segments[stretch.segment];
+        Segment {
+            length: stretch.length,
             elements,
             law: laws.of(model, &segment.material, &turn),
             initial_curvature: (turn.transpose() * Vector3::from(segment.initial_curvature)).into(),
-        })
-        .collect();
+        }
+    };
+    let segments = mesh.refinement[index].iter().enumerate().map(stretch).collect();
     Member {
         nodes: member.nodes,
         axes,
@@ -134,7 +134,7 @@ fn chain(
         releases: member.releases.clone(),
         control,
         formulation: member.formulation,
-        order: member.order(order),
+        order: member.order(mesh.order),
     }
 }
 

@@ -25,6 +25,7 @@ pub mod discretize;
 pub mod error;
 pub mod expression;
 pub mod file;
+pub mod grading;
 pub mod hsim;
 pub mod input;
 pub mod library;

@@ -1,19 +1,39 @@
 //! How finely each segment of each member is divided.
 
+use std::collections::BTreeMap;
+
 use crate::input::read::Count;
-use crate::model::{Member, MemberKind, Model, Segment};
+use crate::model::{Member, MemberId, MemberKind, Model, Segment};
+use pennate_solver::history::History;
 use pennate_solver::structure::{Dimension, Formulation};
 
-/// Order of the elements and their number in every segment of every member.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Order of the elements and their number in every stretch of every member.
+///
+/// A stretch has elements of one length. It is a whole segment, unless the member is graded.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Order of members that do not ask for one, 1 to 4.
     pub order: usize,
-    /// Elements of each segment of each member.
+    /// Elements of each stretch of each member.
     pub refinement: Vec<Vec<usize>>,
+    /// Stretches of graded members, see [`Mesh::graded`].
+    pub grading: BTreeMap<MemberId, Vec<Stretch>>,
+}
+
+/// A part of a segment with elements of one length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    pub segment: usize,
+    /// Unloaded length.
+    pub length: f64,
 }
 
 impl Mesh {
+    /// A mesh with so many elements in each segment of each member, equally long.
+    pub fn new(order: usize, refinement: Vec<Vec<usize>>) -> Self {
+        Self { order, refinement, grading: BTreeMap::new() }
+    }
+
     /// Elements that a file may ask for: they take up to 5 kB each, and a short file a gigabyte at most.
     pub const FORCED_LIMIT: usize = 200_000;
 
@@ -36,7 +56,7 @@ impl Mesh {
             let long = few && model.members.len() > 1 && member.length > 2.0 * typical;
             member.segments.iter().map(|segment| initial_elements(member, segment, long, short)).collect()
         };
-        let mut mesh = Self { order, refinement: model.members.iter().map(elements).collect() };
+        let mut mesh = Self::new(order, model.members.iter().map(elements).collect());
         mesh.limit(model);
         mesh
     }
@@ -62,15 +82,39 @@ impl Mesh {
     #[must_use]
     pub fn refined(&self, model: &Model, factors: &[usize]) -> Self {
         let mut mesh = self.clone();
-        for ((counts, member), &factor) in mesh.refinement.iter_mut().zip(&model.members).zip(factors) {
-            for (count, segment) in counts.iter_mut().zip(&member.segments) {
-                if segment.elements.is_none() {
+        for (member, (counts, &factor)) in mesh.refinement.iter_mut().zip(factors).enumerate() {
+            for (index, count) in counts.iter_mut().enumerate() {
+                if self.is_free_at(model, member, index) {
                     *count = count.saturating_mul(factor.max(1));
                 }
             }
         }
         mesh.limit(model);
         mesh
+    }
+
+    /// A stretch of a member.
+    pub fn stretch(&self, model: &Model, member: MemberId, index: usize) -> Stretch {
+        match self.grading.get(&member) {
+            Some(stretches) => stretches[index],
+            None => Stretch { segment: index, length: model.members[member].segments[index].length },
+        }
+    }
+
+    /// Whether the file leaves the elements of a stretch to choose.
+    pub fn is_free_at(&self, model: &Model, member: MemberId, index: usize) -> bool {
+        model.members[member].segments[self.stretch(model, member, index).segment].elements.is_none()
+    }
+
+    /// Gives the shapes of a history the segments of the model, where those of the solver are stretches.
+    pub fn name_segments(&self, history: &mut History) {
+        for increment in history.steps.iter_mut().flat_map(|step| &mut step.increments) {
+            for (member, stretches) in &self.grading {
+                for cell in increment.shapes.get_mut(*member).into_iter().flat_map(|shape| &mut shape.cells) {
+                    cell.segment = stretches[cell.segment].segment;
+                }
+            }
+        }
     }
 
     /// The lowest order of any element: errors fall as slowly as its do.
@@ -93,12 +137,12 @@ impl Mesh {
         if self.elements() <= Count::LIMIT {
             return;
         }
-        let segments: usize = self.refinement.iter().map(Vec::len).sum();
-        let most = (Count::LIMIT / segments.max(1)).max(1);
-        for (counts, member) in self.refinement.iter_mut().zip(&model.members) {
-            for (count, segment) in counts.iter_mut().zip(&member.segments) {
-                if segment.elements.is_none() {
-                    *count = (*count).min(most);
+        let stretches: usize = self.refinement.iter().map(Vec::len).sum();
+        let most = (Count::LIMIT / stretches.max(1)).max(1);
+        for member in 0..self.refinement.len() {
+            for index in 0..self.refinement[member].len() {
+                if self.is_free_at(model, member, index) {
+                    self.refinement[member][index] = self.refinement[member][index].min(most);
                 }
             }
         }
