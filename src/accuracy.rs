@@ -7,18 +7,19 @@
 
 use std::time::Instant;
 
+use pennate_models::grading::Grading;
 use pennate_models::probes::ProbeKind;
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::batch::{self, Design};
 use pennate_solver::error::SolveError;
-use pennate_solver::history::{Equilibrium, History, Status};
+use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::{Dimension, Structure};
 
-use crate::solution::{NodeError, ProbeTable, Solution, Timing, diagonal, largest_force, last_state, norm};
+use crate::solution::{NodeError, ProbeSteps, ProbeTable, Solution, Timing, diagonal, largest_force, last_state, norm};
 
 /// Meshes that are tried at most.
-const MAX_ROUNDS: usize = 6;
+const MAX_ROUNDS: usize = 8;
 /// Relative error below which every refinement pays, as long as rounding is not in the way.
 const ASYMPTOTIC: f64 = 1e-4;
 /// A mesh is refined by no more at once: an error far above what was asked for is a poor guide.
@@ -39,6 +40,8 @@ const MESH_SCATTER: f64 = 0.05;
 const CONFIRMED: f64 = 0.01;
 /// Part of itself by which a singular point is found at best.
 const LOCATED: f64 = 1e-9;
+/// Part of the largest error of a step below which the error of a probe is not believed.
+const BY_CHANCE: f64 = 0.05;
 /// Moments count as no smaller than this part of force times network size.
 const MOMENT_FLOOR: f64 = 1e-3;
 
@@ -61,14 +64,46 @@ pub enum Verdict {
     Forced,
     /// A finer mesh would have too many elements, or too many meshes were tried.
     TooFine,
-    /// The last refinement made it no better: what is left is rounding.
+    /// The last refinement made it no better, on elements that resolve all layers: what is left is rounding.
     Stalled,
     /// The finer mesh got less far along the path.
     PathLost,
     /// The user did not want to wait for the finer mesh.
     Interrupted,
-    /// No step ended with an estimate.
+    /// Nothing to compare with was found for the end of a step, or none has come to its end.
     NotEstimated,
+}
+
+impl Verdict {
+    /// The word for it in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::Forced => "forced_elements",
+            Self::TooFine => "too_fine_a_mesh",
+            Self::Stalled => "rounding",
+            Self::PathLost => "path_lost",
+            Self::Interrupted => "interrupted",
+            Self::NotEstimated => "no_estimate",
+        }
+    }
+}
+
+impl Accuracy {
+    /// Whether the error is known, and no larger than asked for.
+    pub fn is_met(&self) -> bool {
+        self.estimated.is_some_and(|error| error <= self.asked)
+    }
+}
+
+/// What came of one mesh.
+struct Round {
+    mesh: Mesh,
+    history: History,
+    probes: ProbeTable,
+    /// Relative error; `None` where it is not known.
+    error: Option<f64>,
+    grading: Grading,
 }
 
 /// Solves a network on the mesh that its accuracy needs.
@@ -84,7 +119,7 @@ pub fn solve_to_accuracy(
     let start = Instant::now();
     let mut mesh = Mesh::initial(&model, asked);
     let mut timing = Timing { mesh: start.elapsed(), ..Timing::default() };
-    let mut best: Option<(Mesh, History, ProbeTable, f64)> = None;
+    let mut best: Option<Round> = None;
     let mut trail = None;
     let way = mesh.of_the_way(&model, asked);
     let mut options = Options { rough: way.is_some(), ..options.clone() };
@@ -96,7 +131,7 @@ pub fn solve_to_accuracy(
         let (structure, steps) = discretize(&model, &mesh);
         timing.mesh += start.elapsed();
         let start = Instant::now();
-        let coarse = trail.take().zip(best.as_ref().map(|(_, history, ..)| history));
+        let coarse = trail.take().zip(best.as_ref().map(|round| &round.history));
         let solved = pennate_solver::solve_along(&structure, &steps, &options, coarse, observe);
         let spent = start.elapsed();
         let mut history = match solved {
@@ -108,31 +143,83 @@ pub fn solve_to_accuracy(
         };
         timing.estimate += history.estimate;
         timing.solve += spent.saturating_sub(history.estimate);
-        options.rough = false;
-        let probes = ProbeTable::new(&model, &history);
-        if let Some((before, coarse, ..)) = &best
+        mesh.name_segments(&mut history);
+        if let Some(Round { mesh: before, history: coarse, .. }) = &best
             && before.order == mesh.order
         {
             estimate_critical_points(coarse, &mut history, before.elements(), &mesh, mesh.lowest_order(&model));
         }
-        let error = largest_of(relative_error(&model, &structure, &history, &probes), critical_error(&history));
-        let judged = judge(&model, &mesh, &history, error, asked, rounds, best.as_ref());
-        let verdict = match judged {
+        let probes = ProbeTable::new(&model, &history);
+        let known = options.rough || every_end_is_estimated(&history);
+        let error = relative_error(&model, &structure, &history, &probes);
+        let error = largest_of(error, critical_error(&history)).filter(|_| known);
+        options.rough = false;
+        let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
+        let grading = mesh.graded(&model, &states, asked);
+        let mut round = Round { mesh, history, probes, error, grading };
+        let mut verdict = match judge(&model, &round, asked, rounds, best.as_ref()) {
             Judgement::Refine(finer) => {
-                best = Some((mesh, history, probes, error.unwrap_or(f64::INFINITY)));
+                best = Some(round);
                 mesh = finer;
                 continue;
             }
             Judgement::End(verdict) => verdict,
         };
-        let keep_last = !matches!(verdict, Verdict::PathLost | Verdict::Interrupted);
-        let (mesh, history, probes, estimated) = match best {
-            Some((mesh, history, probes, error)) if !keep_last => (mesh, history, probes, Some(error)),
-            _ => (mesh, history, probes, error),
-        };
+        if matches!(verdict, Verdict::PathLost | Verdict::Interrupted) {
+            round = best.unwrap_or(round);
+        }
+        if round.grading.unresolved || round.error.is_none() {
+            round.error = None;
+            let start = Instant::now();
+            if verdict != Verdict::Interrupted && compare_with_free(&model, &mut round, asked, &options, observe) {
+                round.probes = ProbeTable::new(&model, &round.history);
+                round.error = relative_error(&model, &structure, &round.history, &round.probes);
+            }
+            timing.estimate += start.elapsed();
+            verdict = match round.error {
+                Some(error) if error <= asked => Verdict::Met,
+                Some(_) => verdict,
+                None if verdict == Verdict::Interrupted => verdict,
+                None => Verdict::NotEstimated,
+            };
+        }
+        let Round { mesh, history, mut probes, error: estimated, .. } = round;
+        state_least_errors(&model, &structure, &history, &mut probes);
         let accuracy = Accuracy { asked, estimated, verdict, rounds };
         return Ok(Solution { model, mesh, history, probes, accuracy, timing });
     }
+}
+
+/// Whether the end of every step that has come to it was found on a finer mesh too.
+fn every_end_is_estimated(history: &History) -> bool {
+    history.steps.iter().all(|step| step.status != Status::Converged || step.refined.is_some())
+}
+
+/// Takes the ends of the steps on the mesh that the accuracy needs as what those on elements forced by the file are
+/// compared with; false where there is no such mesh.
+///
+/// Elements of the next order tell nothing where they are as much too long as those that they are compared with.
+fn compare_with_free(
+    model: &Model,
+    round: &mut Round,
+    asked: f64,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> bool {
+    let mut free = model.clone();
+    let forced = free.members.iter_mut().flat_map(|member| &mut member.segments).map(|segment| &mut segment.elements);
+    if forced.fold(false, |any, elements| elements.take().is_some() || any) {
+        let options = Options { shapes: false, near_motion: false, ..options.clone() };
+        let Ok(solution) = solve_to_accuracy(free, asked, &options, observe) else { return false };
+        let alike = |(own, free): (&StepHistory, &StepHistory)| own.status == free.status;
+        if solution.accuracy.estimated.is_some() && round.history.steps.iter().zip(&solution.history.steps).all(alike) {
+            for (own, free) in round.history.steps.iter_mut().zip(&solution.history.steps) {
+                own.refined = last_state(free).cloned();
+            }
+            return true;
+        }
+    }
+    false
 }
 
 /// Solves networks of one topology side by side on the meshes that their accuracy should need, without what they share
@@ -159,11 +246,13 @@ pub fn solve_together(
         })
         .collect();
     let histories = batch::histories(&designs, options, observe);
-    let judged = models.iter().zip(&designs).zip(histories).map(|((model, design), history)| {
+    let judged = models.iter().zip(&meshes).zip(&designs).zip(histories).map(|(((model, mesh), design), history)| {
         let history = history?;
         let probes = ProbeTable::new(model, &history);
         let error = relative_error(model, &design.structure, &history, &probes)?;
-        (error <= asked).then_some(Shared { probes, error })
+        let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
+        let resolved = every_end_is_estimated(&history) && !mesh.graded(model, &states, asked).unresolved;
+        (error <= asked && resolved).then_some(Shared { probes, error })
     });
     judged.collect()
 }
@@ -181,28 +270,29 @@ enum Judgement {
     End(Verdict),
 }
 
-fn judge(
-    model: &Model,
-    mesh: &Mesh,
-    history: &History,
-    error: Option<f64>,
-    asked: f64,
-    rounds: usize,
-    best: Option<&(Mesh, History, ProbeTable, f64)>,
-) -> Judgement {
-    if let Some((_, before, _, _)) = best {
-        if history.steps.iter().any(|step| step.status == Status::Interrupted) {
+fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&Round>) -> Judgement {
+    let Round { mesh, history, error, grading, .. } = round;
+    let error = *error;
+    let interrupted = history.steps.iter().any(|step| step.status == Status::Interrupted);
+    if let Some(before) = best {
+        if interrupted {
             return Judgement::End(Verdict::Interrupted);
         }
         // A finer mesh that finds a singular point on the way is right; one that finds nothing at all is lost.
         let lost = history.steps.iter().any(|step| step.status == Status::NotConverged);
-        if lost && progress_of(history) < progress_of(before) - MESH_SCATTER {
-            return Judgement::End(Verdict::PathLost);
+        if lost && progress_of(history) < progress_of(&before.history) - MESH_SCATTER {
+            // Where what the coarser mesh says is not to be trusted, a still finer one may follow the path.
+            let trusted = before.error.is_some() && !before.grading.unresolved;
+            let finer = grading.finer.clone().unwrap_or_else(|| halved(model, mesh));
+            let open = !trusted && rounds < MAX_ROUNDS && finer != *mesh;
+            return if open { Judgement::Refine(finer) } else { Judgement::End(Verdict::PathLost) };
         }
     }
     // What found the way of a large network is not near its end.
-    let interrupted = history.steps.iter().any(|step| step.status == Status::Interrupted);
     if let (Some((order, left)), false) = (mesh.raised(asked, error), interrupted) {
+        if let Some(finer) = &grading.finer {
+            return Judgement::Refine(Mesh { order, ..finer.clone() });
+        }
         let missing = missing(history);
         // A few members lack most of the energy: shorter elements there cost little.
         let factors = match missing.is_empty() {
@@ -211,9 +301,13 @@ fn judge(
         };
         return Judgement::Refine(Mesh { order, ..mesh.refined(model, &factors) });
     }
+    // What elements that are longer than a layer say of a path or of an error is nothing.
+    if let (Some(finer), true) = (&grading.finer, !interrupted && rounds < MAX_ROUNDS) {
+        return Judgement::Refine(finer.clone());
+    }
     // A path that ends early may do so for want of elements: a second mesh confirms it.
     let complete = history.steps.iter().all(|step| step.status == Status::Converged);
-    let gained = best.is_none_or(|(_, before, ..)| progress_of(history) > progress_of(before) + CONFIRMED);
+    let gained = best.is_none_or(|before| progress_of(history) > progress_of(&before.history) + CONFIRMED);
     if !complete && gained && rounds < MAX_ROUNDS {
         let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(2 * rounds, segments)).collect();
         let finer = mesh.refined(model, &factors);
@@ -224,17 +318,22 @@ fn judge(
     // A singular point is known as well as the last mesh moved it, where the mesh before it found it too.
     let unknown = history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none());
     if unknown && rounds < 4 {
-        let finer = mesh.refined(model, &vec![2; mesh.refinement.len()]);
+        let finer = halved(model, mesh);
         if finer != *mesh {
             return Judgement::Refine(finer);
         }
     }
-    let Some(error) = error else { return Judgement::End(Verdict::NotEstimated) };
+    let Some(error) = error else {
+        // Where the next order leads nowhere, shorter elements are another way.
+        let shorter = halved(model, mesh);
+        let open = !interrupted && !every_end_is_estimated(history) && rounds < MAX_ROUNDS && shorter != *mesh;
+        return if open { Judgement::Refine(shorter) } else { Judgement::End(Verdict::NotEstimated) };
+    };
     if error <= asked {
         return Judgement::End(Verdict::Met);
     }
-    let stalled = error < ASYMPTOTIC && best.is_some_and(|(.., before)| error > 0.5 * before);
-    if stalled && best.is_some_and(|(before, ..)| is_finer_everywhere(model, mesh, before)) {
+    let stalled = error < ASYMPTOTIC && best.is_some_and(|before| before.error.is_some_and(|e| error > 0.5 * e));
+    if stalled && best.is_some_and(|before| is_finer_everywhere(model, mesh, &before.mesh)) {
         return Judgement::End(Verdict::Stalled);
     }
     let factors = match stalled {
@@ -250,11 +349,19 @@ fn judge(
     if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
 }
 
-/// Whether every segment that may have more elements on a mesh than on the one before has twice as many.
+/// The mesh with elements half as long.
+fn halved(model: &Model, mesh: &Mesh) -> Mesh {
+    mesh.refined(model, &vec![2; mesh.refinement.len()])
+}
+
+/// Whether every stretch that may have more elements on a mesh than on the one before has twice as many.
 fn is_finer_everywhere(model: &Model, mesh: &Mesh, before: &Mesh) -> bool {
-    let segments = model.members.iter().flat_map(|member| &member.segments);
-    let counts = mesh.refinement.iter().flatten().zip(before.refinement.iter().flatten());
-    segments.zip(counts).all(|(segment, (&now, &then))| segment.elements.is_some() || now >= 2 * then)
+    let twice = |(member, (now, then)): (usize, (&Vec<usize>, &Vec<usize>))| {
+        let counts = now.iter().zip(then).enumerate();
+        counts.into_iter().all(|(index, (&now, &then))| !mesh.is_free_at(model, member, index) || now >= 2 * then)
+    };
+    let members = mesh.refinement.iter().zip(&before.refinement).enumerate();
+    mesh.grading == before.grading && members.into_iter().all(twice)
 }
 
 /// Estimates the errors of singular points from how far they lie from those of a coarser mesh.
@@ -347,12 +454,40 @@ pub fn capped(factor: usize, segments: &[usize]) -> usize {
 pub fn relative_error(model: &Model, structure: &Structure, history: &History, probes: &ProbeTable) -> Option<f64> {
     history.steps.iter().find(|step| step.refined.is_some())?;
     let kinds = match (0..model.probes.len()).all(|probe| model.probes.kind(probe) == ProbeKind::Other) {
-        true => kinds_of_nodes(model.dimension, history),
-        false => kinds_of_probes(model, probes),
+        true => kinds_of_nodes(model.dimension, &history.steps),
+        false => kinds_of_probes(model, &probes.steps),
     };
     let noise = Noise::of(structure, history);
     let ratios = kinds.ratios(&noise);
     Some(ratios.into_iter().flatten().fold(0.0, f64::max))
+}
+
+/// Sets the least error that is stated of every probe, a part of the largest one of the same step: what two meshes
+/// differ by may vanish by chance.
+fn state_least_errors(model: &Model, structure: &Structure, history: &History, probes: &mut ProbeTable) {
+    if model.probes.is_empty() || history.steps.iter().all(|step| step.refined.is_none()) {
+        return;
+    }
+    let noise = Noise::of(structure, history);
+    let kinds = |steps: &[StepHistory], probes: &[ProbeSteps]| {
+        kinds_of_nodes(model.dimension, steps).joined(kinds_of_probes(model, probes))
+    };
+    let run = kinds(&history.steps, &probes.steps);
+    for (step, probes) in history.steps.iter().zip(&mut probes.steps) {
+        let own = kinds(std::slice::from_ref(step), std::slice::from_ref(probes));
+        let largest = run.with_errors_of(own).ratios(&noise).into_iter().flatten().fold(0.0, f64::max);
+        let least = |(index, value): (usize, &f64)| {
+            let scale = match model.probes.kind(index) {
+                ProbeKind::Displacement => run.displacement.value,
+                ProbeKind::Rotation => run.rotation.value.to_degrees(),
+                ProbeKind::Force => run.force.value,
+                ProbeKind::Moment => run.moment.value,
+                ProbeKind::Other => value.abs(),
+            };
+            BY_CHANCE * largest * scale
+        };
+        probes.least = probes.last().unwrap_or_default().iter().enumerate().map(least).collect();
+    }
 }
 
 /// Largest value and largest error of one kind of quantity.
@@ -384,6 +519,23 @@ struct Kinds {
 }
 
 impl Kinds {
+    fn pairs(self, other: Self, join: fn(Kind, Kind) -> Kind) -> Self {
+        Self {
+            displacement: join(self.displacement, other.displacement),
+            rotation: join(self.rotation, other.rotation),
+            force: join(self.force, other.force),
+            moment: join(self.moment, other.moment),
+        }
+    }
+
+    fn joined(self, other: Self) -> Self {
+        self.pairs(other, |a, b| Kind { value: a.value.max(b.value), error: a.error.max(b.error) })
+    }
+
+    fn with_errors_of(self, other: Self) -> Self {
+        self.pairs(other, |a, b| Kind { error: b.error, ..a })
+    }
+
     fn ratios(mut self, noise: &Noise) -> [Option<f64>; 4] {
         let force = if self.force.value > 0.0 { self.force.value } else { noise.largest_force };
         let moment_rounding = noise.force * noise.size;
@@ -400,9 +552,9 @@ impl Kinds {
     }
 }
 
-fn kinds_of_probes(model: &Model, probes: &ProbeTable) -> Kinds {
+fn kinds_of_probes(model: &Model, steps: &[ProbeSteps]) -> Kinds {
     let mut kinds = Kinds::default();
-    for step in &probes.steps {
+    for step in steps {
         let errors = step.errors();
         for index in 0..model.probes.len() {
             let largest = step.increments.iter().map(|values| values[index].abs()).fold(0.0, f64::max);
@@ -419,9 +571,9 @@ fn kinds_of_probes(model: &Model, probes: &ProbeTable) -> Kinds {
     kinds
 }
 
-fn kinds_of_nodes(dimension: Dimension, history: &History) -> Kinds {
+fn kinds_of_nodes(dimension: Dimension, steps: &[StepHistory]) -> Kinds {
     let mut kinds = Kinds::default();
-    for step in &history.steps {
+    for step in steps {
         for state in step.increments.iter().map(|increment| &increment.state) {
             take_nodes(&mut kinds, state);
         }
@@ -511,7 +663,7 @@ mod tests {
     #[test]
     fn without_probes_every_node_is_judged() {
         let solution = fixture::solution();
-        let kinds = kinds_of_nodes(solution.model.dimension, &solution.history);
+        let kinds = kinds_of_nodes(solution.model.dimension, &solution.history.steps);
         let [displacement, rotation, ..] = kinds.ratios(&noise());
         assert!((displacement.unwrap() - 2e-9 / 1.5).abs() < 1e-15);
         assert!((rotation.unwrap() - 7e-9 / 5.25).abs() < 1e-15);

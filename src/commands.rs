@@ -248,6 +248,9 @@ fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) ->
     if let Some(message) = explain::few_digits(&solution.model, &solution.history) {
         show(Severity::Warning, &message, &solution.model.sources);
     }
+    if let Some(message) = explain::inaccurate(solution) {
+        show(Severity::Warning, &message, &[]);
+    }
     let written = match &destination.directory {
         Some(directory) => write_files(solution, directory, &stem(input), destination.pictures),
         None => Ok(()),
@@ -277,6 +280,7 @@ fn stem(input: &Input) -> String {
 fn exit_of(solution: &Solution) -> Exit {
     match solution.status() {
         Status::Converged if solution.accuracy.verdict == Verdict::Interrupted => Exit::Interrupted,
+        Status::Converged if solution.accuracy.estimated.is_none() => Exit::NotSolved,
         Status::Converged => Exit::Done,
         Status::Interrupted => Exit::Interrupted,
         Status::LimitPoint | Status::Bifurcation | Status::NotConverged | Status::NotReached => Exit::NotSolved,
@@ -285,7 +289,8 @@ fn exit_of(solution: &Solution) -> Exit {
 
 fn failures(solution: &Solution) -> Vec<Message> {
     let steps = solution.history.steps.iter().enumerate();
-    steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step)).collect()
+    let failed = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
+    failed.chain(explain::no_estimate(solution)).collect()
 }
 
 fn refuse(refusal: &Refusal) -> Exit {
@@ -344,4 +349,32 @@ fn listen_for_interrupt() -> Arc<AtomicBool> {
         }
     });
     interrupted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::Accuracy;
+    use crate::fixture;
+
+    fn converged(verdict: Verdict, estimated: Option<f64>) -> Solution {
+        let mut solution = fixture::solution();
+        solution.history.steps.iter_mut().for_each(|step| step.status = Status::Converged);
+        solution.accuracy = Accuracy { verdict, estimated, ..solution.accuracy };
+        solution
+    }
+
+    /// An error larger than asked for is an answer with a warning, one that nobody knows is none.
+    #[test]
+    fn an_answer_without_an_estimate_is_no_answer() {
+        let met = converged(Verdict::Met, Some(1e-8));
+        assert_eq!((exit_of(&met), explain::inaccurate(&met).is_some()), (Exit::Done, false));
+        let forced = converged(Verdict::Forced, Some(0.5));
+        assert_eq!((exit_of(&forced), explain::inaccurate(&forced).is_some()), (Exit::Done, true));
+        assert!(failures(&forced).is_empty());
+        let unknown = converged(Verdict::NotEstimated, None);
+        assert_eq!(exit_of(&unknown), Exit::NotSolved);
+        assert_eq!(failures(&unknown).len(), 1);
+        assert!(table::report(&unknown).contains("NO ERROR ESTIMATE"));
+    }
 }

@@ -7,9 +7,10 @@ use pennate_solver::error::{Extent, FreeMotion, NearMotion, Place};
 use pennate_solver::history::{Cause, Failure, History, Status, StepHistory};
 use pennate_solver::structure::{Change, NodeId};
 
+use crate::accuracy::{Accuracy, Verdict};
 use crate::diagnostics::Message;
 use crate::output::text::{direction, list, number, percent, shown};
-use crate::solution::{fewest_digits, last_state, whole_digits};
+use crate::solution::{Solution, fewest_digits, last_state, whole_digits};
 
 /// Names listed before the rest is counted.
 const NAMES: usize = 6;
@@ -115,6 +116,40 @@ pub fn few_digits(model: &Model, history: &History) -> Option<Message> {
                 .to_owned(),
         ),
         label: None,
+    })
+}
+
+/// The error of the mesh, where it is known and more than asked for.
+pub fn inaccurate(solution: &Solution) -> Option<Message> {
+    let Accuracy { asked, estimated, verdict, .. } = solution.accuracy;
+    let error = estimated.filter(|error| *error > asked)?;
+    let help = match verdict {
+        Verdict::Forced => "leave `elements` out of the file: the mesh is chosen by the accuracy asked for then",
+        _ => "ask for what can be had (--accuracy), or look at what makes the network so hard to resolve",
+    };
+    Some(Message {
+        title: format!("the estimated error is {error:.1e} of the largest values, more than the {asked:.1e} asked for"),
+        help: Some(help.to_owned()),
+        ..Message::default()
+    })
+}
+
+/// What is said of a run that came to its end with an error nobody knows.
+pub fn no_estimate(solution: &Solution) -> Option<Message> {
+    let unknown = solution.status() == Status::Converged && solution.accuracy.verdict == Verdict::NotEstimated;
+    unknown.then(|| Message {
+        title: "the results have no error estimate and may be wrong by any amount".to_owned(),
+        notes: vec![
+            "the same state could not be found on finer elements, or these are still longer than the boundary layers \
+             that the forces in the members make"
+                .to_owned(),
+        ],
+        help: Some(
+            "load the network in more steps or with `increments`; look for members that are far more slender than \
+             they need to be, and for `elements` that the file forces"
+                .to_owned(),
+        ),
+        ..Message::default()
     })
 }
 

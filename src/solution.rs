@@ -88,6 +88,8 @@ pub struct ProbeTable {
 pub struct ProbeSteps {
     pub increments: Vec<Vec<f64>>,
     pub refined: Option<Vec<f64>>,
+    /// The least errors that are stated; empty before the others are known.
+    pub least: Vec<f64>,
 }
 
 impl ProbeTable {
@@ -103,7 +105,7 @@ impl ProbeTable {
                 refined_after.push(refined.clone().unwrap_or_else(|| last.clone()));
                 after.push(last.clone());
             }
-            steps.push(ProbeSteps { increments, refined });
+            steps.push(ProbeSteps { increments, refined, least: Vec::new() });
         }
         Self { steps }
     }
@@ -118,7 +120,14 @@ impl ProbeSteps {
     /// Discretization error of every probe at the end of the step, where it was estimated.
     pub fn errors(&self) -> Option<Vec<f64>> {
         let (last, refined) = (self.last()?, self.refined.as_ref()?);
-        Some(last.iter().zip(refined).map(|(value, better)| (value - better).abs()).collect())
+        let least = self.least.iter().copied().chain(std::iter::repeat(0.0));
+        Some(
+            last.iter()
+                .zip(refined)
+                .zip(least)
+                .map(|((value, better), least)| least.max((value - better).abs()))
+                .collect(),
+        )
     }
 }
 

@@ -9,6 +9,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
+use crate::accuracy::Accuracy;
 use crate::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 
 /// Writes the results of a run.
@@ -27,8 +28,19 @@ struct Results<'a> {
     units: &'static str,
     status: &'static str,
     mesh: Mesh,
+    accuracy: Reached,
     steps: Vec<Step<'a>>,
     timing: Seconds,
+}
+
+/// The discretization error asked for and the one reached, relative to the largest value of its kind.
+#[derive(Serialize)]
+struct Reached {
+    asked: f64,
+    /// Null where there is no estimate.
+    reached: Option<f64>,
+    met: bool,
+    verdict: &'static str,
 }
 
 #[derive(Serialize)]
@@ -184,6 +196,7 @@ impl<'a> Results<'a> {
             units: model.units.name(),
             status: status_name(solution.status()),
             mesh: Mesh::from(solution.history.mesh),
+            accuracy: Reached::from(solution.accuracy),
             steps: steps.map(|((name, step), probes)| Step::new(model, name, step, probes)).collect(),
             timing: Seconds::from(solution.timing),
         }
@@ -312,6 +325,17 @@ impl From<MeshSize> for Mesh {
     }
 }
 
+impl From<Accuracy> for Reached {
+    fn from(accuracy: Accuracy) -> Self {
+        Self {
+            asked: accuracy.asked,
+            reached: accuracy.estimated,
+            met: accuracy.is_met(),
+            verdict: accuracy.verdict.name(),
+        }
+    }
+}
+
 impl From<&Rounding> for Digits {
     fn from(rounding: &Rounding) -> Self {
         // A tenth of a digit is all that the estimate is worth.
@@ -344,6 +368,7 @@ impl From<Timing> for Seconds {
 mod tests {
     use serde_json::{Value, json};
 
+    use crate::accuracy::{Accuracy, Verdict};
     use crate::fixture;
 
     fn written() -> (String, Value) {
@@ -378,6 +403,11 @@ mod tests {
             "units",
             "status",
             "mesh",
+            "accuracy",
+            "asked",
+            "reached",
+            "met",
+            "verdict",
             "steps",
             "name",
             "fraction",
@@ -422,6 +452,19 @@ mod tests {
             let at = rest.find(&format!("\"{key}\": ")).unwrap_or_else(|| panic!("{key} is missing or out of order"));
             rest = &rest[at..];
         }
+    }
+
+    #[test]
+    fn what_was_reached_stands_beside_what_was_asked() {
+        let (_, results) = written();
+        assert_eq!(results["accuracy"], json!({ "asked": 1e-6, "reached": 3e-8, "met": true, "verdict": "met" }));
+        let mut solution = fixture::solution();
+        solution.accuracy = Accuracy { estimated: None, verdict: Verdict::NotEstimated, ..solution.accuracy };
+        let mut out = Vec::new();
+        super::write(&solution, &mut out).unwrap();
+        let results: Value = serde_json::from_slice(&out).unwrap();
+        let expected = json!({ "asked": 1e-6, "reached": null, "met": false, "verdict": "no_estimate" });
+        assert_eq!(results["accuracy"], expected);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use pennate_models::Model;
 use pennate_models::probes::ProbeKind;
-use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, StepHistory};
+use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, Status, StepHistory};
 use pennate_solver::structure::Dimension;
 
 use super::text::{Align, columns, duration, estimate, number, percent, shown};
@@ -282,7 +282,13 @@ fn accuracy(solution: &Solution) -> String {
     let time = solution.timing.solve.as_secs_f64() + solution.timing.estimate.as_secs_f64();
     let took = format!("Took {}", duration(time));
     let Some(error) = accuracy.estimated else {
-        return format!("{took}; no error estimate, because no step reached its end.");
+        return match solution.status() {
+            Status::Converged => format!("{took}; NO ERROR ESTIMATE: the figures may be wrong by any amount."),
+            _ if solution.history.steps.iter().any(|step| step.status == Status::Converged) => {
+                format!("{took}; no error estimate, not even of the steps that reached their end.")
+            }
+            _ => format!("{took}; no error estimate, because no step reached its end."),
+        };
     };
     let digits = fewest_digits(&solution.history)
         .map_or_else(String::new, |(.., digits)| format!("; rounding leaves {} digits", whole_digits(digits)));
@@ -292,7 +298,7 @@ fn accuracy(solution: &Solution) -> String {
         Verdict::Met | Verdict::NotEstimated => format!("{found}."),
         Verdict::Forced => format!("{found}, {asked}: the file forces the number of elements."),
         Verdict::TooFine => format!("{found}, {asked}: it would take too fine a mesh."),
-        Verdict::Stalled => format!("{found}, {asked}: a finer mesh makes it no better."),
+        Verdict::Stalled => format!("{found}, {asked}: elements half as long make it no better."),
         Verdict::PathLost => format!("{found}, {asked}: the finer mesh got less far along the path."),
         Verdict::Interrupted => format!("{found}, {asked}: interrupted before the finer mesh was solved."),
     }

@@ -67,6 +67,8 @@ pub struct Outcome {
 
 /// Rows that converged have this status.
 pub const CONVERGED: &str = "converged";
+/// That of one that came to its end with an error nobody knows.
+pub const NO_ESTIMATE: &str = "no_estimate";
 
 /// A combination of one file.
 struct Case<'a> {
@@ -302,7 +304,13 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Ro
     row.error = solution.accuracy.estimated;
     let steps = solution.history.steps.iter().enumerate();
     let mut failures = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
-    row.reason = failures.next().map(|message| message.title).unwrap_or_default();
+    let failure = failures.next();
+    if let (None, Some(message)) = (&failure, explain::no_estimate(solution)) {
+        row.status = NO_ESTIMATE.to_owned();
+        row.reason = message.title;
+        return Some(row);
+    }
+    row.reason = failure.map(|message| message.title).unwrap_or_default();
     Some(row)
 }
 
