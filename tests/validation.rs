@@ -45,6 +45,7 @@ cases! {
     soft_stiff_series: "16_soft_stiff_series",
     extreme_slenderness: "17_extreme_slenderness",
     helix_actuated: "18_helix_actuated",
+    boundary_layers: "20_boundary_layers",
     peers: "peers",
 }
 
