@@ -9,6 +9,7 @@ use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::small::identity;
 use pennate_elements::space::{CorotationalSpace, Space};
 use pennate_solver::chain::{Chain, ChainMesh, Pack, SegmentMesh};
+use pennate_solver::structure::Fibres;
 
 /// Elements of the chain whose elimination is timed.
 const ELEMENTS: usize = 16;
@@ -56,7 +57,12 @@ fn element<B: Beam<f64, D>, const D: usize, const P: usize>(criterion: &mut Crit
     let mesh = ChainMesh {
         member: 0,
         axes: identity(),
-        segments: vec![SegmentMesh { length: 5.0 * ELEMENTS as f64, elements: ELEMENTS, curvature: [0.0; 3] }],
+        segments: vec![SegmentMesh {
+            length: 5.0 * ELEMENTS as f64,
+            elements: ELEMENTS,
+            curvature: [0.0; 3],
+            fibres: Fibres::default(),
+        }],
     };
     let mut chain = Chain::<f64, B, D, P>::new(&[mesh]);
     let stiffness = [300.0, 60.0, 60.0, 500.0, 700.0, 700.0];

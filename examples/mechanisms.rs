@@ -197,6 +197,7 @@ fn network(family: &Family, seed: u64) -> (Structure, Step) {
         springs: Vec::new(),
         drives: vec![Drive::Control],
         compliances: Vec::new(),
+        sections: Vec::new(),
     };
     (structure, Step { targets: vec![(0, 1.0)], ..Step::default() })
 }

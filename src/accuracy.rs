@@ -453,7 +453,7 @@ pub fn capped(factor: usize, segments: &[usize]) -> usize {
 /// The largest error of a run over the largest value of its kind; `None` where no step was estimated.
 pub fn relative_error(model: &Model, structure: &Structure, history: &History, probes: &ProbeTable) -> Option<f64> {
     history.steps.iter().find(|step| step.refined.is_some())?;
-    let kinds = match (0..model.probes.len()).all(|probe| model.probes.kind(probe) == ProbeKind::Other) {
+    let kinds = match (0..model.probes.len()).all(|probe| !model.probes.kind(probe).is_asked()) {
         true => kinds_of_nodes(model.dimension, &history.steps),
         false => kinds_of_probes(model, &probes.steps),
     };
@@ -564,7 +564,8 @@ fn kinds_of_probes(model: &Model, steps: &[ProbeSteps]) -> Kinds {
                 ProbeKind::Rotation => kinds.rotation.take(largest.to_radians(), error.map(f64::to_radians)),
                 ProbeKind::Force => kinds.force.take(largest, error),
                 ProbeKind::Moment => kinds.moment.take(largest, error),
-                ProbeKind::Other => {} // made of other probes
+                // No claim is made on what is greatest somewhere, nor on what is made of other probes.
+                ProbeKind::GreatestMoment | ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other => {}
             }
         }
     }

@@ -20,6 +20,7 @@ use crate::output::{json, table, write_files};
 use crate::progress::{Bar, Counter};
 use crate::solution::Solution;
 use crate::spectrum::{self, NoSpectrum};
+use crate::strains;
 use crate::sweep::{self, Sweep};
 use crate::{Input, Job, Refusal, explain, output, read, run};
 
@@ -250,6 +251,9 @@ fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) ->
     }
     if let Some(message) = explain::inaccurate(solution) {
         show(Severity::Warning, &message, &[]);
+    }
+    for message in strains::warnings(solution) {
+        show(Severity::Warning, &message, &solution.model.sources);
     }
     let written = match &destination.directory {
         Some(directory) => write_files(solution, directory, &stem(input), destination.pictures),

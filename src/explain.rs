@@ -11,6 +11,7 @@ use crate::accuracy::{Accuracy, Verdict};
 use crate::diagnostics::Message;
 use crate::output::text::{direction, list, number, percent, shown};
 use crate::solution::{Solution, fewest_digits, last_state, whole_digits};
+use crate::strains;
 
 /// Names listed before the rest is counted.
 const NAMES: usize = 6;
@@ -229,6 +230,8 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
     notes.extend(looks_like(failure.cause, &place));
     notes.extend(worst_residual(model, failure));
     notes.extend(pushed_muscles(model, step));
+    notes.extend(strains::tension(model, step));
+    notes.extend(strains::overload(model, index, step));
     let left = names.len() - index - 1;
     if left > 0 {
         notes.push(format!("{left} later step{} not tried", if left == 1 { " was" } else { "s were" }));

@@ -32,7 +32,13 @@ pub fn model() -> Model {
     let node = |index: usize| Node { name: NODES[index].to_owned(), position: [10.0 * index as f64, 0.0, 0.0], span };
     let segment = |radius: f64| Segment {
         length: 5.0,
-        material: SegmentLaw::Fixed(FixedLaw { section: section(), radius, strain: 0.0, curvature: [0.0; 3] }),
+        material: SegmentLaw::Fixed(FixedLaw {
+            section: section(),
+            radius,
+            shape: None,
+            strain: 0.0,
+            curvature: [0.0; 3],
+        }),
         initial_curvature: [0.0; 3],
         elements: None,
     };
@@ -66,6 +72,7 @@ pub fn model() -> Model {
         dimension: Dimension::Plane,
         why_space: None,
         stability: Stability::Space,
+        strain_limit: 0.1,
         parameters: Vec::new(),
         nodes: (0..3).map(node).collect(),
         muscles: Vec::new(),
@@ -167,6 +174,7 @@ fn state(fraction: f64) -> Equilibrium {
         members: vec![MemberState { length: 10.5, axial_force: 2.0, control: 0.3, ..MemberState::default() }],
         springs: vec![0.125],
         compliances: Vec::new(),
+        sections: Vec::new(),
         energy: 1.0 / 3.0,
         residual: 1e-13,
         balance: 1e-14,

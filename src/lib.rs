@@ -13,6 +13,7 @@ pub mod output;
 pub mod progress;
 pub mod solution;
 pub mod spectrum;
+pub mod strains;
 pub mod sweep;
 
 use std::path::{Path, PathBuf};

@@ -131,6 +131,7 @@ pub fn network(recipe: &Recipe) -> Network {
             bodies,
             springs,
             drives,
+            sections: Vec::new(),
             compliances: vec![ComplianceOf {
                 node: free.first().copied().unwrap_or(far),
                 along: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],

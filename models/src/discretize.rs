@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use pennate_solver::structure::{
-    Dimension, Drive, DriveId, Member, RigidBody, SectionLaw, SectionState, Segment, Step, Structure,
+    Dimension, Drive, DriveId, Fibres, Member, RigidBody, SectionLaw, SectionState, Segment, Step, Structure,
 };
 
 use crate::hsim::{MuscleLaw, Part};
@@ -64,6 +64,7 @@ pub fn discretize(model: &Model, mesh: &Mesh) -> (Structure, Vec<Step>) {
         springs: model.springs.iter().map(|spring| spring.spring.clone()).collect(),
         drives: drives.all,
         compliances: model.probes.compliances(),
+        sections: model.probes.sections(),
     };
     (structure, steps)
 }
@@ -151,6 +152,10 @@ impl SectionLaw for ProportionalLaw {
             curvature: law.curvature.map(|curvature| curvature * actuation),
         }
     }
+
+    fn fibres(&self) -> Fibres {
+        self.0.shape.map(|shape| shape.fibres).unwrap_or_default()
+    }
 }
 
 /// The laws of a structure: one for all segments that are alike.
@@ -158,7 +163,7 @@ impl SectionLaw for ProportionalLaw {
 struct Laws {
     all: Vec<Arc<dyn SectionLaw>>,
     muscles: HashMap<(usize, bool), usize>,
-    fixed: HashMap<[u64; 13], usize>,
+    fixed: HashMap<[u64; 16], usize>,
 }
 
 impl Laws {
@@ -182,6 +187,7 @@ impl Laws {
     fn fixed(&mut self, law: FixedLaw) -> usize {
         let section = &law.section;
         let [k1, k2, k3] = law.curvature;
+        let Fibres { distance: [second, third], corner } = law.shape.map(|shape| shape.fibres).unwrap_or_default();
         let key = [
             section.ea,
             section.ga2,
@@ -196,6 +202,9 @@ impl Laws {
             k1,
             k2,
             k3,
+            second,
+            third,
+            f64::from(u8::from(corner)),
         ];
         let next = self.all.len();
         let index = *self.fixed.entry(key.map(f64::to_bits)).or_insert(next);
@@ -213,6 +222,10 @@ fn turned(law: &FixedLaw, turn: &Matrix3<f64>) -> FixedLaw {
         std::mem::swap(&mut law.section.ei2, &mut law.section.ei3);
         std::mem::swap(&mut law.section.ga2, &mut law.section.ga3);
         law.section.rotary_inertia.swap(0, 1);
+        if let Some(shape) = &mut law.shape {
+            shape.fibres.distance.swap(0, 1);
+            shape.second_moments.swap(0, 1);
+        }
     }
     law.curvature = (turn.transpose() * Vector3::from(law.curvature)).into();
     law

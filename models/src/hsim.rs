@@ -9,7 +9,7 @@ use pennate_elements::section::Section;
 use pennate_solver::structure::{SectionLaw, SectionState};
 
 use crate::error::Span;
-use crate::section::{Stiffening, annulus};
+use crate::section::{Shape, Stiffening, annulus};
 
 /// Data of a muscle. Pressures are in its own unit, everything else in the units of the file.
 #[derive(Clone, Debug)]
@@ -100,6 +100,16 @@ impl Muscle {
     /// Rotatory inertia per unloaded length about axes 2 and 3: that of the undeformed annulus, as its mass.
     pub fn rotary_inertia(&self) -> [f64; 2] {
         annulus(self.diameter / 2.0, self.wall).second_moments.map(|moment| moment * self.density)
+    }
+
+    /// Section and shape of a part at a pressure.
+    pub fn part(&self, part: Part, pressure: f64) -> (Section, Shape) {
+        let row = self.at(pressure);
+        let (radius, modulus) = match part {
+            Part::End => (row.end_radius, row.end_modulus),
+            Part::Middle => (row.middle_radius, row.youngs_modulus),
+        };
+        (self.section(radius, modulus), annulus(radius, self.wall))
     }
 
     fn section(&self, outer_radius: f64, youngs_modulus: f64) -> Section {

@@ -9,8 +9,9 @@ use pennate_elements::section::Section;
 use pennate_solver::structure::{self, Dimension, Formulation, NodeId, Release, Stability};
 
 use crate::error::{Source, Span, Warning};
-use crate::hsim::Muscle;
+use crate::hsim::{Muscle, Part};
 use crate::probes::Probes;
+use crate::section::Shape;
 
 /// Index of a member in [`Model::members`].
 pub type MemberId = usize;
@@ -24,6 +25,8 @@ pub struct Model {
     /// Why the network is solved in space, where it is: a sentence to show to a user.
     pub why_space: Option<String>,
     pub stability: Stability,
+    /// Strain of a bar that is no muscle above which a person is warned.
+    pub strain_limit: f64,
     /// Values of the parameters in the file's units, angles in degrees.
     pub parameters: Vec<(String, f64)>,
     pub nodes: Vec<Node>,
@@ -139,6 +142,8 @@ pub struct FixedLaw {
     /// Radius of the round bar drawn for it: outer radius; of a rectangle sqrt(width height/π); of stiffnesses
     /// given outright 2 sqrt(EI/EA), which is right for a solid circle.
     pub radius: f64,
+    /// Shape of the section, where it is known: not of stiffnesses given outright.
+    pub shape: Option<Shape>,
     /// Induced axial strain at actuation 1.
     pub strain: f64,
     /// Induced twist and curvatures at actuation 1 (1/length).
@@ -199,6 +204,28 @@ impl Model {
     /// Names of the steps in results: those of the file, or `prestress` alone.
     pub fn step_names(&self) -> Vec<&str> {
         if self.steps.is_empty() { vec![PRESTRESS] } else { self.steps.iter().map(|step| step.name.as_str()).collect() }
+    }
+
+    /// The axial strain at which a member would lose its stability in tension: where shear lets it, that is where
+    /// N (1/GA - 1/EA) = 1 with N = EA ε.
+    ///
+    /// Linearized about a straight rod in tension N, the rotation φ of its sections obeys
+    /// EI φ'' = N (1 + N/EA - N/GA) φ: from there on it may swing along a long rod.
+    pub fn tensile_limit(&self, member: MemberId, control: f64) -> Option<f64> {
+        let limit = |segment: &Segment| {
+            let section = self.section(&segment.material, control);
+            let ratio = section.ea / section.ga2.min(section.ga3);
+            (ratio > 1.0 && ratio.is_finite()).then(|| 1.0 / (ratio - 1.0))
+        };
+        self.members[member].segments.iter().filter_map(limit).reduce(f64::min)
+    }
+
+    fn section(&self, law: &SegmentLaw, control: f64) -> Section {
+        match law {
+            SegmentLaw::MuscleEnd(muscle) => self.muscles[*muscle].part(Part::End, control).0,
+            SegmentLaw::MuscleMiddle(muscle) => self.muscles[*muscle].part(Part::Middle, control).0,
+            SegmentLaw::Fixed(law) => law.section,
+        }
     }
 
     /// Outer radius of a segment at a control value (pressure or actuation), for pictures.

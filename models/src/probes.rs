@@ -1,10 +1,15 @@
 //! Numbers wanted by name at every increment.
 
-use nalgebra::{Rotation3, Vector3};
-use pennate_solver::history::Equilibrium;
-use pennate_solver::structure::{ComplianceOf, NodeId};
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use pennate_elements::section::Section;
+use pennate_solver::history::{Equilibrium, SectionForces};
+use pennate_solver::structure::{ComplianceOf, MemberId, NodeId};
 
 use crate::expression::Expression;
+use crate::hsim::{Muscle, Part};
+use crate::section::Shape;
 
 /// The probes of a network, in the order of the file.
 #[derive(Clone, Debug, Default)]
@@ -64,6 +69,11 @@ pub enum Probe {
         member: usize,
         place: AxialPlace,
     },
+    /// The greatest value along some members, in material axes.
+    Greatest {
+        quantity: Quantity,
+        members: Vec<Along>,
+    },
     /// Force (or moment) along a direction of a node for a unit of displacement (or a radian) along it, with everything
     /// else free to follow; or the inverse of that. `index` counts the probes of this kind.
     Stiffness {
@@ -87,6 +97,103 @@ pub enum AxialPlace {
     End,
 }
 
+/// What is greatest somewhere along a member.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Stress of the outermost fibre, |N|/A and bending together.
+    Stress,
+    BendingStress,
+    /// Strain of the outermost fibre, that of the axis and bending together, without what is induced.
+    Strain,
+    BendingStrain,
+    /// Bending moment about axes 2 and 3 together.
+    Moment,
+}
+
+/// A member whose section forces a probe looks at.
+#[derive(Clone, Debug)]
+pub struct Along {
+    pub member: usize,
+    /// Index among the members whose sections are wanted.
+    pub index: usize,
+    /// What its segments are made of.
+    pub segments: Vec<Matter>,
+    /// Own components of a vector are this matrix times those in the axes that the network is solved in.
+    pub turn: Matrix3<f64>,
+}
+
+/// What stresses and strains of a segment follow from.
+#[derive(Clone, Debug)]
+pub enum Matter {
+    Fixed { section: Section, shape: Option<Shape> },
+    Muscle { muscle: Arc<Muscle>, part: Part },
+}
+
+impl Matter {
+    fn at(&self, control: f64) -> (Section, Option<Shape>) {
+        match self {
+            Self::Fixed { section, shape } => (*section, *shape),
+            Self::Muscle { muscle, part } => {
+                let (section, shape) = muscle.part(*part, control);
+                (section, Some(shape))
+            }
+        }
+    }
+}
+
+impl Quantity {
+    /// Value at a place; not a number where the shape of the section is not known and would have to be.
+    fn at(self, forces: &SectionForces, matter: &Matter, turn: &Matrix3<f64>, control: f64) -> f64 {
+        let moment = turn * Vector3::from(forces.moment);
+        let bent = [moment.y, moment.z];
+        if self == Self::Moment {
+            return bent[0].hypot(bent[1]);
+        }
+        let (section, Some(shape)) = matter.at(control) else { return f64::NAN };
+        let axial = forces.force[0].abs();
+        let strain = || shape.fibres.strain([bent[0] / section.ei2, bent[1] / section.ei3]);
+        match self {
+            Self::Stress => axial / shape.area + shape.bending_stress(bent),
+            Self::BendingStress => shape.bending_stress(bent),
+            Self::Strain => axial / section.ea + strain(),
+            Self::BendingStrain | Self::Moment => strain(),
+        }
+    }
+
+    /// The greatest value along a member. Between three neighbouring places it is that of a parabola.
+    fn greatest(self, along: &[SectionForces], observed: &Along, control: f64) -> f64 {
+        let value = |at: &SectionForces| self.at(at, &observed.segments[at.segment], &observed.turn, control);
+        let mut greatest = f64::NAN;
+        for segment in along.chunk_by(|a, b| a.segment == b.segment) {
+            let values: Vec<f64> = segment.iter().map(value).collect();
+            for (index, &here) in values.iter().enumerate() {
+                let inside = index > 0 && index + 1 < values.len();
+                let peak = match inside && here >= values[index - 1] && here >= values[index + 1] {
+                    true => {
+                        let of = |k: usize| [segment[k].at, values[k]];
+                        vertex([of(index - 1), of(index), of(index + 1)])
+                    }
+                    false => here,
+                };
+                greatest = f64::max(greatest, peak);
+            }
+        }
+        greatest
+    }
+}
+
+/// The largest value of the parabola through three points, of which the one in the middle is highest.
+fn vertex([[x0, y0], [x1, y1], [x2, y2]]: [[f64; 2]; 3]) -> f64 {
+    let [before, after] = [(y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)];
+    let curvature = (after - before) / (x2 - x0);
+    if !(curvature < 0.0) {
+        return y1;
+    }
+    // Slope of the parabola in the middle point.
+    let slope = before + curvature * (x1 - x0);
+    y1 - slope * slope / (4.0 * curvature)
+}
+
 /// What an expression of probes refers to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operand {
@@ -108,8 +215,20 @@ pub enum ProbeKind {
     Rotation,
     Force,
     Moment,
+    /// The greatest along a member, which no accuracy is asked of.
+    GreatestMoment,
+    Stress,
+    /// No unit.
+    Strain,
     /// An expression: no kind of its own.
     Other,
+}
+
+impl ProbeKind {
+    /// Whether the accuracy asked for is asked of such probes.
+    pub fn is_asked(self) -> bool {
+        !matches!(self, Self::GreatestMoment | Self::Stress | Self::Strain | Self::Other)
+    }
 }
 
 impl Probes {
@@ -135,6 +254,32 @@ impl Probes {
         self.probes.iter().filter_map(of).collect()
     }
 
+    /// The members whose section forces the probes ask for, in the order of their indices.
+    pub fn sections(&self) -> Vec<MemberId> {
+        let mut all: Vec<(usize, MemberId)> =
+            self.observed().map(|observed| (observed.index, observed.member)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.into_iter().map(|(_, member)| member).collect()
+    }
+
+    fn observed(&self) -> impl Iterator<Item = &Along> {
+        let of = |probe| match probe {
+            &Probe::Greatest { ref members, .. } => members.as_slice(),
+            _ => &[],
+        };
+        self.probes.iter().flat_map(of)
+    }
+
+    /// Says how the axes that a network is solved in lie in the members' own.
+    pub(crate) fn set_turns(&mut self, turn: impl Fn(MemberId) -> Matrix3<f64>) {
+        for probe in &mut self.probes {
+            if let Probe::Greatest { members, .. } = probe {
+                members.iter_mut().for_each(|observed| observed.turn = turn(observed.member));
+            }
+        }
+    }
+
     /// Kind of the quantity that a probe gives.
     pub fn kind(&self, probe: usize) -> ProbeKind {
         match self.probes[probe] {
@@ -142,6 +287,9 @@ impl Probes {
             Probe::Rotation { .. } | Probe::Angle { .. } | Probe::Tilt { .. } => ProbeKind::Rotation,
             Probe::ReactionForce { .. } | Probe::AxialForce { .. } => ProbeKind::Force,
             Probe::ReactionMoment { .. } => ProbeKind::Moment,
+            Probe::Greatest { quantity: Quantity::Moment, .. } => ProbeKind::GreatestMoment,
+            Probe::Greatest { quantity: Quantity::Stress | Quantity::BendingStress, .. } => ProbeKind::Stress,
+            Probe::Greatest { .. } => ProbeKind::Strain,
             Probe::Stiffness { .. } | Probe::Expression { .. } => ProbeKind::Other,
         }
     }
@@ -192,6 +340,13 @@ impl Probes {
                 AxialPlace::Middle => state.members[member].axial_force,
                 AxialPlace::End => state.members[member].axial_force_ends[1],
             },
+            Probe::Greatest { quantity, ref members } => {
+                let of = |observed: &Along| {
+                    let along = state.sections.get(observed.index).map_or(&[][..], Vec::as_slice);
+                    quantity.greatest(along, observed, state.members[observed.member].control)
+                };
+                members.iter().map(of).fold(f64::NAN, f64::max)
+            }
             Probe::Stiffness { index, along, inverse, .. } => {
                 let compliance = state.compliances.get(index).map_or(f64::NAN, |columns| {
                     (0..6).map(|c| (0..6).map(|r| along[r] * columns[c][r]).sum::<f64>() * along[c]).sum()

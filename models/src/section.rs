@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use pennate_elements::section::Section;
+use pennate_solver::structure::Fibres;
 
 /// Which deformations a section is free of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,9 +28,18 @@ pub struct Shape {
     pub shear_factor: f64,
     /// Radius of the round bar that it is drawn as.
     pub radius: f64,
+    /// The outermost fibres.
+    pub fibres: Fibres,
+    /// Whether there is no bore.
+    pub is_solid: bool,
 }
 
 impl Shape {
+    /// The largest stress of a fibre under moments about axes 2 and 3.
+    pub fn bending_stress(&self, [second, third]: [f64; 2]) -> f64 {
+        self.fibres.strain([second / self.second_moments[0], third / self.second_moments[1]])
+    }
+
     /// Stiffness of the shape in a material with these moduli, without mass.
     pub fn section(&self, youngs_modulus: f64, shear_modulus: f64, stiffening: Stiffening) -> Section {
         let shear_factor = stiffening.shear_factor.unwrap_or(self.shear_factor);
@@ -57,12 +67,14 @@ pub fn annulus(outer_radius: f64, wall: f64) -> Shape {
         torsion: 2.0 * second_moment,
         shear_factor: 0.5,
         radius: outer_radius,
+        fibres: Fibres { distance: [outer_radius; 2], corner: false },
+        is_solid: false,
     }
 }
 
 /// Solid round bar.
 pub fn circle(radius: f64) -> Shape {
-    Shape { shear_factor: 0.9, ..annulus(radius, radius) }
+    Shape { shear_factor: 0.9, is_solid: true, ..annulus(radius, radius) }
 }
 
 /// Solid rectangle, its height along axis 2 and its width along axis 3.
@@ -73,6 +85,8 @@ pub fn rectangle(width: f64, height: f64) -> Shape {
         torsion: rectangle_torsion(width, height),
         shear_factor: 5.0 / 6.0,
         radius: (width * height / PI).sqrt(),
+        fibres: Fibres { distance: [height / 2.0, width / 2.0], corner: true },
+        is_solid: true,
     }
 }
 

@@ -132,10 +132,11 @@ fn together(group: &[Design], options: &Options, observe: &mut dyn FnMut(&Progre
 /// Every design's share of a history, and whether its forces are too small beside those of others.
 fn shares<'a>(group: &'a [Design], history: &'a History) -> impl Iterator<Item = (History, bool)> + 'a {
     let largest = largest_force(history);
-    let mut at = [0; 3];
+    let mut at = [0; 4];
     group.iter().map(move |Design { structure, .. }| {
-        let counts = [structure.nodes.len(), structure.members.len(), structure.springs.len()];
-        let ranges: [_; 3] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
+        let counts =
+            [structure.nodes.len(), structure.members.len(), structure.springs.len(), structure.sections.len()];
+        let ranges: [_; 4] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
         at = ranges.each_ref().map(|range| range.end);
         let share = share(history, &ranges);
         let feeble = largest_force(&share) < FEEBLE * largest;
@@ -149,12 +150,13 @@ fn largest_force(history: &History) -> f64 {
     forces.flatten().fold(0.0, |largest, force| largest.max(force.abs()))
 }
 
-/// What belongs to these nodes, members and springs.
-fn share(history: &History, [nodes, members, springs]: &[std::ops::Range<usize>; 3]) -> History {
+/// What belongs to these nodes, members, springs and members with sections.
+fn share(history: &History, [nodes, members, springs, sections]: &[std::ops::Range<usize>; 4]) -> History {
     let state = |all: &Equilibrium| Equilibrium {
         nodes: all.nodes[nodes.clone()].to_vec(),
         members: all.members[members.clone()].to_vec(),
         springs: all.springs[springs.clone()].to_vec(),
+        sections: all.sections[sections.clone()].to_vec(),
         rounding: None,
         compliances: Vec::new(),
         ..*all
@@ -212,6 +214,7 @@ fn join(group: &[Design]) -> (Structure, Vec<Step>) {
         springs: Vec::new(),
         drives: Vec::new(),
         compliances: Vec::new(),
+        sections: Vec::new(),
         dimension: group[0].structure.dimension,
         stability: group[0].structure.stability,
     };
@@ -227,6 +230,7 @@ fn join(group: &[Design]) -> (Structure, Vec<Step>) {
             moved.control = moved.control.map(|control| control + drive);
             moved
         }));
+        all.sections.extend(structure.sections.iter().map(|moved| moved + member));
         all.supports.extend(structure.supports.iter().cloned().map(|mut moved| {
             moved.node += node;
             moved

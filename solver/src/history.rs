@@ -106,6 +106,8 @@ pub struct Equilibrium {
     /// Displacement and rotation of the nodes of [`crate::structure::Structure::compliances`] for unit forces and moments
     /// on them, by columns, with everything else free to follow; global axes.
     pub compliances: Vec<[[f64; 6]; 6]>,
+    /// Section forces along the members of [`crate::structure::Structure::sections`], from start to end.
+    pub sections: Vec<Vec<SectionForces>>,
     /// Strain energy, springs included.
     pub energy: f64,
     /// Norm of the condensed residual over the largest force (moments apart; the larger of both).
@@ -164,6 +166,30 @@ pub struct MemberState {
     pub end_moments: [[f64; 3]; 2],
     /// Value of the member's control (pressure or actuation); zero without one.
     pub control: f64,
+    /// Axial strain that stresses the member, the induced one apart, where its size is largest; positive in tension.
+    pub stretch: Peak,
+    /// Largest strain that bending brings to a fibre, where sections have a shape; induced curvature apart.
+    pub bending: Peak,
+}
+
+/// The largest of the values at the integration points of a member.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peak {
+    pub value: f64,
+    /// Part of the member's unloaded length from its start.
+    pub at: f64,
+}
+
+/// Forces and moments that the part of a member beyond a place exerts on the part before it, in material axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SectionForces {
+    /// Part of the member's unloaded length from its start.
+    pub at: f64,
+    pub segment: usize,
+    /// N, Q₂, Q₃.
+    pub force: [f64; 3],
+    /// Torque, M₂, M₃.
+    pub moment: [f64; 3],
 }
 
 /// The deformed shape of a member: points along it, and section forces between neighbouring points.

@@ -10,7 +10,7 @@ use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
 use pennate_elements::space::{CorotationalSpace, Space};
 
 use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
-use crate::structure::{Dimension, Formulation, Member, SectionState, Structure};
+use crate::structure::{Dimension, Fibres, Formulation, Member, SectionState, Structure};
 
 /// Auxiliary stiffness of a held strain, over the largest bending stiffness EI: the larger of two parts.
 ///
@@ -61,7 +61,7 @@ where
     };
     let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
     for (index, member) in structure.members.iter().enumerate() {
-        let mesh = mesh(structure.dimension, index, member);
+        let mesh = mesh(structure, index, member);
         let counts: Vec<usize> = mesh.segments.iter().map(|segment| segment.elements).collect();
         let curved = mesh.segments.iter().any(|segment| segment.curvature != [0.0; 3]);
         alike.entry((member.formulation, member.order, counts, curved)).or_default().push(mesh);
@@ -103,8 +103,8 @@ fn pack<T: Real, E: Beam<T, D>, C: Beam<T, D>, const D: usize>(
     }
 }
 
-fn mesh(dimension: Dimension, index: usize, member: &Member) -> ChainMesh {
-    let turn = Turn::of(dimension, member);
+fn mesh(structure: &Structure, index: usize, member: &Member) -> ChainMesh {
+    let turn = Turn::of(structure.dimension, member);
     let segments = member
         .segments
         .iter()
@@ -112,6 +112,7 @@ fn mesh(dimension: Dimension, index: usize, member: &Member) -> ChainMesh {
             length: segment.length,
             elements: segment.elements.max(1),
             curvature: turn.vector(segment.initial_curvature),
+            fibres: turn.fibres(structure.laws[segment.law].fibres()),
         })
         .collect();
     ChainMesh { member: index, axes: turn.axes, segments }
@@ -142,6 +143,14 @@ impl Turn {
                 Self { axes: [first, second, third], cos: snap(cos), sin: snap(sin) }
             }
         }
+    }
+
+    /// The outermost fibres along the axes of the chain: axes 2 and 3 may have changed places.
+    fn fibres(&self, mut fibres: Fibres) -> Fibres {
+        if self.sin.abs() > self.cos.abs() {
+            fibres.distance.swap(0, 1);
+        }
+        fibres
     }
 
     /// Components of a vector given in the member's axes, in those of the chain.

@@ -3,7 +3,8 @@
 use pennate_elements::rotation::{log, turn};
 use pennate_elements::small::{V3, add, cross, dot, norm};
 
-use crate::history::{Equilibrium, MemberShape, MemberState, NodeState};
+use crate::chain::Measures;
+use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
 use crate::structure::{Dimension, Drive, Spring};
 use crate::system::System;
@@ -38,7 +39,7 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
 
     let mut members = Vec::with_capacity(system.members.len());
     let mut energy = system.spring_energy;
-    let lengths: Vec<Vec<f64>> = system.packs.iter().map(|pack| pack.lengths()).collect();
+    let measures: Vec<Vec<Measures>> = system.packs.iter().map(|pack| pack.measures()).collect();
     for (index, slot) in system.members.iter().enumerate() {
         let pack = &system.packs[slot.pack];
         energy += pack.energy(slot.lane);
@@ -56,8 +57,11 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             sign * dot(tangent, end_forces[end])
         };
         let (tangent, carried) = pack.middle(slot.lane);
+        let Measures { length, stretch, bending } = measures[slot.pack][slot.lane];
         members.push(MemberState {
-            length: lengths[slot.pack][slot.lane],
+            length,
+            stretch,
+            bending,
             axial_force: -dot(tangent, add(end_forces[0], carried)),
             axial_force_ends: [axial(0), axial(1)],
             end_forces,
@@ -70,7 +74,26 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
     let compliances = Vec::new();
     let springs = system.spring_forces.clone();
     let residual = residual.largest();
-    Equilibrium { nodes, members, springs, compliances, energy, residual, balance, rounding: None }
+    let sections = sections(system);
+    Equilibrium { nodes, members, springs, compliances, sections, energy, residual, balance, rounding: None }
+}
+
+/// Section forces along the members that a structure asks for, in the members' own axes.
+fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
+    let along = |&member: &usize| {
+        let slot = &system.members[member];
+        let origin = system.structure.nodes[system.structure.members[member].nodes[0]];
+        let [f0, f1, f2, m0, m1, m2] = slot.ends[0];
+        let mut all = system.packs[slot.pack].sections(slot.lane, origin, [f0, f1, f2], [m0, m1, m2]);
+        if system.structure.dimension == Dimension::Plane {
+            for section in &mut all {
+                section.force = slot.turn.back_vector(section.force);
+                section.moment = slot.turn.back_vector(section.moment);
+            }
+        }
+        all
+    };
+    system.structure.sections.iter().map(along).collect()
 }
 
 /// Compliances of the nodes that a structure asks for, at the state of the last assembly.

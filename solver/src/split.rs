@@ -9,7 +9,7 @@ use std::sync::Arc;
 use pennate_elements::small::{add, apply, tmul, transpose};
 
 use crate::chain::Bent;
-use crate::history::{Equilibrium, History, MemberShape, MemberState};
+use crate::history::{Equilibrium, History, MemberShape, MemberState, Peak, SectionForces};
 use crate::structure::{Drive, Member, MemberId, NodeId, Release, Segment, Step, Structure};
 
 /// Part of a member's length within which a boundary between segments is its middle.
@@ -25,6 +25,8 @@ pub struct Split {
     /// The members that were split, and the segment that their second halves begin with. Half k is member
     /// `members + k`, between the halves lies node `nodes + k`.
     halves: Vec<(MemberId, usize)>,
+    /// Members whose sections are asked for.
+    sampled: Vec<MemberId>,
 }
 
 impl Split {
@@ -53,7 +55,13 @@ impl Split {
                 }
             }
         }
+        for sampled in &structure.sections {
+            if let Some(k) = halves.iter().position(|(member, _)| member == sampled) {
+                split.sections.push(structure.members.len() + k);
+            }
+        }
         Self {
+            sampled: structure.sections.clone(),
             structure: Arc::new(split),
             steps,
             nodes: structure.nodes.len(),
@@ -109,6 +117,21 @@ impl Split {
         node.checked_sub(self.nodes).map(|k| self.halves[k].0)
     }
 
+    /// Sections of second halves follow those that were asked for, in the order of the halves.
+    fn join_sections(&self, sections: &mut Vec<Vec<SectionForces>>) {
+        let asked = self.sampled.len();
+        let mut halves = sections.split_off(asked.min(sections.len())).into_iter();
+        for (own, sampled) in sections.iter_mut().zip(&self.sampled) {
+            let Some(&(_, segment)) = self.halves.iter().find(|(member, _)| member == sampled) else { continue };
+            own.iter_mut().for_each(|section| section.at *= 0.5);
+            own.extend(halves.next().unwrap_or_default().into_iter().map(|mut section| {
+                section.at = 0.5 * (section.at + 1.0);
+                section.segment += segment;
+                section
+            }));
+        }
+    }
+
     fn join_state(&self, state: &mut Equilibrium) {
         for (k, &(member, _)) in self.halves.iter().enumerate() {
             let second = state.members[self.members + k];
@@ -120,8 +143,11 @@ impl Split {
                 end_forces: [first.end_forces[0], second.end_forces[1]],
                 end_moments: [first.end_moments[0], second.end_moments[1]],
                 control: first.control,
+                stretch: larger(half(first.stretch, 0), half(second.stretch, 1)),
+                bending: larger(half(first.bending, 0), half(second.bending, 1)),
             };
         }
+        self.join_sections(&mut state.sections);
         for node in state.rounding.iter_mut().flat_map(|rounding| &mut rounding.nodes) {
             if let Some(member) = self.member_of(*node) {
                 *node = self.structure.members[member].nodes[0];
@@ -130,6 +156,15 @@ impl Split {
         state.members.truncate(self.members);
         state.nodes.truncate(self.nodes);
     }
+}
+
+/// A place on the first (0) or second (1) half of a member as a place on the whole.
+fn half(peak: Peak, side: u8) -> Peak {
+    Peak { at: 0.5 * (peak.at + f64::from(side)), ..peak }
+}
+
+fn larger(a: Peak, b: Peak) -> Peak {
+    if b.value.abs() > a.value.abs() { b } else { a }
 }
 
 fn join_shapes(first: &mut MemberShape, second: MemberShape, segment: usize) {

@@ -51,6 +51,8 @@ pub struct Structure {
     pub drives: Vec<Drive>,
     /// Nodes whose compliance is wanted at every accepted state.
     pub compliances: Vec<ComplianceOf>,
+    /// Members whose section forces along them are wanted at every accepted state.
+    pub sections: Vec<MemberId>,
 }
 
 /// A node whose compliance is wanted.
@@ -102,6 +104,29 @@ pub struct Segment {
 pub trait SectionLaw: Debug + Send + Sync {
     /// Section and induced strains at a control value. Called once an increment, not in iterations.
     fn at(&self, control: f64) -> SectionState;
+
+    /// The outermost fibres, where the section has a shape; strains of bending are those of these.
+    fn fibres(&self) -> Fibres {
+        Fibres::default()
+    }
+}
+
+/// How far the outermost fibres of a section lie from its axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fibres {
+    /// Largest distance along axis 2 and along axis 3; zero where the shape is not known.
+    pub distance: [f64; 2],
+    /// Whether one fibre is farthest along both axes: the corner of a rectangle. Else the section is round.
+    pub corner: bool,
+}
+
+impl Fibres {
+    /// The largest strain of a fibre under curvatures about axes 2 and 3; the same of stresses, with moments over second
+    /// moments of area.
+    pub fn strain(&self, curvature: [f64; 2]) -> f64 {
+        let [a, b] = [(curvature[0] * self.distance[1]).abs(), (curvature[1] * self.distance[0]).abs()];
+        if self.corner { a + b } else { a.hypot(b) }
+    }
 }
 
 /// Section and induced strains at one value of the control.

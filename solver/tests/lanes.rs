@@ -8,6 +8,7 @@ use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
 use pennate_elements::space::{CorotationalSpace, Space};
 use pennate_solver::chain::{Chain, ChainMesh, Pack, SegmentMesh};
+use pennate_solver::structure::Fibres;
 
 const AXES: [M3<f64>; 3] = [
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -20,6 +21,7 @@ fn mesh(member: usize, bent: f64) -> ChainMesh {
         length: length * (1.0 + 0.1 * member as f64),
         elements,
         curvature: [0.0, 0.0, bent * (1.0 + member as f64)],
+        fibres: Fibres::default(),
     };
     ChainMesh { member, axes: AXES[member % 3], segments: vec![segment(3.0, 1), segment(8.0, 2)] }
 }
@@ -55,7 +57,7 @@ fn told<const D: usize>(chain: &dyn Pack<D>, lane: usize) -> [Vec<f64>; 5] {
     let tangent = [ends.k00, ends.k01, ends.k11].into_iter().flatten().flatten().collect();
     let forces = ends.r0.into_iter().chain(ends.r1).collect();
     let scalars =
-        vec![chain.energy(lane), chain.lengths()[lane], negative as f64, smallest, chain.size(lane).largest()];
+        vec![chain.energy(lane), chain.measures()[lane].length, negative as f64, smallest, chain.size(lane).largest()];
     let (mut shape, mut stresses) = (Vec::new(), Vec::new());
     for element in 0..chain.elements() {
         let (local, stress) = chain.sample(lane, element, 0.3);

@@ -87,6 +87,7 @@ impl Cantilever {
             springs: Vec::new(),
             drives: vec![Drive::Control, Drive::Force(TIP, 0), Drive::Force(TIP, 1), Drive::Moment(TIP, 2)],
             compliances: Vec::new(),
+            sections: Vec::new(),
         });
         let topology = path::topology(&structure, &[]);
         let chains = packs::plane(&structure, 0);

@@ -149,8 +149,8 @@ impl Scales {
             ProbeKind::Displacement => self.size,
             ProbeKind::Rotation => 90.0,
             ProbeKind::Force => self.force,
-            ProbeKind::Moment => self.force * self.size,
-            ProbeKind::Other => 0.0,
+            ProbeKind::Moment | ProbeKind::GreatestMoment => self.force * self.size,
+            ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other => 0.0,
         }
     }
 }
@@ -161,8 +161,9 @@ pub fn unit(model: &Model, kind: ProbeKind) -> &'static str {
         ProbeKind::Displacement => model.units.symbols()[0],
         ProbeKind::Rotation => "deg",
         ProbeKind::Force => force_unit(model),
-        ProbeKind::Moment => moment_unit(model),
-        ProbeKind::Other => "",
+        ProbeKind::Moment | ProbeKind::GreatestMoment => moment_unit(model),
+        ProbeKind::Stress => model.units.symbols()[2],
+        ProbeKind::Strain | ProbeKind::Other => "",
     }
 }
 

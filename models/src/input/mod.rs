@@ -10,7 +10,7 @@ pub mod tree;
 
 use schemars::JsonSchema;
 
-pub use self::probe::{AxialPlace, Direction, PositionWord, Probe, ProbeTable, RotationProbe};
+pub use self::probe::{AxialPlace, Direction, Greatest, PositionWord, Probe, ProbeTable, RotationProbe};
 pub use self::step::{Branch, Method, Motion, Step, Stop};
 
 use self::read::{Count, Input, Map, Number, Spanned, record, words};
@@ -29,6 +29,8 @@ record! {
         dimension: Option<Spanned<DimensionWord>>,
         /// Of members that do not say otherwise; "exact" by default.
         formulation: Option<Spanned<Formulation>>,
+        /// Strain of members that are no muscles above which a warning is given; 0.1 by default.
+        strain_limit: Option<Number>,
         /// Numbers that expressions may use.
         parameters: Option<Map<Number>>,
         /// Named points [x, y] or [x, y, z].

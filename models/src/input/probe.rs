@@ -45,6 +45,21 @@ record! {
         normal: Option<Spanned<Vec<Number>>>,
         distance: Option<Spanned<bool>>,
         axial_force: Option<Spanned<AxialPlace>>,
+        /// The greatest stress along a member, or along those of a group or of "all".
+        stress: Option<Spanned<Greatest>>,
+        /// The greatest strain, without what pressure and actuation induce.
+        strain: Option<Spanned<Greatest>>,
+        /// The greatest bending moment, about axes 2 and 3 together.
+        moment: Option<Spanned<Greatest>>,
+    }
+}
+
+words! {
+    pub enum Greatest as "one of max, bending" {
+        /// Of the outermost fibres, bending and axial part together.
+        Max = "max",
+        /// Of bending alone.
+        Bending = "bending",
     }
 }
 

@@ -179,7 +179,13 @@ fn drafts(
         (None, Some(section), None) => {
             let law = properties.law(section, data.material.as_ref(), owner, cx)?;
             missing.extend(law.missing);
-            let law = FixedLaw { section: law.section, radius: law.radius, strain: 0.0, curvature: [0.0; 3] };
+            let law = FixedLaw {
+                section: law.section,
+                radius: law.radius,
+                shape: law.shape,
+                strain: 0.0,
+                curvature: [0.0; 3],
+            };
             Some((MemberKind::Passive, vec![draft(SegmentLaw::Fixed(law))]))
         }
         (None, None, Some(segments)) => {
@@ -243,6 +249,7 @@ fn segment_drafts(
         let fixed = FixedLaw {
             section: law.section,
             radius: law.radius,
+            shape: law.shape,
             strain: strain?,
             curvature: induced?.unwrap_or_default(),
         };

@@ -28,6 +28,7 @@ use self::members::{Members, Surroundings};
 use self::properties::Properties;
 use self::steps::Actors;
 use self::topology::Parts;
+use crate::discretize::plane_turn;
 use crate::error::{InputError, InputErrors, Source};
 use crate::input::read::{Input, Map, Named, Number, Spanned};
 use crate::input::tree::{self, Language};
@@ -129,6 +130,9 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         nodes: &nodes,
         node_names: &names,
         member_names: &member_names,
+        members: &members,
+        groups: &groups,
+        properties: &properties,
         bodies: &bodies,
         steps: &steps,
     };
@@ -142,11 +146,12 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let judged_in_plane =
         matches!(network.dimension, Some(Spanned { value: DimensionWord::Plane, .. })) || !planar_only.is_empty();
     probes.in_plane = dimension == Dimension::Plane;
-    Some(Model {
+    let mut model = Model {
         title: network.title.clone().unwrap_or_default(),
         units: cx.units,
         dimension,
         why_space: out.map(|(reason, _)| reason).filter(|_| dimension == Dimension::Space),
+        strain_limit: strain_limit(network, cx),
         stability: if judged_in_plane { Stability::Plane } else { Stability::Space },
         parameters: cx.parameter_values(),
         nodes,
@@ -163,7 +168,18 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         probes,
         warnings: Vec::new(),
         sources: Vec::new(),
-    })
+    };
+    let turns: Vec<_> = model.members.iter().map(|member| plane_turn(&model, member)).collect();
+    model.probes.set_turns(|member| turns[member]);
+    Some(model)
+}
+
+/// Default of the strain above which a person is warned: linear elasticity holds to about a tenth.
+const STRAIN_LIMIT: f64 = 0.1;
+
+fn strain_limit(network: &Network, cx: &mut Context) -> f64 {
+    let given = network.strain_limit.as_ref().and_then(|limit| cx.positive(limit, Kind::Pure, "the strain limit"));
+    given.unwrap_or(STRAIN_LIMIT)
 }
 
 fn check_format(network: &Network, cx: &mut Context) {

@@ -2,22 +2,28 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::context::{Context, Names};
 use super::joints::Bodies;
+use super::properties::Properties;
 use crate::error::{InputError, Span};
 use crate::expression::Expression;
+use crate::hsim::Part;
 use crate::input::read::{Map, Named, Spanned, suggest};
-use crate::input::{self, Component, Direction, ProbeTable, RotationProbe};
-use crate::model::{Node, PRESTRESS, Step};
-use crate::probes::{AxialPlace, Operand, Probe, Probes};
+use crate::input::{self, Component, Direction, Greatest, ProbeTable, RotationProbe};
+use crate::model::{FixedLaw, Member, Node, PRESTRESS, SegmentLaw, Step};
+use crate::probes::{Along, AxialPlace, Matter, Operand, Probe, Probes, Quantity};
 
 /// What probes refer to.
 pub struct Observed<'a> {
     pub nodes: &'a [Option<Node>],
     pub node_names: &'a Names,
     pub member_names: &'a Names,
+    pub members: &'a [Option<Member>],
+    /// Members by the name of their group.
+    pub groups: &'a HashMap<&'a str, Vec<usize>>,
+    pub properties: &'a Properties,
     pub bodies: &'a Bodies,
     pub steps: &'a [Step],
 }
@@ -47,8 +53,21 @@ pub fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observed<'_>,
     for (index, next) in indices.zip(0..) {
         *index = next;
     }
+    number_sections(&mut probes);
     let order = order(&probes, &entries, cx).unwrap_or_default();
     Probes { names: names.iter().map(str::to_owned).collect(), probes, order, in_plane: false }
+}
+
+/// Numbers the members whose sections are looked at in the order in which the probes name them.
+fn number_sections(probes: &mut [Probe]) {
+    let mut known = HashMap::new();
+    for probe in probes {
+        let Probe::Greatest { members, .. } = probe else { continue };
+        for along in members {
+            let next = known.len();
+            along.index = *known.entry(along.member).or_insert(next);
+        }
+    }
 }
 
 fn needs(probe: &Probe) -> Vec<usize> {
@@ -155,26 +174,27 @@ fn quantity(
     cx: &mut Context,
 ) -> Option<Probe> {
     let owner = format!("probe '{}'", named.name);
-    let of_node =
-        [table.displacement.is_some(), table.position.is_some(), table.rotation.is_some(), table.reaction.is_some()];
-    let compliant = usize::from(table.stiffness.is_some()) + usize::from(table.compliance.is_some());
-    let quantities = of_node.iter().filter(|&&given| given).count();
-    let others = [table.normal.is_some(), table.distance.is_some(), table.axial_force.is_some()];
-    let other_count = others.iter().filter(|&&given| given).count();
+    let moved = [table.displacement.is_some(), table.position.is_some(), table.rotation.is_some()];
+    let compliant = [table.stiffness.is_some(), table.compliance.is_some()];
+    let along = [table.stress.is_some(), table.strain.is_some(), table.moment.is_some()];
+    let count = |given: &[bool]| given.iter().filter(|&&given| given).count();
+    let single =
+        [table.reaction.is_some(), table.normal.is_some(), table.distance.is_some(), table.axial_force.is_some()];
+    let [reaction, normal, distant, axial] = single;
     let places = [table.node.is_some(), table.nodes.is_some(), table.body.is_some(), table.member.is_some()];
-    let place_count = places.iter().filter(|&&given| given).count();
-    let fitting = match (&table.node, &table.nodes, &table.body, &table.member) {
-        (Some(_), ..) => quantities + compliant == 1 && other_count == 0,
-        (_, Some(_), ..) => quantities + compliant == 0 && other_count == 1 && others[1],
-        (_, _, Some(_), _) if compliant == 1 => quantities == 0 && other_count == 0,
-        (_, _, Some(_), _) => quantities == 0 && other_count == 1 && others[0],
-        (_, _, _, Some(_)) => quantities + compliant == 0 && other_count == 1 && others[2],
-        _ => false,
+    let one = count(&moved) + count(&compliant) + count(&along) + count(&single) == 1 && count(&places) == 1;
+    let fitting = match (&table.node, &table.nodes, &table.body) {
+        (Some(_), ..) => reaction || count(&moved) + count(&compliant) == 1,
+        (_, Some(_), _) => distant,
+        (_, _, Some(_)) => normal || count(&moved) + count(&compliant) == 1,
+        _ => axial || count(&along) == 1,
     };
-    if place_count != 1 || !fitting {
+    if !one || !fitting {
         cx.error(
             InputError::new(format!("{owner} does not ask for one quantity of one thing")).at(named.value.span).help(
-                "{ node, displacement | position | rotation | reaction | stiffness }, { nodes, distance = true }, { body, normal } or { member, axial_force }",
+                "{ node, displacement | position | rotation | reaction | stiffness }, { nodes, distance = true }, \
+                 { body, displacement | position | rotation | normal | stiffness } or \
+                 { member, axial_force | stress | strain | moment }",
             ),
         );
         return None;
@@ -186,24 +206,81 @@ fn quantity(
     if let Some(list) = &table.nodes {
         return distance(list, table, observed, &owner, cx);
     }
-    if let (Some(body), 1) = (&table.body, compliant) {
-        let names = Names::new("rigid body", observed.bodies.bodies.iter().map(|body| body.name.as_str()));
-        let index = names.find(&body.value, body.span, &owner, cx)?;
-        return stiffness(observed.bodies.bodies[index].reference, table, &owner, cx);
-    }
-    if let (Some(body), Some(normal)) = (&table.body, &table.normal) {
+    if let Some(body) = &table.body {
         let names = Names::new("rigid body", observed.bodies.bodies.iter().map(|body| body.name.as_str()));
         let index = names.find(&body.value, body.span, &owner, cx);
+        let Some(normal) = &table.normal else {
+            return node_quantity(observed.bodies.bodies[index?].reference, table, observed, &owner, cx);
+        };
         let normal = cx.direction(normal, &format!("the normal of {owner}"));
         return Some(Probe::Tilt { reference: observed.bodies.bodies[index?].reference, normal: normal?.into() });
     }
-    let (member, place) = (table.member.as_ref()?, table.axial_force.as_ref()?);
+    let member = table.member.as_ref()?;
+    let Some(place) = &table.axial_force else { return greatest(member, table, observed, &owner, cx) };
     let place = match place.value {
         input::AxialPlace::Start => AxialPlace::Start,
         input::AxialPlace::Middle => AxialPlace::Middle,
         input::AxialPlace::End => AxialPlace::End,
     };
     Some(Probe::AxialForce { member: observed.member_names.find(&member.value, member.span, &owner, cx)?, place })
+}
+
+/// The greatest stress, strain or moment along a member, or along all of a group or of the network.
+fn greatest(
+    name: &Spanned<String>,
+    table: &ProbeTable,
+    observed: &Observed<'_>,
+    owner: &str,
+    cx: &mut Context,
+) -> Option<Probe> {
+    let (word, whole, bending) = match (&table.stress, &table.strain, &table.moment) {
+        (Some(word), ..) => (word, Quantity::Stress, Quantity::BendingStress),
+        (_, Some(word), _) => (word, Quantity::Strain, Quantity::BendingStrain),
+        (.., word) => (word.as_ref()?, Quantity::Moment, Quantity::Moment),
+    };
+    let quantity = match word.value {
+        Greatest::Max => whole,
+        Greatest::Bending => bending,
+    };
+    let named: Vec<usize> = match observed.groups.get(name.value.as_str()) {
+        Some(group) => group.clone(),
+        None if name.value == "all" => (0..observed.members.len()).collect(),
+        None => vec![observed.member_names.find(&name.value, name.span, owner, cx)?],
+    };
+    let mut members = Vec::with_capacity(named.len());
+    for index in named {
+        let member = observed.members[index].as_ref()?;
+        let segments: Option<Vec<Matter>> =
+            member.segments.iter().map(|segment| matter(&segment.material, observed.properties)).collect();
+        let along = Along { member: index, index: 0, segments: segments?, turn: Matrix3::identity() };
+        let shapeless = along.segments.iter().any(|matter| matches!(matter, Matter::Fixed { shape: None, .. }));
+        if shapeless && quantity != Quantity::Moment {
+            cx.error(
+                InputError::new(format!(
+                    "{owner} asks for a stress or strain of member '{}', whose section gives stiffnesses outright",
+                    member.name
+                ))
+                .at(word.span)
+                .label("no shape, no outermost fibre")
+                .help("ask for moment = \"max\", or give the section as a circle, annulus or rectangle"),
+            );
+            return None;
+        }
+        members.push(along);
+    }
+    Some(Probe::Greatest { quantity, members })
+}
+
+fn matter(law: &SegmentLaw, properties: &Properties) -> Option<Matter> {
+    let muscle = |index: usize, part| {
+        let muscle = properties.muscles[index].as_ref()?.muscle.clone();
+        Some(Matter::Muscle { muscle, part })
+    };
+    match *law {
+        SegmentLaw::MuscleEnd(index) => muscle(index, Part::End),
+        SegmentLaw::MuscleMiddle(index) => muscle(index, Part::Middle),
+        SegmentLaw::Fixed(FixedLaw { section, shape, .. }) => Some(Matter::Fixed { section, shape }),
+    }
 }
 
 fn distance(

@@ -31,6 +31,7 @@ pub enum Profile {
 pub struct Law {
     pub section: Section,
     pub radius: f64,
+    pub shape: Option<Shape>,
     pub missing: Vec<&'static str>,
 }
 
@@ -87,7 +88,7 @@ impl Properties {
                 }
                 let radius = 2.0 * (given.ei3 / given.ea).sqrt();
                 let radius = if radius > 0.0 && radius.is_finite() { radius } else { 0.0 };
-                Some(Law { section: *given, radius, missing: missing.clone() })
+                Some(Law { section: *given, radius, shape: None, missing: missing.clone() })
             }
             Profile::Shape(shape, stiffening) => {
                 let Some(index) = material_index else {
@@ -109,7 +110,7 @@ impl Properties {
                 let mut section = shape.section(material.youngs_modulus, material.shear_modulus, *stiffening);
                 section.mass_per_length = material.density * shape.area;
                 section.rotary_inertia = shape.second_moments.map(|moment| material.density * moment);
-                Some(Law { section, radius: shape.radius, missing: Vec::new() })
+                Some(Law { section, radius: shape.radius, shape: Some(*shape), missing: Vec::new() })
             }
         }
     }

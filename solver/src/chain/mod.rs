@@ -10,7 +10,8 @@ use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, add, axpy, scale, sub, tmul, zeros};
 
-use crate::history::{MemberShape, Variation};
+use crate::history::{MemberShape, SectionForces, Variation};
+use crate::structure::Fibres;
 
 mod condense;
 mod dashpots;
@@ -19,6 +20,8 @@ mod geometry;
 mod lanes;
 mod lateral;
 mod layers;
+mod measures;
+mod sections;
 mod shape;
 mod size;
 mod transfer;
@@ -29,6 +32,7 @@ use dashpots::Dashpots;
 pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, set_piece};
+pub use measures::Measures;
 use size::Sizes;
 use transfer::{Field, InLanes};
 pub use variation::SegmentVariation;
@@ -51,6 +55,8 @@ pub struct SegmentMesh {
     pub elements: usize,
     /// In the axes of [`ChainMesh::axes`].
     pub curvature: V3<f64>,
+    /// In the same axes.
+    pub fibres: Fibres,
 }
 
 /// What changes in a chain during a solve.
@@ -194,14 +200,16 @@ pub trait Pack<const D: usize>: Send {
     fn elements(&self) -> usize;
     fn order(&self) -> usize;
     fn formulation(&self) -> Formulation;
-    /// Present length of the axis of every member.
-    fn lengths(&self) -> Vec<f64>;
+    /// Present length and largest strains of every member.
+    fn measures(&self) -> Vec<Measures>;
     /// Tangent at the middle of the unloaded length, and the load along the member up to there.
     fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
     /// Sum of the load along the member.
     fn total_load(&self, lane: usize) -> V3<f64>;
     /// Shape and section forces; `force` and `moment` act on the start of the member, `origin` is its unloaded place.
     fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape;
+    /// Section forces at all nodes of the elements, from the actions on the start of the member.
+    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces>;
 }
 
 /// Chains of equal mesh with elements of order P.
@@ -214,6 +222,8 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     curves: Vec<Curve<T, P>>,
     segment_of: Vec<usize>,
     segments: usize,
+    /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
+    fibres: Vec<[T; 3]>,
     moduli: Vec<Moduli<T, D>>,
     loads: Vec<V3<T>>,
     loaded: bool,
@@ -257,12 +267,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
         let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
         let mut total_length = T::zero();
+        let mut fibres = vec![[T::zero(); 3]; first.segments.len()];
         for lane in 0..T::LANES {
             let mesh = &meshes[lane.min(meshes.len() - 1)];
+            for (own, segment) in fibres.iter_mut().zip(&mesh.segments) {
+                let Fibres { distance: [second, third], corner } = segment.fibres;
+                own[0].set_lane(lane, second);
+                own[1].set_lane(lane, third);
+                own[2].set_lane(lane, f64::from(u8::from(corner)));
+            }
             let mut axes = mesh.axes;
             let mut total = 0.0;
             for (e, &segment) in segment_of.iter().enumerate() {
-                let SegmentMesh { length, elements, curvature } = mesh.segments[segment];
+                let SegmentMesh { length, elements, curvature, .. } = mesh.segments[segment];
                 let length = length / elements as f64;
                 total += length;
                 let bent = Bent { length, curvature };
@@ -298,6 +315,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             curves,
             segment_of,
             segments,
+            fibres,
             moduli: vec![Moduli::default(); segments],
             loads: vec![[o; 3]; segments],
             loaded: false,
@@ -618,8 +636,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         B::FORMULATION
     }
 
-    fn lengths(&self) -> Vec<f64> {
-        self.lengths_impl()
+    fn measures(&self) -> Vec<Measures> {
+        self.measures_impl()
     }
 
     fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>) {
@@ -636,6 +654,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape {
         self.shape_impl(lane, origin, force, moment)
+    }
+
+    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces> {
+        self.sections_impl(lane, origin, force, moment)
     }
 }
 

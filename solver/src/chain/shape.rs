@@ -24,33 +24,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for LocalUnkno
     }
 }
 
-/// Present length, as work in lanes.
-struct Length<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
-
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Length<'_, T, B, D, P> {
-    type Output = T;
-
-    #[inline(always)]
-    fn run(self) -> T {
-        let Self(chain) = self;
-        let mut length = T::zero();
-        for (e, piece) in chain.pieces.iter().enumerate() {
-            let strains = Strains(chain, e).run();
-            for g in 0..P {
-                let along = T::one() + strains[g][0];
-                let mut square = (along * along).plus(strains[g][1], strains[g][1]);
-                if D == 6 {
-                    square = square.plus(strains[g][2], strains[g][2]);
-                }
-                length += T::splat(chain.table.weights[g]) * piece.length * square.sqrt();
-            }
-        }
-        length
-    }
-}
-
 /// Strains of one element, as work in lanes.
-struct Strains<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);
+pub(super) struct Strains<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(
+    pub(super) &'a Chain<T, B, D, P>,
+    pub(super) usize,
+);
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Strains<'_, T, B, D, P> {
     type Output = [[T; D]; P];
@@ -102,11 +80,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn violation_impl(&self) -> f64 {
         let largest = T::run(Violation(self));
         (0..T::LANES).fold(0.0, |all, lane| all.max(largest.lane(lane)))
-    }
-
-    pub(super) fn lengths_impl(&self) -> Vec<f64> {
-        let all = T::run(Length(self));
-        (0..self.members.len()).map(|lane| all.lane(lane)).collect()
     }
 
     pub(super) fn middle_impl(&self, lane: usize) -> (V3<f64>, V3<f64>) {
@@ -243,11 +216,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 }
 
 /// Moment about `place` of forces whose moment about the origin and whose sum are known.
-fn moment_about(about_origin: V3<f64>, sum: V3<f64>, place: V3<f64>) -> V3<f64> {
+pub(super) fn moment_about(about_origin: V3<f64>, sum: V3<f64>, place: V3<f64>) -> V3<f64> {
     sub(about_origin, cross(place, sum))
 }
 
-fn position(point: &ShapePoint) -> V3<f64> {
+pub(super) fn position(point: &ShapePoint) -> V3<f64> {
     add(point.reference, point.displacement)
 }
 
@@ -262,7 +235,7 @@ fn mean_axes(a: &M3<f64>, b: &M3<f64>) -> M3<f64> {
 }
 
 /// `axes` are the unloaded axes of the element's start by rows, `bend` leads from them to those of the point.
-fn point(reference: V3<f64>, placement: &Placement, axes: &M3<f64>, bend: &M3<f64>) -> ShapePoint {
+pub(super) fn point(reference: V3<f64>, placement: &Placement, axes: &M3<f64>, bend: &M3<f64>) -> ShapePoint {
     let unloaded = tmul(bend, axes);
     ShapePoint {
         reference,

@@ -51,6 +51,7 @@ pub fn cantilever(dimension: Dimension, length: f64, section: Section, elements:
         springs: vec![],
         drives: vec![],
         compliances: vec![],
+        sections: Vec::new(),
     }
 }
 
