@@ -10,13 +10,13 @@ use crate::input::read::suggest;
 use crate::model::Units;
 
 /// Exponents of length, mass, time and angle.
-type Exponents = [i32; 4];
+pub type Exponents = [i32; 4];
 
 /// A unit: what one of it is in metres, kilograms, seconds and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
     pub factor: f64,
-    exponents: Exponents,
+    pub exponents: Exponents,
 }
 
 /// Kinds of quantity that keys ask for.
@@ -83,7 +83,7 @@ impl Kind {
         }
     }
 
-    fn exponents(self) -> Exponents {
+    pub fn exponents(self) -> Exponents {
         match self {
             Self::Pure => [0, 0, 0, 0],
             Self::Length => [1, 0, 0, 0],
@@ -103,7 +103,8 @@ impl Kind {
         }
     }
 
-    fn fits(self, exponents: Exponents) -> bool {
+    /// Whether exponents are those of this kind.
+    pub fn fits(self, exponents: Exponents) -> bool {
         let own = self.exponents();
         let radian_may_be_left_out = matches!(self, Self::Curvature | Self::RotationalStiffness);
         own == exponents || (radian_may_be_left_out && own[..3] == exponents[..3] && exponents[3] == 0)
@@ -128,10 +129,7 @@ impl Unit {
 
     /// What the unit measures, in words.
     pub fn description(&self) -> &'static str {
-        KINDS
-            .iter()
-            .find(|kind| kind.fits(self.exponents))
-            .map_or("a quantity of another kind", |kind| kind.description())
+        describe(self.exponents)
     }
 
     /// Multiplies a value in this unit to give one in a file's units; angles stay radians.
@@ -151,6 +149,12 @@ impl Unit {
             Units::MNPa => 1.0,
         }
     }
+}
+
+/// What exponents measure, in words.
+pub fn describe(exponents: Exponents) -> &'static str {
+    let kind = KINDS.iter().find(|kind| kind.fits(exponents));
+    kind.map_or("a quantity of another kind", |kind| kind.description())
 }
 
 fn power(base: f64, exponent: i32) -> f64 {

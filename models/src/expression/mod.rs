@@ -6,6 +6,8 @@ mod parse;
 
 use std::ops::Range;
 
+use crate::unit::{self, Exponents, Kind};
+
 /// A compiled expression.
 #[derive(Clone, Debug)]
 pub struct Expression {
@@ -77,16 +79,61 @@ pub struct ExpressionError {
     pub place: Range<usize>,
 }
 
-/// A number, and whether it is a pressure: that keeps its meaning when it reaches a muscle with another unit.
+/// A number in the units of the file (angles in degrees), and what is known of what it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     pub value: f64,
-    pub is_pressure: bool,
+    /// `None` for a bare number, which may be anything.
+    pub measure: Option<Measure>,
+}
+
+/// What a number measures, as far as units say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measure {
+    pub exponents: Exponents,
+    pub certainty: Certainty,
+    /// A bare number was added: whose unit it was meant in is not said.
+    pub is_mixed: bool,
+}
+
+/// How far the units of an expression tell what it measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Certainty {
+    /// A bare parameter had a part in a product: it may have a unit of its own.
+    Guessed,
+    /// A bare number of the expression had: that is a mere factor, most likely.
+    Likely,
+    Certain,
 }
 
 impl From<f64> for Quantity {
     fn from(value: f64) -> Self {
-        Self { value, is_pressure: false }
+        Self { value, measure: None }
+    }
+}
+
+impl Quantity {
+    /// A number with a unit.
+    pub fn with(value: f64, exponents: Exponents) -> Self {
+        Self { value, measure: Some(Measure { exponents, certainty: Certainty::Certain, is_mixed: false }) }
+    }
+
+    /// Whether it is a pressure, which keeps its meaning when it reaches a muscle with another unit.
+    pub fn is_pressure(&self) -> bool {
+        self.measure.is_some_and(|measure| Kind::Stress.fits(measure.exponents))
+    }
+}
+
+/// An operand of an expression: numbers written there are no parameters without a unit.
+#[derive(Clone, Copy, Debug)]
+struct Operand {
+    quantity: Quantity,
+    is_literal: bool,
+}
+
+impl From<f64> for Operand {
+    fn from(value: f64) -> Self {
+        Self { quantity: value.into(), is_literal: true }
     }
 }
 
@@ -109,23 +156,21 @@ impl Expression {
     /// # Errors
     /// The first operation without finite result.
     pub fn evaluate(&self, values: &[Quantity]) -> Result<Quantity, ExpressionError> {
-        let mut stack: Vec<Quantity> = Vec::with_capacity(8);
+        let mut stack: Vec<Operand> = Vec::with_capacity(8);
         for (operation, place) in &self.operations {
-            let result = apply(*operation, values, &mut stack);
-            if !result.value.is_finite() {
+            let fail = |message: String| ExpressionError { message, place: place.clone() };
+            let result = apply(*operation, values, &mut stack).map_err(fail)?;
+            if !result.quantity.value.is_finite() {
                 let message = match operation {
                     Operation::Divide => "division by zero, or a result too large".to_owned(),
-                    Operation::Call(function, _) => {
-                        let name = FUNCTIONS.iter().find(|(_, known)| known == function).map_or("", |known| known.0);
-                        format!("{name} has no finite value here")
-                    }
+                    Operation::Call(function, _) => format!("{} has no finite value here", function.name()),
                     _ => "the result is not a finite number".to_owned(),
                 };
-                return Err(ExpressionError { message, place: place.clone() });
+                return Err(fail(message));
             }
             stack.push(result);
         }
-        Ok(stack.pop().unwrap_or(Quantity::from(f64::NAN)))
+        Ok(stack.pop().map_or(Quantity::from(f64::NAN), |operand| operand.quantity))
     }
 
     /// Value, or not a number where there is no finite one.
@@ -135,44 +180,118 @@ impl Expression {
     }
 }
 
-fn apply(operation: Operation, values: &[Quantity], stack: &mut Vec<Quantity>) -> Quantity {
-    let mut pop = || stack.pop().unwrap_or(Quantity::from(f64::NAN));
-    match operation {
-        Operation::Number(value) => value.into(),
-        Operation::Name(index) => values.get(index).copied().unwrap_or(Quantity::from(f64::NAN)),
-        Operation::Negate => {
-            let operand = pop();
-            Quantity { value: -operand.value, ..operand }
-        }
-        Operation::Call(function, arguments) => {
-            let arguments = stack.split_off(stack.len().saturating_sub(arguments));
-            call(function, &arguments)
-        }
-        _ => {
-            let (right, left) = (pop(), pop());
-            let (a, b) = (left.value, right.value);
-            let (p, q) = (left.is_pressure, right.is_pressure);
-            let (value, is_pressure) = match operation {
-                Operation::Add => (a + b, p || q),
-                Operation::Subtract => (a - b, p || q),
-                Operation::Multiply => (a * b, p != q),
-                Operation::Divide => (a / b, p && !q),
-                _ => (a.powf(b), false),
-            };
-            Quantity { value, is_pressure }
-        }
+impl Function {
+    fn name(self) -> &'static str {
+        FUNCTIONS.iter().find(|(_, known)| *known == self).map_or("", |known| known.0)
     }
 }
 
-fn call(function: Function, arguments: &[Quantity]) -> Quantity {
-    let x = arguments.first().map_or(f64::NAN, |argument| argument.value);
-    let is_pressure = arguments.iter().any(|argument| argument.is_pressure);
-    let all = arguments.iter().map(|argument| argument.value);
+/// The result of an operation; a sentence where its operands measure different things.
+fn apply(operation: Operation, values: &[Quantity], stack: &mut Vec<Operand>) -> Result<Operand, String> {
+    let mut pop = || stack.pop().unwrap_or(f64::NAN.into());
+    Ok(match operation {
+        Operation::Number(value) => value.into(),
+        Operation::Name(index) => {
+            let quantity = values.get(index).copied().unwrap_or(Quantity::from(f64::NAN));
+            Operand { quantity, is_literal: false }
+        }
+        Operation::Negate => {
+            let mut operand = pop();
+            operand.quantity.value = -operand.quantity.value;
+            operand
+        }
+        Operation::Call(function, arguments) => {
+            let arguments = stack.split_off(stack.len().saturating_sub(arguments));
+            call(function, &arguments)?
+        }
+        _ => {
+            let (right, left) = (pop(), pop());
+            let (a, b) = (left.quantity.value, right.quantity.value);
+            let (value, measure) = match operation {
+                Operation::Add => (a + b, common(&[left, right], "added to")?),
+                Operation::Subtract => (a - b, common(&[right, left], "subtracted from")?),
+                Operation::Multiply => (a * b, product(left, right, 1)),
+                Operation::Divide => (a / b, product(left, right, -1)),
+                _ => (a.powf(b), power(left, right)),
+            };
+            Operand { quantity: Quantity { value, measure }, is_literal: left.is_literal && right.is_literal }
+        }
+    })
+}
+
+/// What a sum or the larger of some operands measures: all of them the same, bare numbers aside.
+fn common(operands: &[Operand], verb: &str) -> Result<Option<Measure>, String> {
+    let mut found: Option<Measure> = None;
+    for measure in operands.iter().filter_map(|operand| operand.quantity.measure) {
+        found = Some(match found {
+            None => measure,
+            Some(before) => {
+                let certain = before.certainty.min(measure.certainty);
+                if before.exponents != measure.exponents && certain > Certainty::Guessed {
+                    let [one, other] = [before, measure].map(|each| unit::describe(each.exponents));
+                    return Err(format!("{one} is {verb} {other}"));
+                }
+                Measure {
+                    certainty: certain,
+                    is_mixed: before.is_mixed || measure.is_mixed,
+                    ..if before.certainty >= measure.certainty { before } else { measure }
+                }
+            }
+        });
+    }
+    let bare = operands.iter().any(|operand| operand.quantity.measure.is_none() && operand.quantity.value != 0.0);
+    Ok(found.map(|found| Measure { is_mixed: found.is_mixed || bare, ..found }))
+}
+
+/// What a product (sign 1) or quotient (-1) measures.
+fn product(left: Operand, right: Operand, sign: i32) -> Option<Measure> {
+    let angle = Kind::Angle.exponents();
+    let (measure, bare) = match (left.quantity.measure, right.quantity.measure) {
+        (None, None) => return None,
+        (Some(a), Some(b)) => {
+            let exponents: Exponents = std::array::from_fn(|k| a.exponents[k] + sign * b.exponents[k]);
+            // Degrees are no radians: what becomes of them in a product is not known.
+            if exponents == [0; 4] || a.exponents == angle || b.exponents == angle {
+                return None;
+            }
+            let certainty = a.certainty.min(b.certainty);
+            return Some(Measure { exponents, certainty, is_mixed: a.is_mixed || b.is_mixed });
+        }
+        (Some(measure), None) => (measure, right),
+        (None, Some(b)) => (Measure { exponents: b.exponents.map(|exponent| sign * exponent), ..b }, left),
+    };
+    if measure.exponents == angle {
+        return None;
+    }
+    let certainty = if bare.is_literal { Certainty::Likely } else { Certainty::Guessed };
+    Some(Measure { certainty: measure.certainty.min(certainty), ..measure })
+}
+
+/// What a power measures: known for whole numbers written as such.
+fn power(base: Operand, exponent: Operand) -> Option<Measure> {
+    let measure = base.quantity.measure?;
+    let times = exponent.quantity.value;
+    let whole = exponent.is_literal && times.fract() == 0.0 && times.abs() <= 6.0;
+    let exponents = measure.exponents.map(|e| e * times as i32);
+    (whole && exponents != [0; 4]).then_some(Measure { exponents, ..measure })
+}
+
+fn call(function: Function, arguments: &[Operand]) -> Result<Operand, String> {
+    let x = arguments.first().map_or(f64::NAN, |argument| argument.quantity.value);
+    let all = arguments.iter().map(|argument| argument.quantity.value);
+    let is_literal = arguments.iter().all(|argument| argument.is_literal);
+    let kept = |value: f64| -> Result<Operand, String> {
+        let measure = common(arguments, "compared with")?;
+        Ok(Operand { quantity: Quantity { value, measure }, is_literal })
+    };
     let value = match function {
-        Function::Abs => return Quantity { value: x.abs(), is_pressure },
-        Function::Min => return Quantity { value: all.fold(f64::INFINITY, f64::min), is_pressure },
-        Function::Max => return Quantity { value: all.fold(f64::NEG_INFINITY, f64::max), is_pressure },
-        Function::Sqrt => x.sqrt(),
+        Function::Abs => return kept(x.abs()),
+        Function::Min => return kept(all.fold(f64::INFINITY, f64::min)),
+        Function::Max => return kept(all.fold(f64::NEG_INFINITY, f64::max)),
+        Function::Sqrt => {
+            let halved = arguments.first().and_then(|argument| argument.quantity.measure).and_then(halved);
+            return Ok(Operand { quantity: Quantity { value: x.sqrt(), measure: halved }, is_literal });
+        }
         Function::Exp => x.exp(),
         Function::Ln => x.ln(),
         Function::Sin => sine(x),
@@ -181,9 +300,33 @@ fn call(function: Function, arguments: &[Quantity]) -> Quantity {
         Function::Asin => x.asin().to_degrees(),
         Function::Acos => x.acos().to_degrees(),
         Function::Atan => x.atan().to_degrees(),
-        Function::Atan2 => x.atan2(arguments.get(1).map_or(f64::NAN, |argument| argument.value)).to_degrees(),
+        Function::Atan2 => {
+            common(arguments, "compared with")?;
+            x.atan2(arguments.get(1).map_or(f64::NAN, |argument| argument.quantity.value)).to_degrees()
+        }
     };
-    value.into()
+    check_argument(function, arguments)?;
+    Ok(Operand { quantity: value.into(), is_literal })
+}
+
+/// Sines are those of angles, other functions those of numbers.
+fn check_argument(function: Function, arguments: &[Operand]) -> Result<(), String> {
+    let takes_angle = matches!(function, Function::Sin | Function::Cos | Function::Tan);
+    let Some(measure) = arguments.first().and_then(|argument| argument.quantity.measure) else { return Ok(()) };
+    let fits = measure.certainty < Certainty::Certain
+        || function == Function::Atan2
+        || measure.exponents == [0; 4]
+        || takes_angle && measure.exponents == Kind::Angle.exponents();
+    if fits {
+        return Ok(());
+    }
+    let wanted = if takes_angle { "an angle" } else { "a number without unit" };
+    Err(format!("{} takes {wanted}, not {}", function.name(), unit::describe(measure.exponents)))
+}
+
+fn halved(measure: Measure) -> Option<Measure> {
+    let even = measure.exponents.iter().all(|exponent| exponent % 2 == 0);
+    even.then(|| Measure { exponents: measure.exponents.map(|exponent| exponent / 2), ..measure })
 }
 
 /// Sine of an angle in degrees, exact at whole multiples of 30 where its value is a short decimal: a node at
@@ -283,10 +426,45 @@ mod tests {
 
     #[test]
     fn pressures_stay_pressures() {
-        let pressure = Quantity { value: 2.0, is_pressure: true };
-        let is = |text: &str| Expression::parse(text).unwrap().evaluate(&[pressure; 2]).unwrap().is_pressure;
-        assert!(is("p") && is("2 * p") && is("-p / 3 + p") && is("max(p, 1)"));
-        let ratio = Expression::parse("p / q").unwrap();
-        assert!(!ratio.evaluate(&[pressure, pressure]).unwrap().is_pressure);
+        let pressure = Quantity::with(2.0, Kind::Stress.exponents());
+        let is = |text: &str| Expression::parse(text).unwrap().evaluate(&[pressure; 2]).unwrap().is_pressure();
+        assert!(is("p") && is("2 * p") && is("-p / 3 + p") && is("max(p, 1)") && is("sqrt(p * q)"));
+        assert!(!is("p / q") && !is("1 / p") && !is("p * q"));
+    }
+
+    #[test]
+    fn what_an_expression_measures_is_known_as_far_as_units_say() {
+        let [length, force] = [Kind::Length, Kind::Force].map(|kind| Quantity::with(3.0, kind.exponents()));
+        let of = |text: &str| {
+            let expression = Expression::parse(text).unwrap();
+            let value = |name: &Reference| match name.name.as_str() {
+                "l" => length,
+                "f" => force,
+                _ => Quantity::from(2.0),
+            };
+            let values: Vec<Quantity> = expression.references().iter().map(value).collect();
+            expression.evaluate(&values).map(|all| all.measure)
+        };
+        let known = |text: &str, kind: Kind, certainty: Certainty| {
+            let measure = of(text).unwrap().unwrap();
+            assert_eq!((measure.exponents, measure.certainty), (kind.exponents(), certainty), "{text}");
+        };
+        known("f", Kind::Force, Certainty::Certain);
+        known("-f + f", Kind::Force, Certainty::Certain);
+        known("f / l * l", Kind::Force, Certainty::Certain);
+        known("f * l", Kind::Moment, Certainty::Certain);
+        known("l / 2", Kind::Length, Certainty::Likely);
+        known("bare * l", Kind::Length, Certainty::Guessed);
+        known("(l^2)^2 / l^3", Kind::Length, Certainty::Certain);
+        known("sqrt(l * l)", Kind::Length, Certainty::Certain);
+        assert_eq!(
+            [of("l / l"), of("bare"), of("cos(bare)"), of("l ^ bare")],
+            [Ok(None), Ok(None), Ok(None), Ok(None)]
+        );
+        assert!(of("l + f").unwrap_err().message.contains("a length"));
+        assert!(of("cos(l)").unwrap_err().message.contains("takes an angle"));
+        assert!(of("exp(f)").unwrap_err().message.contains("takes a number without unit"));
+        assert!(of("max(l, 2)").unwrap().is_some_and(|measure| measure.is_mixed));
+        assert!(of("max(l, 0)").unwrap().is_some_and(|measure| !measure.is_mixed));
     }
 }

@@ -150,7 +150,11 @@ impl Context {
     pub fn number(&mut self, number: &Number, kind: Kind) -> Option<f64> {
         let value = match &number.value {
             Written::Bare(value) => *value,
-            Written::Text(text) if text.trim_start().starts_with('=') => self.expression(text, number.span)?.value,
+            Written::Text(text) if text.trim_start().starts_with('=') => {
+                let quantity = self.expression(text, number.span)?;
+                self.check_measure(&quantity, kind, text, number.span)?;
+                quantity.value
+            }
             Written::Text(text) => {
                 let (value, unit) = self.quantity(text, number.span, kind)?;
                 return self.sensible(value * unit.to_file(self.units), number.span);
@@ -177,7 +181,26 @@ impl Context {
             Written::Bare(value) => *value,
             Written::Text(text) if text.trim_start().starts_with('=') => {
                 let quantity = self.expression(text, number.span)?;
-                let factor = if quantity.is_pressure { Unit::file_pressure(self.units) / unit.factor } else { 1.0 };
+                self.check_measure(&quantity, Kind::Stress, text, number.span)?;
+                let factor = match quantity.is_pressure() {
+                    true => Unit::file_pressure(self.units) / unit.factor,
+                    false => 1.0,
+                };
+                // In the unit of the file a bare number means what it says.
+                if factor != 1.0 && quantity.measure.is_some_and(|measure| measure.is_mixed) {
+                    self.error(
+                        place(
+                            InputError::new(format!(
+                                "'{}' adds a bare number to a pressure, and does not say in which unit",
+                                text.trim()
+                            )),
+                            number.span,
+                        )
+                        .label("a pressure and a bare number")
+                        .help("make the number a parameter with its unit, such as dp = \"10 psi\", and write \"= p + dp\""),
+                    );
+                    return None;
+                }
                 quantity.value * factor
             }
             Written::Text(text) => {
@@ -195,7 +218,26 @@ impl Context {
                 let (value, given) = self.quantity(text, number.span, Kind::InversePressure)?;
                 self.sensible(value * (given.factor * unit.factor), number.span)
             }
-            _ => self.number(number, Kind::Pure),
+            Written::Text(text) => {
+                let quantity = self.expression(text, number.span)?;
+                if quantity.measure.is_none_or(|measure| measure.exponents == [0; 4]) {
+                    return self.sensible(quantity.value, number.span);
+                }
+                self.check_measure(&quantity, Kind::InversePressure, text, number.span)?;
+                let known = quantity.measure.is_some_and(|measure| Kind::InversePressure.fits(measure.exponents));
+                let factor = if known { unit.factor / Unit::file_pressure(self.units) } else { 1.0 };
+                self.sensible(quantity.value * factor, number.span)
+            }
+            Written::Bare(value) => self.sensible(*value, number.span),
+        }
+    }
+
+    /// What the units of an expression say it measures must be what is asked for.
+    fn check_measure(&mut self, quantity: &Quantity, kind: Kind, text: &str, span: Span) -> Option<()> {
+        let Some(measure) = quantity.measure else { return Some(()) };
+        // A number without unit that a bare quotient left is any quantity; an angle in degrees is a number like any other.
+        if kind.fits(measure.exponents) || measure.certainty == Certainty::Guessed {
+            return Some(());
         }
     }
 

@@ -132,7 +132,7 @@ impl Context {
                 Ok(unit) => {
                     let factor = unit.to_file(self.units);
                     let factor = if unit.is_angle() { factor.to_degrees() } else { factor };
-                    Some(Quantity { value: value * factor, is_pressure: unit.is_pressure() })
+                    Some(Quantity::with(value * factor, unit.exponents))
                 }
                 Err(error) => {
                     self.error(failed(error).help("write for example \"172 kPa\", or a number without quotes"));
