@@ -234,6 +234,9 @@ pub fn suggest<'a>(name: &str, known: impl Iterator<Item = &'a str>, plural: &st
     }
 }
 
+/// Keys of lists of tables, which TOML writes in double brackets.
+const LISTED: [&str; 2] = ["steps", "patterns"];
+
 /// Reads one key of a table.
 pub fn field<T: Input>(
     entries: &[Entry],
@@ -243,6 +246,15 @@ pub fn field<T: Input>(
     errors: &mut Vec<InputError>,
 ) -> Option<T> {
     match entries.iter().find(|entry| entry.key == key) {
+        Some(Entry { value: Value { kind: Kind::Table(_), .. }, key_span, .. }) if LISTED.contains(&key) => {
+            errors.push(
+                InputError::new(format!("'{key}' is a list, even where there is one of them"))
+                    .at(*key_span)
+                    .label("a single table")
+                    .help(format!("write [[{key}]], with two brackets on each side, above every one of them")),
+            );
+            None
+        }
         Some(entry) => T::read(&entry.value, errors),
         None => T::absent(owner, what, key, errors),
     }

@@ -5,6 +5,7 @@ use pennate_solver::structure::{Formulation, Release};
 use super::context::{Context, Names};
 use super::curve::{Frame, columns};
 use super::line::{Draft, Line, Shape};
+use super::magnitudes;
 use super::properties::Properties;
 use crate::error::{InputError, Span};
 use crate::input::read::{Map, Named, Number, Spanned};
@@ -46,6 +47,7 @@ impl Members {
         }
         check_groups(members, cx);
         check_size(&all.members, cx);
+        magnitudes::proportions(&all.members, cx);
         all
     }
 }

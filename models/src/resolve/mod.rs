@@ -6,6 +6,7 @@ mod curve;
 mod grid;
 mod joints;
 mod line;
+mod magnitudes;
 mod members;
 mod motions;
 mod muscles;

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::context::Context;
+use super::magnitudes;
 use super::properties::{check_wall, poissons_ratio};
 use crate::error::{InputError, Source, Span};
-use crate::input::read::{Input, Named, Spanned, suggest};
+use crate::input::read::{Input, Named, Spanned, Written, suggest};
 use crate::input::tree::{self, Language};
 use crate::input::{self, UnitsWord};
 use crate::model::Units;
@@ -172,7 +173,7 @@ fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -
             missing(key);
         }
     }
-    let unit = pressure_unit(name, data.pressure_unit.as_ref(), cx);
+    let unit = pressure_unit(name, span, data, cx);
     let diameter = cx.positive(data.diameter.as_ref()?, Kind::Length, &format!("the diameter of muscle '{name}'"));
     let wall = cx.positive(data.wall.as_ref()?, Kind::Length, &format!("the wall of muscle '{name}'"));
     let end_length = match &data.end_length {
@@ -194,6 +195,7 @@ fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -
     let (diameter, wall, unit) = (diameter?, wall?, unit?);
     check_wall(diameter / 2.0, wall, &format!("muscle '{name}'"), data.wall.as_ref()?.span, cx)?;
     let rows = rows(name, data.table.as_ref()?, wall, &unit, cx)?;
+    check_rows(name, data.table.as_ref()?, &rows, diameter, cx);
     let muscle = hsim::Muscle {
         name: name.to_owned(),
         span,
@@ -213,8 +215,21 @@ fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -
     Some(MuscleData { muscle: Arc::new(muscle), unit })
 }
 
-fn pressure_unit(name: &str, text: Option<&Spanned<String>>, cx: &mut Context) -> Option<Unit> {
-    let Some(text) = text else { return unit::parse(cx.units.symbols()[2]).ok() };
+fn pressure_unit(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -> Option<Unit> {
+    let Some(text) = &data.pressure_unit else {
+        let rows = data.table.iter().flat_map(|table| &table.value);
+        if rows.map(|row| &row.value.pressure).any(|pressure| matches!(pressure.value, Written::Bare(_))) {
+            let unit = cx.units.symbols()[2];
+            cx.warn(
+                InputError::new(format!(
+                    "muscle '{name}' has no pressure_unit: its bare pressures are in {unit}, and alpha is for one {unit}"
+                ))
+                .at(span)
+                .help(format!("add pressure_unit = \"psi\", or pressure_unit = \"{unit}\" if that is meant")),
+            );
+        }
+        return unit::parse(cx.units.symbols()[2]).ok();
+    };
     let message = match unit::parse(&text.value) {
         Ok(unit) if unit.is_pressure() => return Some(unit),
         Ok(unit) => format!("the pressure unit '{}' of muscle '{name}' is {}", text.value, unit.description()),
@@ -222,6 +237,47 @@ fn pressure_unit(name: &str, text: Option<&Spanned<String>>, cx: &mut Context) -
     };
     cx.error(InputError::new(message).at(text.span).help("write for example \"psi\", \"kPa\" or \"bar\""));
     None
+}
+
+/// Words about rows that are no error, and hardly meant.
+fn check_rows(
+    name: &str,
+    table: &Spanned<Vec<Spanned<input::MuscleRow>>>,
+    rows: &[hsim::Row],
+    diameter: f64,
+    cx: &mut Context,
+) {
+    for (row, values) in table.value.iter().zip(rows) {
+        if values.alpha > 0.0 {
+            cx.warn(
+                InputError::new(format!("muscle '{name}' gets longer under pressure: alpha is {}", values.alpha))
+                    .at(row.value.alpha.span)
+                    .label("positive")
+                    .help("a muscle that contracts has a negative alpha"),
+            );
+        }
+        for (radius, number, key) in
+            [(values.end_radius, &row.value.R1, "R1"), (values.middle_radius, &row.value.R2, "R2")]
+        {
+            if radius > diameter {
+                cx.warn(
+                    InputError::new(format!(
+                        "{key} of muscle '{name}' is {radius}, more than its undeformed diameter of {diameter}"
+                    ))
+                    .at(number.span)
+                    .label("a radius")
+                    .help("R1 and R2 are outer radii, near half the diameter: is this a diameter?"),
+                );
+            }
+        }
+        for (modulus, number) in
+            [(values.youngs_modulus, Some(&row.value.E)), (values.end_modulus, row.value.E1.as_ref())]
+        {
+            if let Some(number) = number {
+                magnitudes::modulus(modulus, &format!("the modulus of muscle '{name}'"), number.span, cx);
+            }
+        }
+    }
 }
 
 fn rows(

@@ -3,6 +3,7 @@
 use pennate_elements::section::Section;
 
 use super::context::{Context, Names};
+use super::magnitudes;
 use super::muscles::{MuscleData, muscle};
 use crate::error::{InputError, Span};
 use crate::input;
@@ -119,8 +120,16 @@ impl Properties {
 fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option<Material> {
     let (name, data) = (&named.name, &named.value.value);
     let youngs_modulus = cx.positive(&data.youngs_modulus, Kind::Stress, &format!("Young's modulus of '{name}'"));
+    if let Some(modulus) = youngs_modulus {
+        magnitudes::modulus(modulus, &format!("Young's modulus of '{name}'"), data.youngs_modulus.span, cx);
+    }
     let density = match &data.density {
-        Some(density) => cx.not_negative(density, Kind::Density, &format!("the density of '{name}'")),
+        Some(density) => {
+            let what = format!("the density of '{name}'");
+            let value = cx.not_negative(density, Kind::Density, &what);
+            magnitudes::density(value.unwrap_or(0.0), &what, density.span, cx);
+            value
+        }
         None => Some(0.0),
     };
     let shear_modulus = match (&data.poissons_ratio, &data.shear_modulus) {

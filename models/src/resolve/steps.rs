@@ -8,6 +8,7 @@ use pennate_solver::structure::Change;
 use super::context::{Context, Names};
 use super::course::course;
 use super::joints::Bodies;
+use super::magnitudes;
 use super::properties::Properties;
 use super::topology::JointRotation;
 use crate::error::{InputError, Span};
@@ -281,6 +282,7 @@ impl StepReader<'_, '_> {
                     .help("add density = … to a material or muscle, or mass_per_length to a stiffness"),
             );
         }
+        magnitudes::gravity(vector, list.span, self.cx);
         self.targets.extend((0..3).map(|component| (Target::Gravity(component), vector[component])));
     }
 
