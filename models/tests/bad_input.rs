@@ -539,3 +539,97 @@ fn a_muscle_that_the_library_lacks_is_named_with_those_it_has() {
     let both = with("library = \"latex\"\nfile = \"m.toml\"");
     assert!(both.errors[0].message.contains("both a file and a name of the library"), "{both}");
 }
+
+/// Units of parameters are checked where they are used, as those of texts in place are.
+#[test]
+fn units_of_parameters_are_checked_where_they_are_used() {
+    let with = |parameter: &str, old: &str, new: &str| {
+        let text = GOOD.replace("L = 130", &format!("L = 130\n{parameter}")).replace(old, new);
+        read_text("net.toml", &text, &[])
+    };
+    let refused = |parameter: &str, old: &str, new: &str, message: &str| {
+        let errors = with(parameter, old, new).map(|_| ()).unwrap_err();
+        assert!(errors.errors[0].message.contains(message), "{errors}");
+        assert!(errors.place(&errors.errors[0]).is_some() && errors.errors[0].help.is_some(), "{errors}");
+    };
+    refused("r = \"3 N\"", "radius = 1.5", "radius = \"= r\"", "'= r' is a force (N, kN, lbf, …); a length");
+    refused("p = \"20 deg\"", "left = 25", "left = \"= p\"", "'= p' is an angle (deg, rad, …); a pressure");
+    refused("p = \"10 psi\"", "left = 25", "left = \"= p + 10\"", "adds a bare number to a pressure");
+    refused("p = \"10 psi\"", "left = 25", "left = \"= max(p, 10)\"", "adds a bare number to a pressure");
+    refused("r = \"3 N\"", "radius = 1.5", "radius = \"= r + L\"", "'= r + L' is a force");
+    refused("r = \"3 N\"\nd = \"1 mm\"", "radius = 1.5", "radius = \"= r + d\"", "is added to");
+    refused("r = \"3 N\"", "radius = 1.5", "radius = \"= sin(r)\"", "sin takes an angle");
+    refused("n = 5", "material = \"abs\"", "material = \"abs\", elements = \"= n / 2\"", "is 2.5; a whole number");
+    // A factor may be anything, and a bare parameter too.
+    for (parameter, old, new) in [
+        ("E = \"2 GPa\"\nA = 3", "circle = { radius = 1.5 }", "stiffness = { EA = \"= E * A\", EI3 = 2, GA2 = 3 }"),
+        ("r = \"3 mm\"", "radius = 1.5", "radius = \"= r / 2\""),
+        ("p = \"10 psi\"\ndp = \"5 psi\"", "left = 25", "left = \"= 2 * p + dp\""),
+        ("p = \"10 psi\"", "left = 25", "left = \"= max(p, 0)\""),
+        ("a = \"3 %\"", "radius = 1.5", "radius = \"= a * L\""),
+        ("b = \"0.5 rad\"", "B = [\"= L\"", "B = [\"= L * cos(b) + 20 * b\""),
+    ] {
+        let model = with(parameter, old, new).unwrap_or_else(|errors| panic!("{errors}"));
+        let about_units = model.warnings.iter().any(|warning| warning.message.contains("expected"));
+        assert!(!about_units, "{:?}", model.warnings);
+    }
+    let model = with("r = \"3 N\"", "radius = 1.5", "radius = \"= 2 * r\"").unwrap();
+    assert!(model.warnings[0].message.contains("'= 2 * r' is a force"), "{:?}", model.warnings);
+}
+
+#[test]
+fn paths_and_arcs_say_what_they_need() {
+    let bar = "nodes = [\"B\", \"C\"], section";
+    case(bar, "section", "member 'bar' needs the key 'nodes'", 23, 7, "path = ");
+    case(bar, "path = [\"B\"], section", "the path of member 'bar' has 1 node(s)", 23, 16, "two nodes");
+    case(bar, "path = [\"B\", \"B\"], section", "starts and ends at node 'B'", 23, 16, "two different nodes");
+    case(bar, "path = [\"B\", \"X\"], section", "refers to node 'X'", 23, 22, "known nodes");
+    case(bar, "path = [\"B\", \"C\"], arc = [0, 1], section", "has a path, and arc too", 23, 34, "straight");
+    case(bar, "nodes = [\"B\", \"C\"], arc = { rise = 0 }, section", "has no rise", 23, 44, "leave arc out");
+    case(bar, "nodes = [\"B\", \"C\"], arc = { height = 3 }, section", "unknown key 'height'", 23, 37, "rise");
+}
+
+/// Nothing of this is an error, and hardly any of it is meant.
+#[test]
+fn odd_muscles_and_magnitudes_get_a_word() {
+    let word = |old: &str, new: &str, message: &str| {
+        let text = GOOD.replace(old, new);
+        assert_ne!(text, GOOD, "{old}");
+        let model = read_text("net.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let found = model.warnings.iter().find(|warning| warning.message.contains(message));
+        let found = found.unwrap_or_else(|| panic!("{message}: {:?}", model.warnings));
+        assert!(found.span.is_some() && found.help.is_some(), "{found:?}");
+    };
+    word("pressure_unit = \"psi\"\n", "", "muscle 'silicone' has no pressure_unit");
+    word("alpha = -9.135e-3", "alpha = 9.135e-3", "gets longer under pressure");
+    word("R2 = 8.90", "R2 = 17.8", "R2 of muscle 'silicone' is 17.8, more than its undeformed diameter");
+    word("youngs_modulus = 2200", "youngs_modulus = 2.2e9", "far stiffer than diamond");
+    word("poissons_ratio = 0.3", "poissons_ratio = 0.3, density = 1040", "heavier than any metal");
+    word("radius = 1.5", "radius = 0.00015", "thin as a hair");
+    word("radius = 1.5", "radius = 1500", "a disc rather than a bar");
+    let weight = "pressure = { left = 25 }\ngravity = [0, -9.81, 0]";
+    let text = GOOD.replace("poissons_ratio = 0.3", "poissons_ratio = 0.3, density = 1e-9");
+    let text = text.replace("pressure = { left = 25 }", weight);
+    let model = read_text("net.toml", &text, &[]).unwrap();
+    assert!(model.warnings[0].message.contains("the Earth's is 9810 mm/s^2"), "{:?}", model.warnings);
+}
+
+#[test]
+fn one_step_in_single_brackets_hints_at_two() {
+    case("[[steps]]", "[steps]", "'steps' is a list", 26, 2, "[[steps]]");
+}
+
+/// Stresses need a shape; a probe of them is one of a member, a group or all.
+#[test]
+fn stresses_need_a_shape() {
+    let probe = "x = { node = \"B\", displacement = \"ux\" }";
+    let stress = "x = { member = \"bar\", stress = \"max\" }";
+    let text = GOOD.replace(probe, stress);
+    assert!(read_text("net.toml", &text, &[]).is_ok());
+    let given = text.replace("circle = { radius = 1.5 }", "stiffness = { EA = 1, EI3 = 2, GA2 = 3 }");
+    let errors = read_text("net.toml", &given, &[]).unwrap_err();
+    assert!(errors.errors[0].message.contains("whose section gives stiffnesses outright"), "{errors}");
+    case(probe, "x = { member = \"bars\", stress = \"max\" }", "refers to member 'bars'", 30, 16, "bar");
+    case(probe, "x = { node = \"B\", stress = \"max\" }", "does not ask for one quantity", 30, 5, "stress");
+    case(probe, "x = { member = \"bar\", stress = \"least\" }", "'least' is not one of max, bending", 30, 32, "max");
+}

@@ -271,6 +271,39 @@ fn every_key_arrives() {
     assert_eq!([plain.ea, plain.ga2, plain.ga3], [f64::INFINITY; 3]);
 }
 
+/// One member from each node to the next, addressed together; the release is that of the path's start.
+#[test]
+fn a_path_is_members_in_a_row() {
+    let model = network("tests/every_key.toml");
+    let (structure, steps) = structure(&model);
+    let member = |name: &str| model.members.iter().position(|member| member.name == name).unwrap();
+    let name = |node: usize| model.nodes[node].name.as_str();
+    let [first, second] = ["frame.1", "frame.2"].map(member);
+    assert_eq!(structure.members[first].nodes.map(name), ["U", "V"]);
+    assert_eq!(structure.members[second].nodes.map(name), ["V", "W"]);
+    assert_eq!(structure.members[first].releases[0], Release::Axes(vec![[0.0, 0.0, 1.0]]));
+    assert_eq!(structure.members[first].releases[1], Release::Welded);
+    assert_eq!(structure.members[second].releases, [Release::Welded, Release::Welded]);
+    assert_eq!(structure.members[second].segments[0].elements, 2);
+    let load = |member: usize| target(&structure, &steps[0], Drive::Distributed(member, 1));
+    assert_eq!([load(first), load(second)], [Some(-1e-3), Some(-2e-3)]);
+    assert_eq!(model.probes.sections().len(), model.members.len());
+    assert_eq!(model.strain_limit, 0.2);
+}
+
+/// From (400, 0) to (450, 50) with a rise of -10: to the right of the way from one to the other.
+#[test]
+fn an_arc_rises_to_the_left() {
+    let model = network("tests/every_key.toml");
+    let hump = model.members.iter().find(|member| member.name == "hump").unwrap();
+    let (chord, rise) = (50.0 * 2.0_f64.sqrt(), 10.0);
+    let radius = (chord * chord / 4.0 + rise * rise) / (2.0 * rise);
+    near(hump.length, 2.0 * radius * (chord / 2.0 / radius).asin());
+    // It starts to the right of its chord and turns to the left.
+    near(hump.segments[0].initial_curvature[2], 1.0 / radius);
+    assert!(hump.axes[0][0] > hump.axes[0][1], "{:?}", hump.axes);
+}
+
 /// Half a circle of radius 20: its nodes at (200, 0) and (200, 40), through (220, 20).
 #[test]
 fn an_arc_is_a_circle_through_its_point() {

@@ -13,9 +13,9 @@ use schemars::JsonSchema;
 pub use self::probe::{AxialPlace, Direction, Greatest, PositionWord, Probe, ProbeTable, RotationProbe};
 pub use self::step::{Branch, Method, Motion, Step, Stop};
 
-use self::read::{Count, Input, Map, Number, Spanned, record, words};
+use self::read::{Count, Counted, Input, Map, Number, Spanned, record, words, wrong_type};
 use self::tree::{Kind, Value};
-use crate::error::InputError;
+use crate::error::{InputError, Span};
 
 record! {
     /// A network of pneumatic muscles and compliant members.
@@ -55,7 +55,7 @@ record! {
     /// Copies, each moved from the one before by one turn and one translation; copy k of a name is name-k.
     pub struct Pattern as "a pattern" {
         /// How many there are in the end, the original among them.
-        count: Spanned<Count>,
+        count: Spanned<Counted>,
         /// Members and groups that are copied, with their nodes, bodies and springs; all by default.
         members: Option<Spanned<Vec<Spanned<String>>>>,
         translation: Option<Spanned<Vec<Number>>>,
@@ -199,9 +199,12 @@ record! {
 }
 
 record! {
-    /// A bar between two nodes: one of muscle, section, segments.
+    /// A bar between two nodes, or bars along a path of them: one of muscle, section, segments.
     pub struct Member as "a member" {
-        nodes: Spanned<Vec<Spanned<String>>>,
+        /// Start and end.
+        nodes: Option<Spanned<Vec<Spanned<String>>>>,
+        /// Instead of nodes: one bar from each to the next, name.1, name.2 and so on, which the name addresses together.
+        path: Option<Spanned<Vec<Spanned<String>>>>,
         muscle: Option<Spanned<String>>,
         section: Option<Spanned<String>>,
         material: Option<Spanned<String>>,
@@ -210,19 +213,60 @@ record! {
         /// Direction of axis 2 at the start, made normal to the tangent.
         orientation: Option<Spanned<Vec<Number>>>,
         release: Option<Spanned<Releases>>,
-        /// A point: the member is the circle through start, point and end.
-        arc: Option<Spanned<Vec<Number>>>,
+        /// A point [x, y, z]: the member is the circle through start, point and end; or { rise = 8 }.
+        arc: Option<Spanned<Arc>>,
         length: Option<Number>,
         /// Direction of the unloaded centre line at the start.
         tangent: Option<Spanned<Vec<Number>>>,
         /// Twist and curvatures about axes 1, 2, 3.
         initial_curvature: Option<Spanned<Vec<Number>>>,
         /// Number of elements of each segment.
-        elements: Option<Count>,
+        elements: Option<Spanned<Counted>>,
         /// Order of the elements, 1 to 4.
         order: Option<Spanned<Count>>,
         /// "exact", or "corotational": two-node elements; that of the network by default.
         formulation: Option<Spanned<Formulation>>,
+    }
+}
+
+impl Member {
+    /// Names of the nodes, as far as they are written.
+    pub fn ends(&self) -> &[Spanned<String>] {
+        self.nodes.as_ref().map_or(&[], |nodes| &nodes.value)
+    }
+
+    /// The point that an arc goes through, and its place in the file.
+    pub fn through(&self) -> Option<(&[Number], Span)> {
+        match &self.arc {
+            Some(Spanned { span, value: Arc::Through(point) }) => Some((point, *span)),
+            _ => None,
+        }
+    }
+}
+
+record! {
+    /// How far the middle of an arc lies from the line between its ends: positive towards axis 2 of a straight member
+    /// there, in the plane to the left.
+    pub struct Rise as "an arc" {
+        rise: Number,
+    }
+}
+
+/// A circle through a point, or of a rise.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Arc {
+    Through(Vec<Number>),
+    Rise(Rise),
+}
+
+impl Input for Arc {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match value.kind {
+            Kind::Array(_) => Vec::read(value, errors).map(Self::Through),
+            Kind::Table(_) => Rise::read(value, errors).map(Self::Rise),
+            _ => wrong_type(value, "a point [x, y] or { rise = 8 }", errors),
+        }
     }
 }
 
@@ -244,7 +288,7 @@ record! {
         strain: Option<Number>,
         /// Induced twist and curvatures at actuation 1.
         curvature: Option<Spanned<Vec<Number>>>,
-        elements: Option<Count>,
+        elements: Option<Spanned<Counted>>,
     }
 }
 

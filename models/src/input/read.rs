@@ -179,6 +179,22 @@ impl Input for Count {
     }
 }
 
+/// A count, or an expression of the parameters that gives one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Counted {
+    Bare(Count),
+    Expression(String),
+}
+
+impl Input for Counted {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        match &value.kind {
+            Kind::String(text) if text.trim_start().starts_with('=') => Some(Self::Expression(text.clone())),
+            _ => Count::read(value, errors).map(Self::Bare),
+        }
+    }
+}
+
 /// Reports that something else is expected here.
 pub fn wrong_type<T>(value: &Value, expected: &str, errors: &mut Vec<InputError>) -> Option<T> {
     errors.push(
@@ -377,5 +393,20 @@ impl JsonSchema for Count {
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({ "type": "integer", "minimum": 1, "maximum": Self::LIMIT })
+    }
+}
+
+impl JsonSchema for Counted {
+    fn schema_name() -> Cow<'static, str> {
+        "CountOrExpression".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A whole number, or an expression (\"= n / 2\") that gives one",
+            "anyOf": [
+                { "type": "integer", "minimum": 1, "maximum": Count::LIMIT },
+                { "type": "string" }
+            ]
+        })
     }
 }

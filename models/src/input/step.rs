@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 
-use super::read::{Count, Input, Map, Number, Spanned, record, words, wrong_type};
+use super::read::{Counted, Input, Map, Number, Spanned, record, words, wrong_type};
 use super::tree::{Kind, Value};
 use super::{Component, Components, Fix};
 use crate::error::InputError;
@@ -59,7 +59,7 @@ record! {
         stop: Option<Spanned<Stop>>,
         branch: Option<Spanned<Branch>>,
         /// At least so many increments.
-        increments: Option<Count>,
+        increments: Option<Spanned<Counted>>,
     }
 }
 
@@ -89,6 +89,6 @@ record! {
         at: Option<Number>,
         /// Part of the ramp; may lie outside of 0 to 1.
         fraction: Option<Number>,
-        increments: Option<Count>,
+        increments: Option<Spanned<Counted>>,
     }
 }

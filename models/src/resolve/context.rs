@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 
 use crate::error::{InputError, InputErrors, Source, Span, Warning};
-use crate::expression::Quantity;
-use crate::input::read::{Number, Spanned, Written, suggest};
+use crate::expression::{Certainty, Quantity};
+use crate::input::read::{Count, Counted, Number, Spanned, Written, suggest};
 use crate::model::Units;
 use crate::unit::{self, Kind, Unit};
 
@@ -26,6 +26,8 @@ pub struct Context {
     /// `None` where evaluating the parameter failed: no message about what depends on it.
     pub parameters: HashMap<String, Option<Quantity>>,
     pub parameter_names: Vec<String>,
+    /// The path that a member is a part of, by the name of the member.
+    pub paths: HashMap<String, String>,
 }
 
 /// Names of one kind of thing, in the order of the file.
@@ -115,6 +117,7 @@ impl Context {
             units: Units::default(),
             parameters: HashMap::new(),
             parameter_names: Vec::new(),
+            paths: HashMap::new(),
         }
     }
 
@@ -239,6 +242,53 @@ impl Context {
         if kind.fits(measure.exponents) || measure.certainty == Certainty::Guessed {
             return Some(());
         }
+        let wrong = place(
+            InputError::new(format!(
+                "'{}' is {}; {} is expected",
+                text.trim(),
+                unit::describe(measure.exponents),
+                kind.description()
+            )),
+            span,
+        )
+        .label("wrong unit");
+        if measure.certainty == Certainty::Likely {
+            let help = "give the numbers in it their units, as parameters of their own: A = \"3 mm^2\"";
+            self.warn(wrong.help(help));
+            return Some(());
+        }
+        self.error(wrong.help("change the unit of the parameter, or write it without one"));
+        None
+    }
+
+    /// A count of something, written or worked out.
+    pub fn count(&mut self, counted: &Spanned<Counted>) -> Option<usize> {
+        let text = match &counted.value {
+            Counted::Bare(count) => return Some(count.0),
+            Counted::Expression(text) => text,
+        };
+        let quantity = self.expression(text, counted.span)?;
+        self.check_measure(&quantity, Kind::Pure, text, counted.span)?;
+        let value = quantity.value.round();
+        // What rounding leaves of a quotient is no part of it.
+        let whole = (quantity.value - value).abs() <= 1e-9 * value.abs();
+        if whole && (1.0..=Count::LIMIT as f64).contains(&value) {
+            return Some(value as usize);
+        }
+        self.error(
+            place(
+                InputError::new(format!(
+                    "'{}' is {}; a whole number from 1 to {} is expected",
+                    text.trim(),
+                    quantity.value,
+                    Count::LIMIT
+                )),
+                counted.span,
+            )
+            .label("no count")
+            .help("change the parameters, or write a whole number"),
+        );
+        None
     }
 
     fn quantity(&mut self, text: &str, span: Span, kind: Kind) -> Option<(f64, Unit)> {

@@ -52,7 +52,7 @@ fn resolve_stop(stop: &Spanned<input::Stop>, nodes: &Names, cx: &mut Context) ->
             Some(Stop::At { node: index?, component, value: value? })
         }
         (None, None, None, Some(fraction), None) => cx.number(fraction, Kind::Pure).map(Stop::Fraction),
-        (None, None, None, None, Some(count)) => Some(Stop::Increments(count.0)),
+        (None, None, None, None, Some(count)) => cx.count(count).map(Stop::Increments),
         _ => {
             cx.error(InputError::new("a stop names one thing that ends the step").at(stop.span).help(
                 "write { node = \"J\", displacement = \"uy\", at = -60 }, { fraction = 0.8 } or { increments = 50 }",

@@ -6,8 +6,8 @@ use super::context::Context;
 use super::curve::{self, Frame};
 use super::properties::Properties;
 use crate::error::InputError;
-use crate::input;
 use crate::input::read::{Named, Number, Spanned};
+use crate::input::{self, Arc};
 use crate::model::{MemberKind, Segment, SegmentLaw};
 use crate::unit::Kind;
 
@@ -55,7 +55,12 @@ impl Line<'_> {
             None => None,
         };
         let arc = match &data.arc {
-            Some(point) => Some(self.arc(point, &drafts, cx)?),
+            Some(Spanned { span, value: Arc::Through(point) }) => {
+                let point = Spanned { span: *span, value: point.clone() };
+                Some(self.arc(&point, &drafts, cx)?)
+            }
+            // What is left of a rise was reported.
+            Some(Spanned { value: Arc::Rise(_), .. }) => return None,
             None => None,
         };
         let curvature = |draft: &Draft| draft.initial_curvature.or(member_curvature).unwrap_or_default();
@@ -120,7 +125,7 @@ impl Line<'_> {
         if !curved && arc.is_none() && chord == 0.0 {
             cx.error(
                 InputError::new(format!("{} has zero length: its nodes are at one place", self.owner))
-                    .at(data.nodes.span)
+                    .at(data.nodes.as_ref().map_or(self.named.span, |nodes| nodes.span))
                     .label("both at one place")
                     .help("move one of the nodes, or join them by a spring or a rigid body"),
             );

@@ -8,7 +8,7 @@ use super::line::{Draft, Line, Shape};
 use super::magnitudes;
 use super::properties::Properties;
 use crate::error::{InputError, Span};
-use crate::input::read::{Map, Named, Number, Spanned};
+use crate::input::read::{Counted, Map, Named, Number, Spanned};
 use crate::input::{self, EndRelease, Formulation as Word};
 use crate::mesh::Mesh;
 use crate::model::{FixedLaw, Member, MemberKind, Node, SegmentLaw};
@@ -54,9 +54,11 @@ impl Members {
 
 /// Steps address members, groups and "all" by one name, so no two of them may share it.
 fn check_groups(members: &Map<Spanned<input::Member>>, cx: &mut Context) {
-    let names: std::collections::HashSet<&str> = members.iter().map(|named| named.name.as_str()).collect();
+    let mut names: std::collections::HashSet<&str> = members.iter().map(|named| named.name.as_str()).collect();
+    let paths: Vec<String> = cx.paths.values().cloned().collect();
+    names.extend(paths.iter().map(String::as_str));
     for named in members {
-        if named.name == "all" {
+        if named.name == "all" || cx.paths.get(&named.name).is_some_and(|path| path == "all") {
             cx.error(
                 InputError::new("a member cannot be called 'all'")
                     .at(named.span)
@@ -98,7 +100,17 @@ fn member(
     let data = &named.value.value;
     let owner = format!("member '{}'", named.name);
     let help = "write nodes = [\"A\", \"B\"]: where it starts and where it ends";
-    let nodes = around.names.pair(&data.nodes, &owner, help, cx);
+    let Some(ends) = &data.nodes else {
+        let error = InputError::new(format!("{owner} needs the key 'nodes'"));
+        cx.error(
+            error
+                .at(named.value.span)
+                .label("'nodes' is missing")
+                .help(format!("{help}; or path = [\"A\", \"B\", \"C\"]")),
+        );
+        return None;
+    };
+    let nodes = around.names.pair(ends, &owner, help, cx);
     let order = order(data, cx);
     let formulation = formulation(data, &owner, around.formulation, cx);
     let (kind, drafts) = drafts(named, &owner, around.properties, missing, cx)?;
@@ -154,6 +166,14 @@ fn formulation(data: &input::Member, owner: &str, network: Word, cx: &mut Contex
     }
 }
 
+/// Elements asked for, if any.
+fn elements(counted: Option<&Spanned<Counted>>, cx: &mut Context) -> Option<Option<usize>> {
+    match counted {
+        Some(counted) => cx.count(counted).map(Some),
+        None => Some(None),
+    }
+}
+
 fn drafts(
     named: &Named<Spanned<input::Member>>,
     owner: &str,
@@ -162,7 +182,7 @@ fn drafts(
     cx: &mut Context,
 ) -> Option<(MemberKind, Vec<Draft>)> {
     let data = &named.value.value;
-    let elements = data.elements.map(|count| count.0);
+    let elements = elements(data.elements.as_ref(), cx)?;
     let draft = |material| Draft { length: None, material, initial_curvature: None, elements };
     match (&data.muscle, &data.section, &data.segments) {
         (Some(muscle), None, None) => {
@@ -248,6 +268,7 @@ fn segment_drafts(
         let induced = curvature(&segment.curvature);
         let initial_curvature = curvature(&segment.initial_curvature);
         let law = law?;
+        let elements = elements(segment.elements.as_ref().or(data.elements.as_ref()), cx);
         let fixed = FixedLaw {
             section: law.section,
             radius: law.radius,
@@ -259,7 +280,7 @@ fn segment_drafts(
             length: Some(length?),
             material: SegmentLaw::Fixed(fixed),
             initial_curvature: initial_curvature?,
-            elements: segment.elements.or(data.elements).map(|count| count.0),
+            elements: elements?,
         };
         Some((draft, law.missing))
     };

@@ -11,6 +11,7 @@ mod members;
 mod motions;
 mod muscles;
 mod parameters;
+mod paths;
 mod patterns;
 mod plane;
 mod probes;
@@ -82,6 +83,8 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     };
     let none = Map::default();
     cx.set_parameters(network.parameters.as_ref().unwrap_or(&none), settings);
+    let plain = if cx.errors.is_empty() { paths::expand(network, cx) } else { None };
+    let network = plain.as_ref().unwrap_or(network);
     let expanded = match &network.patterns {
         Some(_) if cx.errors.is_empty() => Some(patterns::expand(network, cx)?),
         _ => None,
@@ -108,10 +111,14 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let rotations = parts.rotations();
     let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
         || bodies.bodies.iter().any(|body| body.mass > 0.0);
+    let path_names = cx.paths.clone();
     let mut groups: HashMap<&str, Vec<usize>> = HashMap::new();
     for (index, member) in members.iter().enumerate() {
         if let Some(group) = member.as_ref().and_then(|member| member.group.as_deref()) {
             groups.entry(group).or_default().push(index);
+        }
+        if let Some(path) = member.as_ref().and_then(|member| path_names.get(&member.name)) {
+            groups.entry(path).or_default().push(index);
         }
     }
     let actors = Actors {

@@ -14,7 +14,7 @@ use super::grid::Grid;
 use crate::error::{InputError, Span};
 use crate::input::read::{Named, Number, Spanned, Written, suggest};
 use crate::input::{
-    EndRelease, Fix, Member, Network, Pattern, Releases, RigidBody, Spring, SpringStiffness, Support, SupportWord,
+    Arc, EndRelease, Fix, Member, Network, Pattern, Releases, RigidBody, Spring, SpringStiffness, Support, SupportWord,
     TurnedSupport,
 };
 use crate::unit::Kind;
@@ -95,7 +95,7 @@ struct Selection {
 
 fn repeat(network: &mut Network, pattern: &Spanned<Pattern>, numbers: &mut Numbers, cx: &mut Context) -> Option<()> {
     let step = Step::read(&pattern.value, cx)?;
-    let count = pattern.value.count.value.0;
+    let count = cx.count(&pattern.value.count)?;
     if !step.turns() && step.translation == Vector3::zeros() {
         cx.error(
             InputError::new("a pattern neither moves nor turns its copies")
@@ -152,9 +152,10 @@ impl Selection {
         };
         let Some(wanted) = &pattern.members else { return Some(all) };
         let members: Vec<&Named<Spanned<Member>>> = network.members.iter().flatten().collect();
+        let paths = cx.paths.clone();
         let names = |member: &Named<Spanned<Member>>| {
             let group = member.value.value.group.as_ref().map(|group| group.value.clone());
-            [Some(member.name.clone()), group].into_iter().flatten()
+            [Some(member.name.clone()), group, paths.get(&member.name).cloned()].into_iter().flatten()
         };
         let known: HashSet<String> = members.iter().flat_map(|member| names(member)).collect();
         if let Some(name) = wanted.value.iter().find(|name| !known.contains(&name.value)) {
@@ -169,7 +170,7 @@ impl Selection {
         let wanted: HashSet<&str> = wanted.value.iter().map(|name| name.value.as_str()).collect();
         let chosen = |&index: &usize| names(members[index]).any(|name| wanted.contains(name.as_str()));
         let members_chosen: Vec<usize> = all.members.into_iter().filter(chosen).collect();
-        let ends = members_chosen.iter().flat_map(|&index| &members[index].value.value.nodes.value);
+        let ends = members_chosen.iter().flat_map(|&index| members[index].value.value.ends());
         let mut nodes: HashSet<usize> = ends.filter_map(|name| node_index.get(name.value.as_str()).copied()).collect();
         let bodies: Vec<(usize, Vec<usize>)> = network
             .rigid_bodies
@@ -349,14 +350,20 @@ impl Copier<'_> {
                 }
             }
         }
-        if let Some(point) = &mut data.arc {
+        if let Some((point, span)) = data.through() {
+            let point = Spanned { span, value: point.to_vec() };
             let place =
-                Vector3::from(cx.vector(point, Kind::Length, &format!("the arc of member '{}'", member.name))?);
+                Vector3::from(cx.vector(&point, Kind::Length, &format!("the arc of member '{}'", member.name))?);
             let moved = motion.rotation * place + motion.translation;
-            point.value = moved.iter().map(|&x| bare(x, point.span)).collect();
+            let moved = moved.iter().map(|&x| bare(x, span)).collect();
+            data.arc = Some(Spanned { span, value: Arc::Through(moved) });
         }
-        data.nodes.value.iter_mut().for_each(|name| rename(name, renamed));
-        member.name = self.numbers.copied(&member.name, copy);
+        data.nodes.iter_mut().flat_map(|nodes| &mut nodes.value).for_each(|name| rename(name, renamed));
+        let copied = self.numbers.copied(&member.name, copy);
+        if let Some(path) = cx.paths.get(&member.name).cloned() {
+            cx.paths.insert(copied.clone(), path);
+        }
+        member.name = copied;
         Some(member)
     }
 
@@ -404,11 +411,12 @@ fn second_axis(
     cx: &mut Context,
 ) -> Option<Vector3<f64>> {
     let (data, owner) = (&member.value.value, format!("member '{}'", member.name));
-    let end = |index: usize| places.get(data.nodes.value.get(index)?.value.as_str()).copied();
-    let tangent = match (&data.tangent, &data.arc, end(0), end(1)) {
+    let end = |index: usize| places.get(data.ends().get(index)?.value.as_str()).copied();
+    let tangent = match (&data.tangent, data.through(), end(0), end(1)) {
         (Some(tangent), ..) => Some(cx.direction(tangent, &format!("the tangent of {owner}"))?),
-        (None, Some(point), Some(start), Some(end)) => {
-            let point = cx.vector(point, Kind::Length, &format!("the arc of {owner}"))?.into();
+        (None, Some((point, span)), Some(start), Some(end)) => {
+            let point = Spanned { span, value: point.to_vec() };
+            let point = cx.vector(&point, Kind::Length, &format!("the arc of {owner}"))?.into();
             curve::arc(start, point, end).map(|arc| arc.tangent)
         }
         (None, None, Some(start), Some(end)) => (end - start).try_normalize(0.0),

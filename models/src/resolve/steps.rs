@@ -64,7 +64,7 @@ pub fn steps(
         };
         reader.read(&data.value);
         let (targets, changes) = (reader.targets, reader.changes);
-        let increments = data.value.increments.map(|count| count.0);
+        let increments = data.value.increments.as_ref().and_then(|count| cx.count(count));
         all.push(Step { name, span, targets, changes, increments, method, branch, stop });
     }
     all
