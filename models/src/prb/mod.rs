@@ -13,6 +13,7 @@
 //! that keeps it.
 
 mod mechanisms;
+pub mod published;
 
 pub use mechanisms::{Gripper, Joint};
 use nalgebra::{DMatrix, DVector};
