@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use pennate_models::scenes::{self, SCENES};
 use pennate_models::{Mesh, Model, discretize};
@@ -22,7 +22,7 @@ use crate::solution::Solution;
 use crate::spectrum::{self, NoSpectrum};
 use crate::strains;
 use crate::sweep::{self, Sweep};
-use crate::{Input, Job, Refusal, explain, output, read, run};
+use crate::{Input, Job, Refusal, explain, output, read, run_until};
 
 /// How a command ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,10 +66,11 @@ pub fn solve(job: &Job, destination: &Destination) -> Exit {
     }
     let interrupted = listen_for_interrupt();
     let mut bar = Bar::new();
-    let outcome = run(job, &mut |progress| {
+    let outcome = run_until(job, Some(Arc::clone(&interrupted.asked)), &mut |progress| {
         bar.show(progress);
-        !interrupted.load(Ordering::Relaxed)
+        !interrupted.is_asked()
     });
+    interrupted.end();
     drop(bar);
     match outcome {
         Ok(mut solution) => deliver(&mut solution, &job.input, destination),
@@ -88,8 +89,9 @@ pub fn spectrum(job: &spectrum::Job, destination: &Destination) -> Exit {
     let mut bar = Bar::new();
     let outcome = spectrum::run(job, &mut |progress| {
         bar.show(progress);
-        !interrupted.load(Ordering::Relaxed)
+        !interrupted.is_asked()
     });
+    interrupted.end();
     drop(bar);
     let spectrum = match outcome {
         Ok(spectrum) => spectrum,
@@ -152,8 +154,9 @@ pub fn sweep(sweep: &Sweep) -> Exit {
     }
     let start = Instant::now();
     let interrupted = listen_for_interrupt();
-    let bar = Counter::new(sweep.vary.iter().fold(sweep.files.len(), |count, vary| count * vary.values.len()));
-    let outcome = sweep::run(sweep, &interrupted, &|count| bar.advance(count));
+    let bar = Counter::new(sweep.files.len() * sweep.plan.rows.len());
+    let outcome = sweep::run(sweep, &interrupted.asked, &|count| bar.advance(count));
+    interrupted.end();
     bar.clear();
     let outcome = match outcome {
         Ok(outcome) => outcome,
@@ -168,7 +171,7 @@ pub fn sweep(sweep: &Sweep) -> Exit {
         show(Severity::Error, &Message { title, ..Message::default() }, &[]);
         return Exit::NotSolved;
     }
-    match (outcome.interrupted, outcome.rows.iter().all(|row| row.status == sweep::CONVERGED)) {
+    match (outcome.interrupted, outcome.rows.iter().all(sweep::table::Row::is_solved)) {
         (true, _) => Exit::Interrupted,
         (false, true) => exit,
         (false, false) => Exit::NotSolved,
@@ -342,17 +345,47 @@ fn could_not(error: &crate::output::files::WriteError) -> Exit {
     Exit::NotSolved
 }
 
-/// Set by the first interrupt; the second one ends the process at once.
-fn listen_for_interrupt() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
+/// How long after an interrupt a solve may take to come to a place where it can stop.
+const PATIENCE: Duration = Duration::from_millis(900);
+
+/// What a user who does not want to wait has asked for.
+struct Interrupt {
+    asked: Arc<AtomicBool>,
+    solving: Arc<AtomicBool>,
+}
+
+impl Interrupt {
+    fn is_asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
+
+    /// The solve is over: what is left to do is done to its end.
+    fn end(&self) {
+        self.solving.store(false, Ordering::Relaxed);
+    }
+}
+
+/// Listens for interrupts: the first one stops the solve where it can be stopped, or ends the process where that takes too
+/// long; the second one ends the process at once.
+fn listen_for_interrupt() -> Interrupt {
+    let interrupt = Interrupt { asked: Arc::new(AtomicBool::new(false)), solving: Arc::new(AtomicBool::new(true)) };
+    let (asked, solving) = (Arc::clone(&interrupt.asked), Arc::clone(&interrupt.solving));
     // Without a handler an interrupt ends the process, as it does anywhere else.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
+        let solving = Arc::clone(&solving);
+        std::thread::spawn(move || {
+            std::thread::sleep(PATIENCE);
+            if solving.load(Ordering::Relaxed) {
+                let title = "interrupted where nothing could be kept; nothing is written".to_owned();
+                show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+                std::process::exit(130);
+            }
+        });
     });
-    interrupted
+    interrupt
 }
 
 #[cfg(test)]

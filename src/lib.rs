@@ -17,6 +17,8 @@ pub mod strains;
 pub mod sweep;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use pennate_models::{InputError, InputErrors, Model};
@@ -74,6 +76,18 @@ pub fn read(input: &Input) -> Result<Model, InputErrors> {
 /// # Errors
 /// A [`Refusal`] where the input is wrong; a step that fails is part of the solution.
 pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solution, Refusal> {
+    run_until(job, None, observe)
+}
+
+/// The same, given up as soon as `stop` is set: within an iteration, and not only after an increment.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_until(
+    job: &Job,
+    stop: Option<Arc<AtomicBool>>,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Solution, Refusal> {
     let start = Instant::now();
     let model = read(&job.input).map_err(Refusal::Input)?;
     let read = start.elapsed();
@@ -82,7 +96,8 @@ pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solu
         // A pool that another run in this process has made serves as well.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }
-    let options = Options { shapes: job.shapes, estimate: true, near_motion: true, threads, ..Options::default() };
+    let options =
+        Options { shapes: job.shapes, estimate: true, near_motion: true, threads, stop, ..Options::default() };
     let solved = accuracy::solve_to_accuracy(model, job.accuracy, &options, observe);
     let mut solution = solved
         .map_err(|(model, pennate_solver::error::SolveError::Mechanism(motions))| Refusal::Mechanism(model, motions))?;

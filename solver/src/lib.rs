@@ -165,8 +165,12 @@ fn prepare<'a, const D: usize>(
 ) -> Result<Path<'a, D>, SolveError> {
     let parallel = options.threads > 1;
     let (structure, topology) = (Arc::clone(structure), Arc::clone(topology));
+    let stop = options.stop.clone();
     let build = move |enrich| {
-        System::new(Arc::clone(&structure), Arc::clone(&topology), packs(&structure, enrich), active, parallel)
+        let packs = packs(&structure, enrich);
+        let mut system = System::new(Arc::clone(&structure), Arc::clone(&topology), packs, active, parallel);
+        system.stop.clone_from(&stop);
+        system
     };
     let mut path = Path::new(build(0), options.clone());
     path.keeps = options.estimate;

@@ -140,6 +140,10 @@ impl Newton {
         let mut slow = 0;
         let mut astray = false;
         for iterations in 1..=self.max_iterations {
+            if system.is_stopped() {
+                let residual = Residual::default();
+                return Err(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
+            }
             let pending = iterations == 1 || system.equations.has_general();
             let inertia = system.assemble(pending);
             let residual = system.residual();

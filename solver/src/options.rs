@@ -1,5 +1,8 @@
 //! What a caller may choose about a solve.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 /// Options of a solve; the defaults serve every network.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -18,6 +21,9 @@ pub struct Options {
     pub stop_unstable: bool,
     /// Threads that condense members; results do not depend on it.
     pub threads: usize,
+    /// Set from outside where nobody wants to wait any longer: an iteration under way is given up, and the observer is
+    /// asked at once.
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl Default for Options {
@@ -30,6 +36,7 @@ impl Default for Options {
             rough: false,
             stop_unstable: false,
             threads: 1,
+            stop: None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Residual and tangent of the joints; owns every large buffer.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::turn;
@@ -140,6 +141,8 @@ pub struct System<const D: usize> {
     pub force_scale: f64,
     pub moment_scale: f64,
     pub size: f64,
+    /// See [`crate::options::Options::stop`].
+    pub stop: Option<Arc<AtomicBool>>,
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
     sections: Vec<Sections>,
@@ -242,6 +245,7 @@ impl<const D: usize> System<D> {
             force_scale: 0.0,
             moment_scale: 0.0,
             size,
+            stop: None,
             noise: [0.0; 2],
             sections,
             dashpots: (0.0, 0),
@@ -267,6 +271,11 @@ impl<const D: usize> System<D> {
         };
         system.apply_drives();
         system
+    }
+
+    /// Whether nobody wants to wait any longer.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// Sets what is held; analyses the equations anew where that is not the same as before.
