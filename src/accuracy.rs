@@ -482,7 +482,7 @@ fn state_least_errors(model: &Model, structure: &Structure, history: &History, p
                 ProbeKind::Rotation => run.rotation.value.to_degrees(),
                 ProbeKind::Force => run.force.value,
                 ProbeKind::Moment => run.moment.value,
-                ProbeKind::Other => value.abs(),
+                ProbeKind::GreatestMoment | ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other => value.abs(),
             };
             BY_CHANCE * largest * scale
         };

@@ -16,7 +16,7 @@ use crate::accuracy::Verdict;
 use crate::diagnostics::{Message, Severity, show, show_errors, show_warnings};
 use crate::fit;
 use crate::output::files::{check_writable, write_whole};
-use crate::output::{json, table, write_files};
+use crate::output::{Pictures, json, table, write_files};
 use crate::progress::{Bar, Counter};
 use crate::solution::Solution;
 use crate::spectrum::{self, NoSpectrum};
@@ -49,7 +49,7 @@ impl From<Exit> for ExitCode {
 #[derive(Clone, Debug, Default)]
 pub struct Destination {
     pub directory: Option<PathBuf>,
-    pub pictures: bool,
+    pub pictures: Option<Pictures>,
     /// Print `results.json` instead of the table.
     pub json: bool,
 }
@@ -111,11 +111,13 @@ pub fn spectrum(job: &spectrum::Job, destination: &Destination) -> Exit {
     };
     show_warnings(&spectrum.model.warnings, &spectrum.model.sources);
     let written = match &destination.directory {
-        Some(directory) => output::spectrum::write_files(&spectrum, directory, &stem(&job.input), destination.pictures),
+        Some(directory) => {
+            output::spectrum::write_files(&spectrum, directory, &stem(&job.input), destination.pictures.is_some())
+        }
         None => Ok(()),
     };
     let printed = match destination.json {
-        true => print(|out| output::spectrum::json::write(&spectrum, out)),
+        true => print(|out| output::spectrum::json::write(&spectrum, &[], out)),
         false => print(|out| out.write_all(output::spectrum::table::report(&spectrum).as_bytes())),
     };
     match written {
@@ -263,7 +265,7 @@ fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) ->
         None => Ok(()),
     };
     let printed = match destination.json {
-        true => print(|out| json::write(solution, out)),
+        true => print(|out| json::write(solution, &[], out)),
         false => print(|out| out.write_all(table::report(solution).as_bytes())),
     };
     for message in failures(solution) {
@@ -372,7 +374,7 @@ fn listen_for_interrupt() -> Interrupt {
     let (asked, solving) = (Arc::clone(&interrupt.asked), Arc::clone(&interrupt.solving));
     // Without a handler an interrupt ends the process, as it does anywhere else.
     let _ = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
+        if asked.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
         let solving = Arc::clone(&solving);

@@ -74,6 +74,7 @@ pub fn model() -> Model {
         stability: Stability::Space,
         strain_limit: 0.1,
         parameters: Vec::new(),
+        settings: Vec::new(),
         nodes: (0..3).map(node).collect(),
         muscles: Vec::new(),
         members: vec![member],

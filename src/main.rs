@@ -1,5 +1,6 @@
 //! The command line: arguments and exit status.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -7,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use pennate::commands::{self, Destination};
 use pennate::fit::optimize::Method;
 use pennate::fit::{self, EndLength};
+use pennate::output::Pictures;
 use pennate::spectrum::{self, Question};
 use pennate::sweep::vary::Vary;
 use pennate::{Input, Job};
@@ -71,9 +73,17 @@ struct Solve {
     /// Print results.json instead of the table.
     #[arg(long)]
     json: bool,
-    /// Write pictures too: NAME.pvd with one .vtu an increment.
-    #[arg(long, requires = "output")]
-    vtk: bool,
+    /// Write pictures too: NAME.pvd with the unloaded state and one .vtu an increment, or one every=N of them, or only
+    /// those at the ends of steps.
+    #[arg(
+        long,
+        requires = "output",
+        value_name = "every=N|ends",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "all"
+    )]
+    vtk: Option<Pictures>,
     /// Discretization error asked for, relative to the largest value of its kind.
     #[arg(long, value_name = "ERROR", default_value = "1e-6", value_parser = accuracy)]
     accuracy: f64,
@@ -214,7 +224,8 @@ struct Buckle {
 
 impl Spectrum {
     fn answer(self, question: Question, step: Option<String>, along: Option<String>) -> commands::Exit {
-        let destination = Destination { directory: self.output, pictures: self.vtk, json: self.json };
+        let pictures = self.vtk.then(Pictures::default);
+        let destination = Destination { directory: self.output, pictures, json: self.json };
         let job = spectrum::Job {
             input: self.network.into(),
             question,
@@ -229,7 +240,7 @@ impl Spectrum {
 }
 
 fn main() -> ExitCode {
-    let exit = match Arguments::parse().command {
+    let exit = match Arguments::parse_from(joined(std::env::args_os())).command {
         Command::Solve(arguments) => {
             let destination =
                 Destination { directory: arguments.output, pictures: arguments.vtk, json: arguments.json };
@@ -237,7 +248,7 @@ fn main() -> ExitCode {
                 input: arguments.network.into(),
                 accuracy: arguments.accuracy,
                 threads: arguments.threads.map(usize::from),
-                shapes: arguments.vtk,
+                shapes: arguments.vtk.is_some(),
             };
             commands::solve(&job, &destination)
         }
@@ -258,6 +269,41 @@ fn main() -> ExitCode {
         Command::Scene(Scene { name: None, .. }) => commands::scenes(),
     };
     exit.into()
+}
+
+/// Arguments with what follows --vtk joined to it: `--vtk ends` is `--vtk=ends`, and `--vtk FILE` stays as it is.
+fn joined(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut all: Vec<OsString> = Vec::new();
+    for argument in arguments {
+        let which = argument.to_str().filter(|text| text.parse::<Pictures>().is_ok() || text.starts_with("every="));
+        match (all.last_mut(), which) {
+            (Some(last), Some(which)) if last == "--vtk" => *last = format!("--vtk={which}").into(),
+            _ => all.push(argument),
+        }
+    }
+    all
+}
+
+impl Sweep {
+    fn answer(self) -> commands::Exit {
+        let plan = match &self.designs {
+            Some(path) => Plan::list(path),
+            None => Plan::combinations(&self.vary),
+        };
+        let plan = match plan {
+            Ok(plan) => plan,
+            Err(errors) => return commands::refuse(&Refusal::Input(errors)),
+        };
+        commands::sweep(&pennate::sweep::Sweep {
+            files: self.files,
+            plan,
+            settings: self.settings,
+            accuracy: self.accuracy,
+            threads: self.threads.map(usize::from),
+            directory: self.output,
+            overwrite: self.overwrite,
+        })
+    }
 }
 
 impl From<Network> for Input {

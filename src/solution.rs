@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use pennate_models::model::{Member, MemberId};
 use pennate_models::{Mesh, Model};
-use pennate_solver::history::{Equilibrium, History, NodeState, Status, StepHistory};
+use pennate_solver::history::{Equilibrium, History, MemberState, NodeState, SectionForces, Status, StepHistory};
 use pennate_solver::structure::Dimension;
 
 use crate::accuracy::Accuracy;
@@ -52,6 +53,23 @@ pub fn status_name(status: Status) -> &'static str {
         Status::NotConverged => "not_converged",
         Status::Interrupted => "interrupted",
         Status::NotReached => "not_reached",
+    }
+}
+
+/// The state before anything acts, prestress included: nothing has moved, nothing is stressed.
+pub fn unloaded(model: &Model) -> Equilibrium {
+    let member = |member: &Member| MemberState { length: member.length, ..MemberState::default() };
+    let along = |member: MemberId| {
+        let last = model.members[member].segments.len() - 1;
+        let at = |at: f64, segment: usize| SectionForces { at, segment, ..SectionForces::default() };
+        vec![at(0.0, 0), at(1.0, last)]
+    };
+    Equilibrium {
+        nodes: vec![NodeState::default(); model.nodes.len()],
+        members: model.members.iter().map(member).collect(),
+        springs: vec![0.0; model.springs.len()],
+        sections: model.probes.sections().into_iter().map(along).collect(),
+        ..Equilibrium::default()
     }
 }
 

@@ -163,10 +163,11 @@ fn results_history_and_pictures_are_written_where_asked() {
     let increments: u64 =
         results["steps"].as_array().unwrap().iter().map(|step| step["increments"].as_u64().unwrap()).sum();
     let history = fs::read_to_string(directory.join("history.csv")).unwrap();
-    assert_eq!(history.lines().count() as u64, increments + 1);
-    assert!(history.starts_with("step,fraction,stroke,holding\n"));
-    let pictures = (1..=increments).filter(|count| directory.join(format!("dyad_{count:04}.vtu")).is_file()).count();
-    assert_eq!(pictures as u64, increments);
+    assert_eq!(history.lines().count() as u64, increments + 2, "a head, the unloaded state, the increments");
+    assert!(history.starts_with("step,fraction,pressure all (psi),stroke (mm),holding (N)\ninflate,0.0,0.0,0.0,0.0\n"));
+    assert!(history.contains("\ninflate,1.0,25.0,"), "{history}");
+    let pictures = (0..=increments).filter(|count| directory.join(format!("dyad_{count:04}.vtu")).is_file()).count();
+    assert_eq!(pictures as u64, increments + 1);
     let files = fs::read_dir(&directory).unwrap().count();
     assert_eq!(files, pictures + 3, "nothing else is left behind");
     let stroke = results["steps"][0]["probes"]["stroke"].as_f64().unwrap();
@@ -567,11 +568,87 @@ fn names_of_any_kind_survive_in_every_output() {
     assert!(results["steps"][0]["nodes"]["J \"\n<ä> & 'q'\t,"].is_object());
     assert!(results["steps"][0]["probes"]["str,\"oke\n∂"].is_number());
     let mut history = csv::Reader::from_path(place.path("out/history.csv")).unwrap();
-    assert_eq!(history.headers().unwrap(), vec!["step", "fraction", "str,\"oke\n∂", "holding"]);
+    assert_eq!(
+        history.headers().unwrap(),
+        vec!["step", "fraction", "pressure all (psi)", "str,\"oke\n∂ (mm)", "holding (N)"]
+    );
     assert_eq!(&history.records().next().unwrap().unwrap()[0], "in; \"flate\n");
     let collection = fs::read_to_string(place.path("out/na \"me & <ä>.pvd")).unwrap();
     assert!(collection.contains("file=\"na &quot;me &amp; &lt;ä&gt;_0001.vtu\""), "{collection}");
     assert_eq!(out(&output).lines().filter(|line| line.contains("str,\"oke\\n∂")).count(), 1);
+}
+
+/// A second run under the same name leaves no picture of the first, and nothing that is not pennate's goes.
+#[test]
+fn pictures_of_an_earlier_run_go() {
+    let place = Workplace::new();
+    let (file, directory) = (place.dyad(), place.path("out"));
+    let pictures = || {
+        let names = fs::read_dir(&directory).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.filter(|name| name.ends_with(".vtu")).collect();
+        names.sort();
+        names
+    };
+    let text = fs::read_to_string(&file)
+        .unwrap()
+        .replace("pressure = { all = 25 }", "pressure = { all = 25 }\nincrements = 5");
+    fs::write(&file, text).unwrap();
+    let run = |vtk: &[&str]| expect(&solve(&file).arg("-o").arg(&directory).args(vtk).output().unwrap(), 0);
+    run(&["--vtk"]);
+    assert!(pictures().len() >= 7, "{:?}", pictures());
+    fs::write(directory.join("dyad_0099.vtu"), "mine").unwrap();
+    run(&["--vtk", "ends"]);
+    assert_eq!(pictures(), ["dyad_0000.vtu", "dyad_0001.vtu", "dyad_0002.vtu", "dyad_0099.vtu"]);
+    run(&["--vtk", "every=3"]);
+    assert_eq!(pictures().len(), 5, "{:?}", pictures());
+    run(&[]);
+    assert_eq!(pictures(), ["dyad_0099.vtu"]);
+    assert!(!directory.join("dyad.pvd").exists());
+    let output = solve(&file).arg("-o").arg(&directory).args(["--vtk=often"]).output().unwrap();
+    expect(&output, 2);
+    assert!(err(&output).contains("every=N, ends or all"), "{}", err(&output));
+}
+
+/// Whose results they are can be told from them.
+#[test]
+fn results_name_what_they_come_from() {
+    let place = Workplace::new();
+    let directory = place.path("out");
+    let output = solve(&place.dyad()).arg("-o").arg(&directory).args(["--set", "beta=30 deg"]).output().unwrap();
+    expect(&output, 0);
+    let input = &results(&directory)["input"];
+    assert_eq!(input["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(input["set"]["beta"], "30 deg");
+    assert!((input["parameters"]["beta"].as_f64().unwrap() - 30.0).abs() < 1e-12 && input["parameters"]["L"] == 130.0);
+    assert_eq!(input["files"][0]["name"], "dyad.toml");
+    let hash = input["files"][0]["sha256"].as_str().unwrap().to_owned();
+    assert!(hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()));
+    fs::write(place.path("dyad.toml"), format!("{DYAD}{MUSCLE}# edited\n")).unwrap();
+    expect(&solve(&place.path("dyad.toml")).arg("-o").arg(&directory).output().unwrap(), 0);
+    assert_ne!(results(&directory)["input"]["files"][0]["sha256"], hash.as_str());
+}
+
+/// A lattice of ten thousand bars under many increments is given up within a second.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_large_solve_within_a_second() {
+    let place = Workplace::new();
+    let cell = "[nodes]\nA = [0, 0, 0]\nB = [10, 0, 0]\nC = [0, 10, 0]\nD = [0, 0, 10]\n[materials]\nm = { youngs_modulus = 2000, \
+                poissons_ratio = 0.3 }\n[sections]\ns = { circle = { radius = 0.5 } }\n[members]\nx = { nodes = [\"A\", \"B\"], section = \
+                \"s\", material = \"m\" }\ny = { nodes = [\"A\", \"C\"], section = \"s\", material = \"m\" }\nz = { nodes = [\"A\", \"D\"], \
+                section = \"s\", material = \"m\" }\n[supports]\nA = \"clamped\"\n[[patterns]]\ncount = 15\ntranslation = [10, 0, \
+                0]\n[[patterns]]\ncount = 15\ntranslation = [0, 10, 0]\n[[patterns]]\ncount = 15\ntranslation = [0, 0, 10]\n[[steps]]\n\
+                gravity = [0, 0, -1e9]\nincrements = 1000\n";
+    let cell = cell.replace("poissons_ratio = 0.3", "poissons_ratio = 0.3, density = 1e-9");
+    let file = place.file("lattice.toml", &format!("format = \"pennate/1\"\n{cell}"));
+    let mut child = solve(&file).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    assert!(child.try_wait().unwrap().is_none(), "the run is over before it could be interrupted");
+    let start = std::time::Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    // A second, and what a busy machine takes to get round to it.
+    assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
 }
 
 /// Interrupted while its many increments are under way, a run keeps what it has.

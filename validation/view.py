@@ -23,7 +23,8 @@ import pyvista  # noqa: E402
 import vtk  # noqa: E402
 
 POINT_DATA = {
-    "displacement": 3, "rotation": 3, "reaction_force": 3, "reaction_moment": 3, "radius": 1,
+    "displacement": 3, "rotation": 3, "reaction_force": 3, "reaction_moment": 3, "load_force": 3,
+    "load_moment": 3, "radius": 1,
     "frame_e1": 3, "frame_e2": 3, "frame_e3": 3,
 }
 CELL_DATA = [
@@ -115,9 +116,10 @@ def check_frames(path, mesh):
 
 def draw(meshes, output):
     """One view of the unloaded network and of up to three states, spread over the increments, the last one included."""
+    unloaded, meshes = meshes[0], meshes[1:]
     count = min(len(meshes), 3)
     chosen = [len(meshes) * (place + 1) // count - 1 for place in range(count)]
-    states = [(meshes[0], "unloaded")]
+    states = [(unloaded, "unloaded")]
     states += [(meshes[i].warp_by_vector("displacement"), f"increment {i + 1} of {len(meshes)}") for i in chosen]
     scene = pyvista.merge([state for state, _ in states], merge_points=False)
     limits = symmetric([meshes[i] for i in chosen])

@@ -29,6 +29,8 @@ pub struct Model {
     pub strain_limit: f64,
     /// Values of the parameters in the file's units, angles in degrees.
     pub parameters: Vec<(String, f64)>,
+    /// Those that were set from outside, as written there.
+    pub settings: Vec<(String, String)>,
     pub nodes: Vec<Node>,
     pub muscles: Vec<Arc<Muscle>>,
     pub members: Vec<Member>,

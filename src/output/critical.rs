@@ -17,18 +17,19 @@ use crate::solution::{Solution, diagonal};
 
 type Vector = Vector3<f64>;
 
-/// Writes `NAME_mode_0001.vtu`, … into a directory: the critical points of all steps in order.
+/// Writes `NAME_mode_0001.vtu`, … into a directory: the critical points of all steps in order; adds their names.
 ///
 /// # Errors
 /// [`WriteError`] names the file that could not be written.
-pub fn write(solution: &Solution, directory: &Path, name: &str) -> Result<(), WriteError> {
+pub fn write(solution: &Solution, directory: &Path, name: &str, written: &mut Vec<String>) -> Result<(), WriteError> {
     let mut count = 0;
     let mut earlier = None;
     for (index, step) in solution.history.steps.iter().enumerate() {
         for point in &step.critical_points {
             count += 1;
             let Some(place) = nearest(step, point).or(earlier) else { continue };
-            let file = directory.join(format!("{name}_mode_{count:04}.vtu"));
+            let picture = format!("{name}_mode_{count:04}.vtu");
+            let file = directory.join(&picture);
             let numbers = [("critical_point", f64::from(count)), ("step", (index + 1) as f64)];
             write_whole(&file, |writer| {
                 let members = interior(solution, place, point);
@@ -45,6 +46,7 @@ pub fn write(solution: &Solution, directory: &Path, name: &str) -> Result<(), Wr
                 let fields = [numbers[0], numbers[1], ("fraction", point.fraction), ("scale", scale)];
                 moving.write(scale, |points: &[Point]| vec![part(points, "mode", 0)], &fields, writer)
             })?;
+            written.push(picture);
         }
         earlier = step.increments.last().or(earlier);
     }

@@ -10,14 +10,15 @@ use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
 use crate::accuracy::Accuracy;
+use super::origin::Origin;
 use crate::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 
-/// Writes the results of a run.
+/// Writes the results of a run; `pictures` are the names of those that were written beside it.
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write(solution: &Solution, writer: &mut dyn Write) -> io::Result<()> {
-    write_json(&Results::new(solution), writer)
+pub fn write(solution: &Solution, pictures: &[String], writer: &mut dyn Write) -> io::Result<()> {
+    write_json(&Results::new(solution, pictures), writer)
 }
 
 #[derive(Serialize)]
@@ -30,6 +31,9 @@ struct Results<'a> {
     mesh: Mesh,
     accuracy: Reached,
     steps: Vec<Step<'a>>,
+    input: Origin<'a>,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    pictures: &'a [String],
     timing: Seconds,
 }
 
@@ -167,7 +171,7 @@ struct Seconds {
 }
 
 /// Named values in the order of the input file.
-struct Map<'a, T>(Vec<(&'a str, T)>);
+pub(super) struct Map<'a, T>(pub(super) Vec<(&'a str, T)>);
 
 impl<T> Map<'_, T> {
     fn is_empty(&self) -> bool {
@@ -186,7 +190,7 @@ impl<T: Serialize> Serialize for Map<'_, T> {
 }
 
 impl<'a> Results<'a> {
-    fn new(solution: &'a Solution) -> Self {
+    fn new(solution: &'a Solution, pictures: &'a [String]) -> Self {
         let model = &solution.model;
         let steps = solution.steps().zip(&solution.probes.steps);
         Self {
@@ -198,6 +202,8 @@ impl<'a> Results<'a> {
             mesh: Mesh::from(solution.history.mesh),
             accuracy: Reached::from(solution.accuracy),
             steps: steps.map(|((name, step), probes)| Step::new(model, name, step, probes)).collect(),
+            input: Origin::of(model),
+            pictures,
             timing: Seconds::from(solution.timing),
         }
     }
@@ -373,7 +379,7 @@ mod tests {
 
     fn written() -> (String, Value) {
         let mut out = Vec::new();
-        super::write(&fixture::solution(), &mut out).unwrap();
+        super::write(&fixture::solution(), &["a.pvd".to_owned()], &mut out).unwrap();
         let text = String::from_utf8(out).unwrap();
         let value = serde_json::from_str(&text).unwrap();
         (text, value)
@@ -440,6 +446,12 @@ mod tests {
             "springs",
             "probes",
             "probe_errors",
+            "input",
+            "version",
+            "files",
+            "parameters",
+            "set",
+            "pictures",
             "timing",
             "read_s",
             "mesh_s",

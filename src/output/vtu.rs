@@ -5,11 +5,13 @@
 //! section changes, and lines from the reference of each rigid body to its nodes.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::str::FromStr;
 
 use nalgebra::{Rotation3, Vector3};
 use pennate_models::Model;
-use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell};
+use pennate_models::model::Target;
+use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint};
 use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, UnstructuredGridPiece, Version,
     VertexNumbers, Vtk,
@@ -17,30 +19,148 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 
 use super::files::{WriteError, write_whole};
-use crate::solution::{Solution, norm};
+use crate::solution::{Solution, norm, unloaded};
 
-const COMPRESSION_LEVEL: u32 = 6;
+/// The fastest: higher ones take three times as long for a tenth of the size.
+const COMPRESSION_LEVEL: u32 = 1;
+/// Pictures of fewer points are not compressed.
+const COMPRESSED: usize = 1000;
 const KIND_MUSCLE: i32 = 0;
 const KIND_MEMBER: i32 = 1;
 const KIND_RIGID: i32 = 2;
 /// Value of `member_id` in a cell that is no member.
 const NO_MEMBER: i32 = -1;
 
-/// Writes `NAME.pvd` and its `NAME_0001.vtu`, … into a directory.
+/// Which increments get a picture, besides the unloaded state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pictures {
+    #[default]
+    All,
+    /// Every so-manieth of a step, and its last.
+    Every(usize),
+    /// The last of every step.
+    Ends,
+}
+
+impl FromStr for Pictures {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let every = |count: &str| count.parse().ok().filter(|&count| count > 0).map(Self::Every);
+        match text {
+            "all" => Some(Self::All),
+            "ends" => Some(Self::Ends),
+            _ => text.strip_prefix("every=").and_then(every),
+        }
+        .ok_or_else(|| "every=N, ends or all expected, such as every=10".to_owned())
+    }
+}
+
+impl Pictures {
+    /// Whether an increment, counted from zero, of so many of a step gets one.
+    fn has(self, index: usize, count: usize) -> bool {
+        let last = index + 1 == count;
+        match self {
+            Self::All => true,
+            Self::Every(each) => last || (index + 1).is_multiple_of(each),
+            Self::Ends => last,
+        }
+    }
+}
+
+/// Writes `NAME.pvd` with `NAME_0000.vtu`, the unloaded state, and `NAME_0001.vtu`, … into a directory; returns their names.
 ///
 /// # Errors
 /// [`WriteError`] names the file that could not be written.
-pub fn write(solution: &Solution, directory: &Path, name: &str) -> Result<(), WriteError> {
+pub fn write(
+    solution: &Solution,
+    directory: &Path,
+    name: &str,
+    pictures: Pictures,
+    written: &mut Vec<String>,
+) -> Result<(), WriteError> {
+    let model = &solution.model;
     let mut entries = Vec::new();
-    for (index, step) in solution.history.steps.iter().enumerate() {
-        for increment in &step.increments {
-            let file = format!("{name}_{:04}.vtu", entries.len() + 1);
-            write_whole(&directory.join(&file), |writer| write_vtu(&solution.model, increment, writer))?;
-            entries.push((index as f64 + increment.fraction, file));
-        }
+    let mut add = |increment: &Increment, step: usize, time: f64| {
+        let file = format!("{name}_{:04}.vtu", entries.len());
+        let loads = NodeLoads::of(model, step, increment);
+        write_whole(&directory.join(&file), |writer| write_vtu(model, increment, &loads, writer))?;
+        written.push(file.clone());
+        entries.push((time, file));
+        Ok(())
+    };
+    let mut steps = solution.history.steps.iter().enumerate();
+    if let Some(first) = solution.history.steps.iter().find_map(|step| step.increments.first()) {
+        add(&at_rest(model, first), usize::MAX, 0.0)?;
     }
-    let collection: PathBuf = directory.join(format!("{name}.pvd"));
-    write_whole(&collection, |writer| write_pvd(&entries, writer))
+    steps.try_for_each(|(index, step)| {
+        let count = step.increments.len();
+        let shown = step.increments.iter().enumerate().filter(|(k, _)| pictures.has(*k, count));
+        shown.map(|(_, increment)| increment).try_for_each(|each| add(each, index, index as f64 + each.fraction))
+    })?;
+    let collection = format!("{name}.pvd");
+    write_whole(&directory.join(&collection), |writer| write_pvd(&entries, writer))?;
+    written.push(collection);
+    Ok(())
+}
+
+/// The unloaded state, with the points of an increment.
+fn at_rest(model: &Model, increment: &Increment) -> Increment {
+    let back = |point: &ShapePoint| {
+        let turned = Rotation3::new(-Vector3::from(point.rotation));
+        let axes = point.axes.map(|axis| (turned * Vector3::from(axis)).into());
+        ShapePoint { reference: point.reference, axes, ..ShapePoint::default() }
+    };
+    let shape = |(member, shape): (usize, &MemberShape)| {
+        let cell = |cell: &ShapeCell| {
+            let [_, second, third] = model.members[member].segments[cell.segment].initial_curvature;
+            ShapeCell { segment: cell.segment, curvature: second.hypot(third), ..ShapeCell::default() }
+        };
+        MemberShape { points: shape.points.iter().map(back).collect(), cells: shape.cells.iter().map(cell).collect() }
+    };
+    Increment {
+        fraction: 0.0,
+        state: unloaded(model),
+        shapes: increment.shapes.iter().enumerate().map(shape).collect(),
+    }
+}
+
+/// Forces and moments that steps put on the nodes, follower loads as they are turned.
+struct NodeLoads {
+    forces: Vec<[f64; 3]>,
+    moments: Vec<[f64; 3]>,
+}
+
+impl NodeLoads {
+    /// The loads of an increment of a step; none in a step that there is not.
+    fn of(model: &Model, step: usize, increment: &Increment) -> Self {
+        let none = || vec![Vector3::zeros(); model.nodes.len()];
+        let [mut dead, mut following] = [[none(), none()], [none(), none()]];
+        if let Some(steps) = model.steps.get(..=step) {
+            for (index, each) in steps.iter().enumerate() {
+                // What a step names moves from where it was to its target; the present step is on its way.
+                let part = if index == step { increment.fraction } else { 1.0 };
+                for (target, value) in &each.targets {
+                    let (list, node, axis) = match *target {
+                        Target::Force(node, axis) => (&mut dead[0], node, axis),
+                        Target::Moment(node, axis) => (&mut dead[1], node, axis),
+                        Target::FollowerForce(node, axis) => (&mut following[0], node, axis),
+                        Target::FollowerMoment(node, axis) => (&mut following[1], node, axis),
+                        Target::Control(_) | Target::Gravity(_) | Target::Distributed(..) => continue,
+                    };
+                    let before = list[node][axis];
+                    list[node][axis] = before + part * (value - before);
+                }
+            }
+        }
+        let turned = |node: usize| Rotation3::new(Vector3::from(increment.state.nodes[node].rotation));
+        let sum = |kind: usize| {
+            (0..model.nodes.len())
+                .map(|node| (dead[kind][node] + turned(node) * following[kind][node]).into())
+                .collect()
+        };
+        Self { forces: sum(0), moments: sum(1) }
+    }
 }
 
 /// The list of files with their times: steps done and the fraction of the present one.
@@ -72,13 +192,14 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// One state as an unstructured grid: inline base64, compressed by zlib, which every reader understands.
-fn write_vtu(model: &Model, increment: &Increment, writer: &mut dyn Write) -> io::Result<()> {
-    write_piece(Grid::new(model, increment).into_piece(), "", writer)
+/// One state as an unstructured grid: inline base64, large ones compressed by zlib, which every reader understands.
+fn write_vtu(model: &Model, increment: &Increment, loads: &NodeLoads, writer: &mut dyn Write) -> io::Result<()> {
+    write_piece(Grid::new(model, increment, loads).into_piece(), "", writer)
 }
 
 /// A piece of an unstructured grid as a file; `field_data` is XML that comes before it.
 pub(super) fn write_piece(piece: UnstructuredGridPiece, field_data: &str, writer: &mut dyn Write) -> io::Result<()> {
+    let points = piece.num_points();
     let vtk = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
@@ -86,7 +207,9 @@ pub(super) fn write_piece(piece: UnstructuredGridPiece, field_data: &str, writer
         file_path: None,
         data: DataSet::inline(piece),
     };
-    let file = vtk.try_into_xml_format(Compressor::ZLib, COMPRESSION_LEVEL).map_err(io::Error::other)?;
+    // To compress little takes longer than to write it, and leaves as much.
+    let compressor = if points < COMPRESSED { Compressor::None } else { Compressor::ZLib };
+    let file = vtk.try_into_xml_format(compressor, COMPRESSION_LEVEL).map_err(io::Error::other)?;
     let mut text = Vec::new();
     file.write(&mut text).map_err(io::Error::other)?;
     let text = String::from_utf8(text).map_err(io::Error::other)?;
@@ -103,6 +226,8 @@ struct Point {
     rotation: [f64; 3],
     reaction_force: [f64; 3],
     reaction_moment: [f64; 3],
+    load_force: [f64; 3],
+    load_moment: [f64; 3],
     radius: f64,
     frame: [[f64; 3]; 3],
 }
@@ -122,10 +247,14 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(model: &Model, increment: &Increment) -> Self {
+    fn new(model: &Model, increment: &Increment, loads: &NodeLoads) -> Self {
         let state = &increment.state;
         let radii = node_radii(model, state);
-        let nodes = (0..model.nodes.len()).map(|node| node_point(model, state, node, radii[node]));
+        let nodes = (0..model.nodes.len()).map(|node| Point {
+            load_force: loads.forces[node],
+            load_moment: loads.moments[node],
+            ..node_point(model, state, node, radii[node])
+        });
         let mut grid = Self { points: nodes.collect(), cells: Vec::new() };
         for (member, shape) in increment.shapes.iter().enumerate() {
             grid.add_member(model, member, shape, state.members[member].control);
@@ -176,6 +305,8 @@ impl Grid {
                     vector("rotation", flat(points, |point| point.rotation)),
                     vector("reaction_force", flat(points, |point| point.reaction_force)),
                     vector("reaction_moment", flat(points, |point| point.reaction_moment)),
+                    vector("load_force", flat(points, |point| point.load_force)),
+                    vector("load_moment", flat(points, |point| point.load_moment)),
                     scalar("radius", flat(points, |point| [point.radius])),
                     vector("frame_e1", flat(points, |point| point.frame[0])),
                     vector("frame_e2", flat(points, |point| point.frame[1])),
@@ -211,6 +342,7 @@ fn node_point(model: &Model, state: &Equilibrium, node: usize, radius: f64) -> P
         reaction_moment: now.reaction_moment,
         radius,
         frame: std::array::from_fn(|axis| turned.matrix().column(axis).into_owned().into()),
+        ..Point::default()
     }
 }
 
@@ -272,9 +404,11 @@ mod tests {
     fn every_node_and_every_cell_is_written() {
         let solution = crate::fixture::solution();
         let directory = tempfile::tempdir().unwrap();
-        write(&solution, directory.path(), "a & b").unwrap();
-        crate::output::critical::write(&solution, directory.path(), "a & b").unwrap();
-        assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 4);
+        let mut written = Vec::new();
+        write(&solution, directory.path(), "a & b", Pictures::All, &mut written).unwrap();
+        crate::output::critical::write(&solution, directory.path(), "a & b", &mut written).unwrap();
+        assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 5);
+        assert_eq!(written.len(), 5);
 
         let vtk = Vtk::import(directory.path().join("a & b_0002.vtu")).unwrap();
         let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else { panic!("no unstructured grid") };
@@ -291,5 +425,19 @@ mod tests {
         assert_eq!(array(&piece.data.cell, "member_id"), [0.0, 0.0, 0.0, -1.0]);
         assert_eq!(array(&piece.data.point, "radius"), [1.0, 2.0, 0.2, 1.0, 1.0, 1.0, 2.0, 2.0]);
         assert_eq!(array(&piece.data.point, "displacement")[3 * 7 + 1], -7.5);
+    }
+
+    #[test]
+    fn pictures_are_those_asked_for() {
+        let of = |text: &str, count: usize| {
+            let pictures: Pictures = text.parse().unwrap();
+            (0..count).filter(|&index| pictures.has(index, count)).collect::<Vec<_>>()
+        };
+        assert_eq!(of("all", 3), [0, 1, 2]);
+        assert_eq!(of("every=3", 7), [2, 5, 6]);
+        assert_eq!(of("ends", 7), [6]);
+        for text in ["every=0", "every", "10", ""] {
+            assert!(text.parse::<Pictures>().is_err(), "{text}");
+        }
     }
 }

@@ -68,6 +68,7 @@ pub fn read(
         Some(mut model) if cx.errors.is_empty() => {
             model.warnings = cx.warnings;
             model.sources = cx.sources;
+            model.settings = settings.to_vec();
             Ok(model)
         }
         _ => Err(cx.into_errors()),
@@ -162,6 +163,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         strain_limit: strain_limit(network, cx),
         stability: if judged_in_plane { Stability::Plane } else { Stability::Space },
         parameters: cx.parameter_values(),
+        settings: Vec::new(),
         nodes,
         muscles: properties
             .muscles

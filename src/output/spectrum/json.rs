@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 
 use super::{family_name, frequency};
 use crate::output::layout::write_json;
+use crate::output::origin::Origin;
 use crate::spectrum::{Entry, Question, Spectrum};
 
 const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
@@ -29,14 +30,17 @@ struct Results<'a> {
     mesh: Value,
     notes: &'a [String],
     modes: Vec<Value>,
+    input: Origin<'a>,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    pictures: &'a [String],
     timing: Value,
 }
 
-/// Writes all modes.
+/// Writes all modes; `pictures` are the names of those that were written beside them.
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write(spectrum: &Spectrum, writer: &mut dyn Write) -> io::Result<()> {
+pub fn write(spectrum: &Spectrum, pictures: &[String], writer: &mut dyn Write) -> io::Result<()> {
     let model = &spectrum.model;
     let buckling = spectrum.question == Question::Buckling;
     let results = Results {
@@ -53,6 +57,8 @@ pub fn write(spectrum: &Spectrum, writer: &mut dyn Write) -> io::Result<()> {
         mesh: json!({ "elements": spectrum.mesh.elements(), "unknowns": spectrum.unknowns }),
         notes: &spectrum.notes,
         modes: spectrum.entries.iter().map(|entry| mode(spectrum, entry)).collect(),
+        input: Origin::of(model),
+        pictures,
         timing: json!({
             "read_s": spectrum.timing.read.as_secs_f64(),
             "solve_s": spectrum.timing.solve.as_secs_f64(),

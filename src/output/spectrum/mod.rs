@@ -21,8 +21,10 @@ pub fn write_files(spectrum: &Spectrum, directory: &Path, name: &str, pictures: 
         Question::Modes => "modes.json",
         Question::Buckling => "buckling.json",
     };
-    let results = write_whole(&directory.join(file), |writer| json::write(spectrum, writer));
-    let pictures = if pictures { vtu::write(spectrum, directory, name) } else { Ok(()) };
+    super::stale::clear(directory, name, file)?;
+    let mut written = Vec::new();
+    let pictures = if pictures { vtu::write(spectrum, directory, name, &mut written) } else { Ok(()) };
+    let results = write_whole(&directory.join(file), |writer| json::write(spectrum, &written, writer));
     results.and(pictures)
 }
 

@@ -16,14 +16,15 @@ use crate::spectrum::{Entry, Question, Spectrum};
 /// Spin of a mode without displacements in a picture, radians.
 const TURN: f64 = 0.5;
 
-/// Writes `NAME_mode_01.vtu`, … into a directory.
+/// Writes `NAME_mode_01.vtu`, … into a directory; adds their names.
 ///
 /// # Errors
 /// [`WriteError`] names the file that could not be written.
-pub fn write(spectrum: &Spectrum, directory: &Path, name: &str) -> Result<(), WriteError> {
+pub fn write(spectrum: &Spectrum, directory: &Path, name: &str, written: &mut Vec<String>) -> Result<(), WriteError> {
     for (index, entry) in spectrum.entries.iter().enumerate() {
-        let file = directory.join(format!("{name}_mode_{:02}.vtu", index + 1));
-        write_whole(&file, |writer| write_mode(spectrum, index, entry, writer))?;
+        let file = format!("{name}_mode_{:02}.vtu", index + 1);
+        write_whole(&directory.join(&file), |writer| write_mode(spectrum, index, entry, writer))?;
+        written.push(file);
     }
     Ok(())
 }

@@ -1,0 +1,136 @@
+//! Loads and pressures along a run: what the steps move, with everything that moves alike in one column.
+
+use pennate_models::Model;
+use pennate_models::model::{MemberKind, Target, Units};
+
+use super::text::shown;
+
+/// Names in a head before the rest is counted.
+const NAMED: usize = 3;
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A value that steps move, of one or more members or nodes.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// What it is, of what, and its unit.
+    pub head: String,
+    /// Values at the beginning and at the end of every step.
+    levels: Vec<[f64; 2]>,
+}
+
+impl Column {
+    /// The value at a fraction of a step.
+    pub fn at(&self, step: usize, fraction: f64) -> f64 {
+        let Some(&[from, to]) = self.levels.get(step) else { return 0.0 };
+        // The end is met exactly, whatever rounding makes of the sum.
+        if fraction == 1.0 { to } else { from + fraction * (to - from) }
+    }
+}
+
+/// The columns of a model, in the order in which its steps name them; what stays zero is left out.
+pub fn columns(model: &Model) -> Vec<Column> {
+    let mut kinds: Vec<(String, String, Vec<[f64; 2]>, Vec<usize>)> = Vec::new();
+    for target in targets(model) {
+        let levels = levels(model, target);
+        if levels.iter().flatten().all(|&level| level == 0.0) {
+            continue;
+        }
+        let (kind, unit, of) = describe(model, target);
+        let same = |entry: &&mut (String, String, Vec<[f64; 2]>, Vec<usize>)| {
+            entry.0 == kind && entry.1 == unit && entry.2 == levels
+        };
+        match kinds.iter_mut().find(same) {
+            Some(entry) => entry.3.push(of),
+            None => kinds.push((kind, unit, levels, vec![of])),
+        }
+    }
+    kinds
+        .into_iter()
+        .map(|(kind, unit, levels, of)| {
+            let whom = whom(model, &kind, &of);
+            let unit = if unit.is_empty() { unit } else { format!(" ({unit})") };
+            Column { head: format!("{}{unit}", kind.replace("{}", &whom)), levels }
+        })
+        .collect()
+}
+
+/// Everything that a step moves, once.
+fn targets(model: &Model) -> Vec<Target> {
+    let mut known = std::collections::HashSet::new();
+    let all = model.steps.iter().flat_map(|step| &step.targets).map(|(target, _)| *target);
+    all.filter(|target| known.insert(*target)).collect()
+}
+
+/// Values of a target at the beginning and at the end of every step.
+fn levels(model: &Model, target: Target) -> Vec<[f64; 2]> {
+    let mut last = 0.0;
+    let mut levels = Vec::with_capacity(model.steps.len());
+    for step in &model.steps {
+        let to = step.targets.iter().rev().find(|(other, _)| *other == target).map_or(last, |(_, value)| *value);
+        levels.push([last, to]);
+        last = to;
+    }
+    levels
+}
+
+/// The kind with a place for the name, the unit, and the member or node.
+fn describe(model: &Model, target: Target) -> (String, String, usize) {
+    let [length, force, _] = model.units.symbols();
+    let along = |what: &str, axis: usize| format!("{what} {{}} {}", AXES[axis]);
+    let moment = || format!("{force} {length}");
+    match target {
+        Target::Control(member) => match model.members[member].kind {
+            MemberKind::Muscle(muscle) => {
+                ("pressure {}".to_owned(), model.muscles[muscle].pressure_unit.clone(), member)
+            }
+            _ => ("actuation {}".to_owned(), String::new(), member),
+        },
+        Target::Force(node, axis) => (along("force", axis), force.to_owned(), node),
+        Target::FollowerForce(node, axis) => (along("follower_force", axis), force.to_owned(), node),
+        Target::Moment(node, axis) => (along("moment", axis), moment(), node),
+        Target::FollowerMoment(node, axis) => (along("follower_moment", axis), moment(), node),
+        Target::Gravity(axis) => {
+            let unit = match model.units {
+                Units::MmNMpa => "mm/s^2",
+                Units::MNPa => "m/s^2",
+            };
+            (format!("gravity {}", AXES[axis]), unit.to_owned(), 0)
+        }
+        Target::Distributed(member, axis) => (along("distributed", axis), format!("{force}/{length}"), member),
+    }
+}
+
+/// Names of members or nodes that move alike: all of them, a group, or one by one.
+fn whom(model: &Model, kind: &str, of: &[usize]) -> String {
+    let of_nodes = kind.starts_with("force") || kind.contains("moment") || kind.starts_with("follower");
+    if of_nodes {
+        return listed(of.iter().map(|&node| shown(&model.nodes[node].name)));
+    }
+    let members = &model.members;
+    let alike = |member: &pennate_models::model::Member| match kind.split(' ').next() {
+        Some("pressure") => member.is_muscle(),
+        Some("actuation") => member.kind == MemberKind::Actuated,
+        _ => true,
+    };
+    if of.len() > 1 && of.len() == members.iter().filter(|member| alike(member)).count() {
+        return "all".to_owned();
+    }
+    let group = members.get(of[0]).and_then(|member| member.group.as_deref());
+    if let (Some(group), true) = (group, of.len() > 1) {
+        let whole = members.iter().filter(|member| member.group.as_deref() == Some(group)).count() == of.len();
+        if whole && of.iter().all(|&member| members[member].group.as_deref() == Some(group)) {
+            return shown(group);
+        }
+    }
+    listed(of.iter().map(|&member| shown(&members[member].name)))
+}
+
+fn listed(names: impl ExactSizeIterator<Item = String>) -> String {
+    let count = names.len();
+    let named = if count > NAMED + 1 { NAMED } else { count };
+    let first: Vec<String> = names.take(named).collect();
+    match count - named {
+        0 => first.join(" + "),
+        more => format!("{} + {more} more", first.join(" + ")),
+    }
+}
