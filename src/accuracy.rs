@@ -16,7 +16,9 @@ use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::{Dimension, Structure};
 
-use crate::solution::{NodeError, ProbeSteps, ProbeTable, Solution, Timing, diagonal, largest_force, last_state, norm};
+use crate::solution::{
+    NodeError, ProbeSteps, ProbeTable, Solution, Timing, diagonal, largest_force, last_state, norm, stable,
+};
 
 /// Meshes that are tried at most.
 const MAX_ROUNDS: usize = 8;
@@ -252,7 +254,8 @@ pub fn solve_together(
         let error = relative_error(model, &design.structure, &history, &probes)?;
         let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
         let resolved = every_end_is_estimated(&history) && !mesh.graded(model, &states, asked).unresolved;
-        (error <= asked && resolved).then_some(Shared { probes, error })
+        let stable = stable(&history);
+        (error <= asked && resolved).then_some(Shared { probes, error, stable })
     });
     judged.collect()
 }
@@ -263,6 +266,8 @@ pub struct Shared {
     pub probes: ProbeTable,
     /// Estimated error relative to the largest value of its kind.
     pub error: f64,
+    /// See [`stable`].
+    pub stable: Option<bool>,
 }
 
 enum Judgement {

@@ -166,7 +166,7 @@ pub fn sweep(sweep: &Sweep) -> Exit {
         Err(sweep::Failure::Write(error)) => return could_not(&error),
     };
     let picture = sweep.directory.join("sweep.svg");
-    let drawn = sweep::plot::draw(&outcome, &sweep.vary, &picture);
+    let drawn = sweep::plot::draw(&outcome, &sweep.plan, &picture);
     let exit = print(|out| out.write_all(sweep::report::report(&outcome, start.elapsed()).as_bytes()));
     if let Err(error) = drawn {
         let title = format!("cannot draw {}: {error}", picture.display());
@@ -302,7 +302,8 @@ fn failures(solution: &Solution) -> Vec<Message> {
     failed.chain(explain::no_estimate(solution)).collect()
 }
 
-fn refuse(refusal: &Refusal) -> Exit {
+/// Says why a network is not solved at all.
+pub fn refuse(refusal: &Refusal) -> Exit {
     match refusal {
         Refusal::Input(errors) => show_errors(errors),
         Refusal::Mechanism(model, motions) => {

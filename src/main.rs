@@ -10,8 +10,9 @@ use pennate::fit::optimize::Method;
 use pennate::fit::{self, EndLength};
 use pennate::output::Pictures;
 use pennate::spectrum::{self, Question};
+use pennate::sweep::plan::Plan;
 use pennate::sweep::vary::Vary;
-use pennate::{Input, Job};
+use pennate::{Input, Job, Refusal};
 
 /// Analyses networks of soft pneumatic muscles and compliant members.
 #[derive(Parser)]
@@ -98,14 +99,20 @@ struct Sweep {
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Values of a parameter, from:to:step or a list, with a unit if need be; may be repeated.
-    #[arg(long, value_name = "NAME=VALUES", required = true)]
+    #[arg(long, value_name = "NAME=VALUES", required_unless_present = "designs")]
     vary: Vec<Vary>,
+    /// Solve the rows of a CSV file instead, whose heads are parameters, with a unit if need be: beta (deg).
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "vary")]
+    designs: Option<PathBuf>,
     /// Give a parameter one other value; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
     settings: Vec<(String, String)>,
     /// Write sweep.csv and sweep.svg into this directory; what it holds of this sweep is not solved again.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Write over the table of another sweep in that directory.
+    #[arg(long)]
+    overwrite: bool,
     /// Discretization error asked for, relative to the largest value of its kind.
     #[arg(long, value_name = "ERROR", default_value = "1e-6", value_parser = accuracy)]
     accuracy: f64,

@@ -78,6 +78,15 @@ pub fn last_state(step: &StepHistory) -> Option<&Equilibrium> {
     step.increments.last().map(|increment| &increment.state)
 }
 
+/// Whether the ends of all steps that got somewhere are stable; `None` where loads have no potential.
+pub fn stable(history: &History) -> Option<bool> {
+    let ends = || history.steps.iter().filter(|step| !step.increments.is_empty()).map(|step| step.stable);
+    if ends().any(|stable| stable == Some(false)) {
+        return Some(false);
+    }
+    ends().all(|stable| stable.is_some()).then_some(true).filter(|_| ends().next().is_some())
+}
+
 /// Where rounding leaves the fewest digits of a run: the step, the kind (displacements, rotations, forces, moments) and
 /// the digits.
 ///

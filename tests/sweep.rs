@@ -27,11 +27,11 @@ fn what_cannot_be_solved_is_a_row_with_its_reason() {
     let table = fs::read_to_string(out.join("sweep.csv")).unwrap();
     let rows: Vec<&str> = table.lines().collect();
     assert_eq!(rows.len(), 7);
-    assert_eq!(rows[0], "chi,pressure,status,stroke,foot,error,reason");
-    assert!(rows[1].starts_with("30 deg,10,converged,20.4"), "{table}");
-    assert!(rows[2].starts_with("30 deg,30,wrong_input,,,,"), "{table}");
+    assert_eq!(rows[0], "chi (deg),pressure,status,stable,stroke (mm),foot (N),error,reason");
+    assert!(rows[1].starts_with("30,10,converged,yes,20.4"), "{table}");
+    assert!(rows[2].starts_with("30,30,wrong_input,,,,,"), "{table}");
     assert!(rows[2].contains("beyond the table of muscle 'silicone'"), "{table}");
-    assert!(rows[5].starts_with("60 deg,10,converged,"), "{table}");
+    assert!(rows[5].starts_with("60,10,converged,yes,"), "{table}");
     let printed = String::from_utf8(run.stdout).unwrap();
     assert!(printed.starts_with("3 solved, 3 not solved. Took"), "{printed}");
     assert!(fs::read_to_string(out.join("sweep.svg")).unwrap().contains("chi (deg)"));
@@ -53,8 +53,84 @@ fn a_sweep_goes_on_where_it_was_stopped() {
     assert_eq!(fs::read_to_string(out.join("sweep.csv")).unwrap(), whole);
     // Another network: nothing of the table holds.
     fs::write(&file, scenes::write("dyad", &[("pressure".into(), "15".into())]).unwrap()).unwrap();
-    let other = String::from_utf8(sweep(&file, &out, &vary).stdout).unwrap();
+    let refused = |arguments: &[&str], why: &str| {
+        let run = sweep(&file, &out, arguments);
+        assert_eq!(run.status.code(), Some(2), "{run:?}");
+        let said = String::from_utf8(run.stderr).unwrap();
+        assert!(said.contains(why) && said.contains("--overwrite"), "{said}");
+        assert_eq!(fs::read_to_string(out.join("sweep.csv")).unwrap(), whole);
+    };
+    refused(&vary, "its network or what was set in it was different");
+    let over = sweep(&file, &out, &["--vary", "chi=20:60:5", "--overwrite"]);
+    let other = String::from_utf8(over.stdout).unwrap();
     assert!(other.starts_with("9 solved, 0 not solved. Took"), "{other}");
+}
+
+/// Values that are not asked for, another accuracy or other parameters: the table stays.
+#[test]
+fn the_table_of_another_sweep_is_not_overwritten() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (dyad(directory.path()), directory.path().join("out"));
+    assert_eq!(sweep(&file, &out, &["--vary", "chi=30,40"]).status.code(), Some(0));
+    let table = fs::read(out.join("sweep.csv")).unwrap();
+    for (arguments, why) in [
+        (["--vary", "chi=30,50"].as_slice(), "it holds a row that this sweep does not ask for"),
+        (&["--vary", "L=100,130"], "its columns are different"),
+        (&["--vary", "chi=30,40", "--accuracy", "1e-8"], "its accuracy was different"),
+        (&["--vary", "chi=30,40", "--set", "L=100"], "its network or what was set"),
+    ] {
+        let run = sweep(&file, &out, arguments);
+        assert_eq!(run.status.code(), Some(2), "{run:?}");
+        assert!(String::from_utf8(run.stderr).unwrap().contains(why), "{why}");
+        assert_eq!(fs::read(out.join("sweep.csv")).unwrap(), table);
+    }
+    let more = sweep(&file, &out, &["--vary", "chi=30,40,50"]);
+    let printed = String::from_utf8(more.stdout).unwrap();
+    assert!(printed.starts_with("3 solved, 0 not solved; 2 of them taken from an earlier run."), "{printed}");
+}
+
+#[test]
+fn a_list_of_designs_is_solved_row_by_row() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (dyad(directory.path()), directory.path().join("out"));
+    let list = directory.path().join("designs.csv");
+    fs::write(&list, "chi (deg),L\n30,130\n40,100\n30,130\n").unwrap();
+    let run = sweep(&file, &out, &["--designs", list.to_str().unwrap()]);
+    assert_eq!(run.status.code(), Some(0), "{run:?}");
+    let table = fs::read_to_string(out.join("sweep.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows[0], "design,chi (deg),L,status,stable,stroke (mm),foot (N),error,reason");
+    assert!(
+        rows[1].starts_with("1,30,130,converged,yes,") && rows[2].starts_with("2,40,100,converged,yes,"),
+        "{table}"
+    );
+    assert_eq!(
+        rows[1].split_once(',').unwrap().1.split(',').nth(4),
+        rows[3].split_once(',').unwrap().1.split(',').nth(4)
+    );
+    fs::write(&list, "beta\n30\n").unwrap();
+    let run = sweep(&file, &out, &["--designs", list.to_str().unwrap(), "--overwrite"]);
+    assert_eq!(run.status.code(), Some(2), "{run:?}");
+    assert!(String::from_utf8(run.stderr).unwrap().contains("has no parameter 'beta'"));
+}
+
+/// A strut pushed on straight beyond its critical load converges, and is no answer.
+#[test]
+fn what_ends_unstable_counts_as_not_solved() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, out) = (directory.path().join("strut.toml"), directory.path().join("out"));
+    let text = "format = \"pennate/1\"\nparameters = { P = 1 }\nnodes = { A = [0, 0], B = [100, 0] }\n\
+                materials.m = { youngs_modulus = 2000, poissons_ratio = 0.3 }\nsections.s = { rectangle = { width = 4, height = 1 } }\n\
+                members.m = { nodes = [\"A\", \"B\"], section = \"s\", material = \"m\" }\nsupports.A = \"clamped\"\n\
+                steps = [{ force = { B = [\"= -P\", 0] }, branch = \"primary\" }]\nprobes.u = { node = \"B\", displacement = \"ux\" }\n";
+    fs::write(&file, text).unwrap();
+    let run = sweep(&file, &out, &["--vary", "P=0.1,0.5"]);
+    assert_eq!(run.status.code(), Some(1), "{run:?}");
+    let table = fs::read_to_string(out.join("sweep.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[1].starts_with("0.1,converged,yes,"), "{table}");
+    assert!(rows[2].starts_with("0.5,converged,no,") && rows[2].ends_with("ends in an unstable state"), "{table}");
+    assert!(String::from_utf8(run.stdout).unwrap().starts_with("1 solved, 1 not solved."));
 }
 
 #[test]
@@ -103,10 +179,10 @@ fn rows_are_those_of_networks_solved_alone() {
         let solution = pennate::accuracy::solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap();
         let alone = solution.probes.steps[0].last().unwrap();
         for (probe, alone) in alone.iter().enumerate() {
-            let swept: f64 = row[3 + probe].parse().unwrap();
+            let swept: f64 = row[4 + probe].parse().unwrap();
             assert!((swept - alone).abs() <= 1e-8 * alone.abs().max(1e-3), "{row:?}: {alone}");
         }
-        assert!(row[5].parse::<f64>().unwrap() <= 1e-6, "{row:?}");
+        assert!(row[6].parse::<f64>().unwrap() <= 1e-6, "{row:?}");
         rows += 1;
     }
     assert_eq!(rows, 18);

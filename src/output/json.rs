@@ -9,8 +9,8 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
-use crate::accuracy::Accuracy;
 use super::origin::Origin;
+use crate::accuracy::Accuracy;
 use crate::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 
 /// Writes the results of a run; `pictures` are the names of those that were written beside it.

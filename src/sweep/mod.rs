@@ -1,5 +1,6 @@
 //! Sweeps: one network for many values of its parameters, solved side by side, in one table.
 
+pub mod plan;
 pub mod plot;
 pub mod report;
 pub mod table;
@@ -20,23 +21,26 @@ use rayon::prelude::*;
 use crate::accuracy::{Shared, Verdict, solve_to_accuracy, solve_together};
 use crate::explain;
 use crate::output::files::{WriteError, make_directory};
-use crate::solution::{ProbeTable, Solution, status_name};
+use crate::output::text::shown;
+use crate::solution::{ProbeTable, Solution, stable, status_name};
 
-use self::table::{Columns, Journal, Manifest, Row};
-use self::vary::Vary;
+use self::plan::{Parameter, Plan};
+use self::table::{Columns, Earlier, Journal, Manifest, Row};
 
 /// What to solve, for which parameters, and where the table goes.
 #[derive(Clone, Debug)]
 pub struct Sweep {
     /// Network files; with several of them each is swept.
     pub files: Vec<PathBuf>,
-    pub vary: Vec<Vary>,
+    pub plan: Plan,
     /// Parameters set to one value throughout.
     pub settings: Vec<(String, String)>,
     pub accuracy: f64,
     /// Solves at a time; one for each core by default.
     pub threads: Option<usize>,
     pub directory: PathBuf,
+    /// Whether the table of another sweep there may go.
+    pub overwrite: bool,
 }
 
 /// Why a sweep has no table.
@@ -61,14 +65,14 @@ pub struct Outcome {
     /// Rows that an earlier run had solved.
     pub reused: usize,
     pub interrupted: bool,
-    /// What the probes measure.
-    pub units: Vec<String>,
 }
 
 /// Rows that converged have this status.
 pub const CONVERGED: &str = "converged";
 /// That of one that came to its end with an error nobody knows.
 pub const NO_ESTIMATE: &str = "no_estimate";
+/// Column with the numbers of the designs of a list.
+pub const DESIGN: &str = "design";
 
 /// A combination of one file.
 struct Case<'a> {
@@ -91,12 +95,19 @@ pub fn run(sweep: &Sweep, interrupted: &AtomicBool, advance: &(dyn Fn(usize) + S
         .map_err(Failure::Input)?;
     check_names(sweep, &models).map_err(Failure::Input)?;
     let columns = columns(sweep, &models);
-    let cases = cases(sweep, &documents).map_err(Failure::Input)?;
+    let cases = cases(sweep, &documents);
     let manifest = manifest(sweep, &models);
     make_directory(&sweep.directory)?;
-    let mut known = table::earlier(&sweep.directory, &manifest, &columns);
     let wanted: HashMap<&[String], usize> =
         cases.iter().enumerate().map(|(index, case)| (case.keys.as_slice(), index)).collect();
+    let earlier = table::earlier(&sweep.directory, &manifest, &columns);
+    if !sweep.overwrite {
+        check_earlier(sweep, &earlier, &wanted).map_err(Failure::Input)?;
+    }
+    let mut known = match earlier {
+        Earlier::Same(rows) => rows,
+        Earlier::None | Earlier::Other(_) => HashMap::new(),
+    };
     known.retain(|keys, _| wanted.contains_key(keys.as_slice()));
     let reused = known.len();
     let journal = Mutex::new(Journal::begin(&sweep.directory, &manifest, &columns, known.values())?);
@@ -137,14 +148,30 @@ pub fn run(sweep: &Sweep, interrupted: &AtomicBool, advance: &(dyn Fn(usize) + S
     rows.sort_by_key(|row| wanted.get(row.keys.as_slice()).copied());
     table::write_table(&sweep.directory, &columns, rows.iter())?;
     let interrupted = rows.len() < cases.len();
-    let units = models.first().map(units).unwrap_or_default();
-    Ok(Outcome { columns, rows, reused, interrupted, units })
+    Ok(Outcome { columns, rows, reused, interrupted })
+}
+
+/// A table that this sweep does not go on with is not overwritten unasked.
+fn check_earlier(sweep: &Sweep, earlier: &Earlier, wanted: &HashMap<&[String], usize>) -> Result<(), InputErrors> {
+    let why = match earlier {
+        Earlier::None => return Ok(()),
+        Earlier::Other(why) => (*why).to_owned(),
+        Earlier::Same(rows) => match rows.keys().filter(|keys| !wanted.contains_key(keys.as_slice())).count() {
+            0 => return Ok(()),
+            1 => "it holds a row that this sweep does not ask for".to_owned(),
+            many => format!("it holds {many} rows that this sweep does not ask for"),
+        },
+    };
+    let table = sweep.directory.join("sweep.csv");
+    let error = InputError::new(format!("{} is that of another sweep: {why}", table.display()))
+        .help("give another directory with -o, or --overwrite if the table may go");
+    Err(InputErrors { errors: vec![error], sources: Vec::new() })
 }
 
 /// Every varied parameter is one of every file, and is varied once.
 fn check_names(sweep: &Sweep, models: &[Model]) -> Result<(), InputErrors> {
     let mut errors = Vec::new();
-    for (index, vary) in sweep.vary.iter().enumerate() {
+    for (index, vary) in sweep.plan.parameters.iter().enumerate() {
         for (model, file) in models.iter().zip(&sweep.files) {
             if model.parameters.iter().all(|(name, _)| *name != vary.name) {
                 let known: Vec<String> = model.parameters.iter().map(|(name, _)| format!("'{name}'")).collect();
@@ -156,7 +183,7 @@ fn check_names(sweep: &Sweep, models: &[Model]) -> Result<(), InputErrors> {
             }
         }
         let set = sweep.settings.iter().any(|(name, _)| *name == vary.name);
-        if set || sweep.vary[..index].iter().any(|other| other.name == vary.name) {
+        if set || sweep.plan.parameters[..index].iter().any(|other| other.name == vary.name) {
             let message = format!("parameter '{}' is given values twice", vary.name);
             errors.push(InputError::new(message).help("vary it once, or set it"));
         }
@@ -166,19 +193,23 @@ fn check_names(sweep: &Sweep, models: &[Model]) -> Result<(), InputErrors> {
 
 /// Files that share probes make one table; a probe of some of them only stays empty in the rows of the others.
 fn columns(sweep: &Sweep, models: &[Model]) -> Columns {
-    let mut keys: Vec<String> = sweep.vary.iter().map(|vary| vary.name.clone()).collect();
+    let mut keys: Vec<String> = sweep.plan.parameters.iter().map(Parameter::head).collect();
+    if sweep.plan.is_list {
+        keys.insert(0, DESIGN.to_owned());
+    }
     if models.len() > 1 {
         keys.insert(0, "file".to_owned());
     }
-    let mut probes = Vec::new();
+    let (mut probes, mut units) = (Vec::new(), Vec::new());
     for model in models {
-        for name in probe_columns(model) {
+        for (name, unit) in probe_columns(model).into_iter().zip(probe_units(model)) {
             if !probes.contains(&name) {
                 probes.push(name);
+                units.push(unit);
             }
         }
     }
-    Columns { keys, probes }
+    Columns { keys, probes, units }
 }
 
 /// A probe after each step; with one step just the probe.
@@ -192,30 +223,28 @@ fn probe_columns(model: &Model) -> Vec<String> {
 }
 
 /// Units of the probe columns.
-fn units(model: &Model) -> Vec<String> {
+fn probe_units(model: &Model) -> Vec<String> {
     let unit = |index: usize| crate::output::table::unit(model, model.probes.kind(index));
     let one: Vec<String> = (0..model.probes.len()).map(|index| unit(index).to_owned()).collect();
     one.iter().cycle().take(one.len() * model.step_names().len()).cloned().collect()
 }
 
-fn cases<'a>(sweep: &Sweep, documents: &'a [Document]) -> Result<Vec<Case<'a>>, InputErrors> {
-    let combinations = vary::combinations(&sweep.vary).map_err(|message| InputErrors {
-        errors: vec![InputError::new(message).help("vary less at once")],
-        sources: Vec::new(),
-    })?;
+fn cases<'a>(sweep: &Sweep, documents: &'a [Document]) -> Vec<Case<'a>> {
+    let plan = &sweep.plan;
     let one = |(document, file): (&'a Document, &PathBuf)| {
         let name = (documents.len() > 1).then(|| file.display().to_string());
-        let case = move |values: &Vec<String>| {
-            let varied = sweep.vary.iter().zip(values).map(|(vary, value)| (vary.name.clone(), value.clone()));
+        let case = |(index, values): (usize, &Vec<String>)| {
+            let number = plan.is_list.then(|| (index + 1).to_string());
+            let varied = plan.parameters.iter().zip(values).map(|(parameter, value)| parameter.setting(value));
             Case {
                 document,
-                keys: name.iter().chain(values).cloned().collect(),
+                keys: name.iter().chain(&number).chain(values).cloned().collect(),
                 settings: sweep.settings.iter().cloned().chain(varied).collect(),
             }
         };
-        combinations.iter().map(case).collect::<Vec<_>>()
+        plan.rows.iter().enumerate().map(case).collect::<Vec<_>>()
     };
-    Ok(documents.iter().zip(&sweep.files).flat_map(one).collect())
+    documents.iter().zip(&sweep.files).flat_map(one).collect()
 }
 
 fn manifest(sweep: &Sweep, models: &[Model]) -> Manifest {
@@ -258,8 +287,8 @@ fn solve_group(
         let row = Row { keys: case.keys.clone(), probes: vec![None; columns.probes.len()], ..Row::default() };
         let row = match (model, shared) {
             (Err(errors), _) => refused(row, errors.errors[0].message.clone()),
-            (Ok(model), Some(Shared { probes, error })) => {
-                let row = Row { status: CONVERGED.to_owned(), error: Some(error), ..row };
+            (Ok(model), Some(Shared { probes, error, stable })) => {
+                let row = Row { status: CONVERGED.to_owned(), stable, error: Some(error), ..row };
                 with_probes(row, &model, &probes, usize::MAX, columns)
             }
             (Ok(_), None) if stopped() => return None,
@@ -302,6 +331,7 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Ro
     row = with_probes(row, &solution.model, &solution.probes, whole, columns);
     row.status = status_name(status).to_owned();
     row.error = solution.accuracy.estimated;
+    row.stable = stable(&solution.history);
     let steps = solution.history.steps.iter().enumerate();
     let mut failures = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
     let failure = failures.next();
@@ -311,6 +341,10 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Ro
         return Some(row);
     }
     row.reason = failure.map(|message| message.title).unwrap_or_default();
+    let unstable = solution.steps().find(|(_, step)| step.status == Status::Converged && step.stable == Some(false));
+    if let (Some((name, _)), true) = (unstable, row.reason.is_empty()) {
+        row.reason = format!("step '{}' ends in an unstable state", shown(name));
+    }
     Some(row)
 }
 

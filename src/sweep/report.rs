@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{CONVERGED, Outcome};
+use super::Outcome;
 use crate::output::text::{Align, columns, duration, number, shown};
 
 /// Failures told one by one.
@@ -10,7 +10,7 @@ const FAILED: usize = 10;
 
 /// What came of a sweep: how many were solved, what was not and why, and the range of every probe.
 pub fn report(outcome: &Outcome, took: Duration) -> String {
-    let (done, failed): (Vec<_>, Vec<_>) = outcome.rows.iter().partition(|row| row.status == CONVERGED);
+    let (done, failed): (Vec<_>, Vec<_>) = outcome.rows.iter().partition(|row| row.is_solved());
     let mut text = format!("{} solved, {} not solved", done.len(), failed.len());
     if outcome.reused > 0 {
         text += &format!("; {} of them taken from an earlier run", outcome.reused);
@@ -22,7 +22,7 @@ pub fn report(outcome: &Outcome, took: Duration) -> String {
         let values = || done.iter().filter_map(|row| row.probes[index]);
         let Some(least) = values().reduce(f64::min) else { continue };
         let greatest = values().fold(least, f64::max);
-        let unit = outcome.units.get(index).cloned().unwrap_or_default();
+        let unit = outcome.columns.units.get(index).cloned().unwrap_or_default();
         rows.push(vec![shown(name), number(least), number(greatest), unit]);
     }
     if rows.len() > 1 {

@@ -8,6 +8,8 @@ use std::path::Path;
 use csv::{ReaderBuilder, StringRecord, Writer};
 use serde::{Deserialize, Serialize};
 
+use super::CONVERGED;
+use crate::output::csv::head;
 use crate::output::files::{WriteError, write_whole};
 
 /// What a table belongs to: rows of another network, or of another accuracy, are of no use.
@@ -27,6 +29,8 @@ pub struct Columns {
     /// What tells rows from each other: file, where there are several, and parameters.
     pub keys: Vec<String>,
     pub probes: Vec<String>,
+    /// What the probes are measured in; empty where they have no unit.
+    pub units: Vec<String>,
 }
 
 /// One row.
@@ -35,6 +39,8 @@ pub struct Row {
     /// Values of the key columns, as written.
     pub keys: Vec<String>,
     pub status: String,
+    /// Whether the ends of all steps are stable; `None` where that is not known, or has no meaning.
+    pub stable: Option<bool>,
     /// In the order of the probes; empty where there is no value.
     pub probes: Vec<Option<f64>>,
     /// Estimated error relative to the largest value of its kind.
@@ -44,18 +50,25 @@ pub struct Row {
 }
 
 impl Columns {
-    fn header(&self) -> Vec<&str> {
-        let keys = self.keys.iter().map(String::as_str);
-        let probes = self.probes.iter().map(String::as_str);
-        keys.chain(["status"]).chain(probes).chain(["error", "reason"]).collect()
+    fn header(&self) -> Vec<String> {
+        let keys = self.keys.iter().cloned();
+        let probes = self.probes.iter().zip(&self.units).map(|(name, unit)| head(name, unit));
+        let words = |words: [&str; 2]| words.map(str::to_owned);
+        keys.chain(words(["status", "stable"])).chain(probes).chain(words(["error", "reason"])).collect()
     }
 }
 
 impl Row {
+    /// Whether the row is an answer: all its steps converged, and ended in states that the real network can be in.
+    pub fn is_solved(&self) -> bool {
+        self.status == CONVERGED && self.stable != Some(false)
+    }
+
     fn record(&self) -> Vec<String> {
         let number = |value: &Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
         let mut record = self.keys.clone();
         record.push(self.status.clone());
+        record.push(STABLE.iter().find(|(_, stable)| *stable == self.stable).map_or("", |known| known.0).to_owned());
         record.extend(self.probes.iter().map(number));
         // Two digits are more than an estimate has.
         record.push(self.error.map(|error| format!("{error:.1e}")).unwrap_or_default());
@@ -70,8 +83,9 @@ impl Row {
         let number = |text: &str| if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) };
         let fields: Vec<&str> = record.iter().collect();
         let (keys, rest) = fields.split_at(columns.keys.len());
-        let (probes, end) = rest[1..].split_at(columns.probes.len());
+        let (probes, end) = rest[2..].split_at(columns.probes.len());
         Some(Self {
+            stable: STABLE.iter().find(|(word, _)| *word == rest[1])?.1,
             keys: keys.iter().map(|&key| key.to_owned()).collect(),
             status: rest[0].to_owned(),
             probes: probes.iter().map(|text| number(text)).collect::<Option<_>>()?,
@@ -81,21 +95,45 @@ impl Row {
     }
 }
 
-/// Rows that an earlier run left in a directory, by their keys; none where it was about something else.
-pub fn earlier(directory: &Path, manifest: &Manifest, columns: &Columns) -> HashMap<Vec<String>, Row> {
+/// How the end of a row's steps is called in the table.
+const STABLE: [(&str, Option<bool>); 3] = [("yes", Some(true)), ("no", Some(false)), ("", None)];
+
+/// What an earlier run left in a directory.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Earlier {
+    None,
+    /// Rows of the same sweep, by their keys.
+    Same(HashMap<Vec<String>, Row>),
+    /// A table of something else, and what is different.
+    Other(&'static str),
+}
+
+/// Looks at the table that there is in a directory.
+pub fn earlier(directory: &Path, manifest: &Manifest, columns: &Columns) -> Earlier {
+    let path = directory.join("sweep.csv");
+    if !path.exists() {
+        return Earlier::None;
+    }
     let known = std::fs::read_to_string(directory.join("sweep.json")).ok();
     let known: Option<Manifest> = known.and_then(|text| serde_json::from_str(&text).ok());
-    if known.as_ref() != Some(manifest) {
-        return HashMap::new();
+    match known {
+        None => return Earlier::Other("there is no sweep.json that says what it belongs to"),
+        Some(known) if known.sources != manifest.sources => {
+            return Earlier::Other("its network or what was set in it was different");
+        }
+        Some(known) if known.accuracy != manifest.accuracy => return Earlier::Other("its accuracy was different"),
+        Some(known) if known != *manifest => return Earlier::Other("another version of pennate wrote it"),
+        Some(_) => {}
     }
-    let reader = ReaderBuilder::new().flexible(true).from_path(directory.join("sweep.csv"));
-    let Ok(mut reader) = reader else { return HashMap::new() };
-    if reader.headers().is_ok_and(|header| *header != columns.header()) {
-        return HashMap::new();
+    let reader = ReaderBuilder::new().flexible(true).from_path(path);
+    let Ok(mut reader) = reader else { return Earlier::Other("it cannot be read") };
+    if reader.headers().is_ok_and(|header| header.iter().ne(columns.header().iter().map(String::as_str))) {
+        return Earlier::Other("its columns are different");
     }
     // A run that was cut off may have left half a row at the end.
     let rows = reader.records().map_while(Result::ok).filter_map(|record| Row::from_record(&record, columns));
-    rows.filter(|row| row.status != "interrupted").map(|row| (row.keys.clone(), row)).collect()
+    let rows = rows.filter(|row| row.status != "interrupted");
+    Earlier::Same(rows.map(|row| (row.keys.clone(), row)).collect())
 }
 
 /// A table that grows while the sweep runs, so that nothing solved is lost.
@@ -160,13 +198,18 @@ mod tests {
     }
 
     fn columns() -> Columns {
-        Columns { keys: vec!["beta".into()], probes: vec!["stroke".into(), "f, \"N\"".into()] }
+        Columns {
+            keys: vec!["beta".into()],
+            probes: vec!["stroke".into(), "f, \"N\"".into()],
+            units: vec!["mm".into(), String::new()],
+        }
     }
 
     fn row(beta: &str) -> Row {
         Row {
             keys: vec![beta.into()],
             status: "converged".into(),
+            stable: Some(true),
             probes: vec![Some(1.0 / 3.0), None],
             error: Some(2e-7),
             reason: "one,\n\"two\"".into(),
@@ -181,7 +224,7 @@ mod tests {
         // Cut off in the middle of a row.
         let mut file = File::options().append(true).open(directory.path().join("sweep.csv")).unwrap();
         file.write_all(b"3,conv").unwrap();
-        let found = earlier(directory.path(), &manifest(), &columns());
+        let Earlier::Same(found) = earlier(directory.path(), &manifest(), &columns()) else { panic!("not found") };
         assert_eq!(found.len(), 2);
         assert_eq!(found[&vec!["2".to_owned()]], row("2"));
     }
@@ -192,8 +235,14 @@ mod tests {
         Journal::begin(directory.path(), &manifest(), &columns(), [row("1")].iter()).unwrap();
         let mut other = manifest();
         other.sources[0].1 = "another text".into();
-        assert!(earlier(directory.path(), &other, &columns()).is_empty());
-        let fewer = Columns { probes: vec!["stroke".into()], ..columns() };
-        assert!(earlier(directory.path(), &manifest(), &fewer).is_empty());
+        let why = |manifest: &Manifest, columns: &Columns| match earlier(directory.path(), manifest, columns) {
+            Earlier::Other(why) => why,
+            found => panic!("{found:?}"),
+        };
+        assert!(why(&other, &columns()).contains("network"));
+        let fewer = Columns { probes: vec!["stroke".into()], units: vec![String::new()], ..columns() };
+        assert!(why(&manifest(), &fewer).contains("columns"));
+        std::fs::remove_file(directory.path().join("sweep.json")).unwrap();
+        assert!(why(&manifest(), &columns()).contains("sweep.json"));
     }
 }

@@ -9,7 +9,7 @@ const MOST: usize = 1_000_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
     pub name: String,
-    /// As texts, which is how `--set` takes them.
+    /// Numbers as texts.
     pub values: Vec<String>,
     /// The unit behind the values; empty where there is none.
     pub unit: String,
@@ -36,10 +36,7 @@ impl FromStr for Vary {
             [list] => list.split(',').map(number).collect::<Result<_, _>>()?,
             _ => return Err(usage.to_owned()),
         };
-        let values = numbers.iter().map(|value| match unit {
-            "" => value.to_string(),
-            unit => format!("{value} {unit}"),
-        });
+        let values = numbers.iter().map(f64::to_string);
         Ok(Self { name: name.to_owned(), values: values.collect(), unit: unit.to_owned() })
     }
 }
@@ -85,7 +82,9 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<String> {
-        text.parse::<Vary>().unwrap().values
+        let vary = text.parse::<Vary>().unwrap();
+        let with_unit = |value: String| format!("{value} {}", vary.unit).trim().to_owned();
+        vary.values.into_iter().map(with_unit).collect()
     }
 
     #[test]
