@@ -181,7 +181,13 @@ pub fn sweep(sweep: &Sweep) -> Exit {
 }
 
 /// `pennate fit`: the table of a muscle from test data, with its errors, as text, file and picture.
-pub fn fit(request: &fit::Request, output: Option<&Path>, check: bool, plot: Option<&Path>) -> Exit {
+pub fn fit(
+    request: &fit::Request,
+    output: Option<&Path>,
+    check: bool,
+    plot: Option<&Path>,
+    curves: Option<&Path>,
+) -> Exit {
     let fitted = match fit::run(request) {
         Ok(fitted) => fitted,
         Err(errors) => return refuse(&Refusal::Input(errors)),
@@ -199,12 +205,16 @@ pub fn fit(request: &fit::Request, output: Option<&Path>, check: bool, plot: Opt
     {
         return could_not(&error);
     }
-    if let Some(path) = plot
-        && let Err(error) = fit::plot::draw(&fitted, path)
-    {
-        let title = format!("cannot draw {}: {error}", path.display());
-        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
-        return Exit::NotSolved;
+    let drawn = [
+        plot.map(|path| (path, fit::plot::draw(&fitted, path))),
+        curves.map(|path| (path, fit::curves::draw(&fitted, path))),
+    ];
+    for (path, drawn) in drawn.into_iter().flatten() {
+        if let Err(error) = drawn {
+            let title = format!("cannot draw {}: {error}", path.display());
+            show(Severity::Error, &Message { title, ..Message::default() }, &[]);
+            return Exit::NotSolved;
+        }
     }
     printed
 }

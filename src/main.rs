@@ -164,6 +164,9 @@ struct Fit {
     /// Draw them, SVG.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Draw measured points and fitted curves of the load cases, SVG.
+    #[arg(long, value_name = "FILE")]
+    curves: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -262,15 +265,8 @@ fn main() -> ExitCode {
         Command::Modes(modes) => modes.spectrum.answer(Question::Modes, modes.step, None),
         Command::Buckle(buckle) => buckle.spectrum.answer(Question::Buckling, buckle.step, buckle.along),
         Command::Check(network) => commands::check(&network.into()),
-        Command::Sweep(arguments) => commands::sweep(&pennate::sweep::Sweep {
-            files: arguments.files,
-            vary: arguments.vary,
-            settings: arguments.settings,
-            accuracy: arguments.accuracy,
-            threads: arguments.threads.map(usize::from),
-            directory: arguments.output,
-        }),
-        Command::Fit(fit) => commands::fit(&fit.request(), fit.output.as_deref(), fit.check, fit.plot.as_deref()),
+        Command::Sweep(arguments) => arguments.answer(),
+        Command::Fit(fit) => fit.answer(),
         Command::Schema => commands::schema(),
         Command::Scene(Scene { name: Some(name), settings }) => commands::scene(&name, &settings),
         Command::Scene(Scene { name: None, .. }) => commands::scenes(),
@@ -320,6 +316,11 @@ impl From<Network> for Input {
 }
 
 impl Fit {
+    fn answer(&self) -> commands::Exit {
+        let [output, plot, curves] = [&self.output, &self.plot, &self.curves].map(|path| path.as_deref());
+        commands::fit(&self.request(), output, self.check, plot, curves)
+    }
+
     fn request(&self) -> fit::Request {
         fit::Request {
             data: self.data.clone(),

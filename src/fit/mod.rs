@@ -5,6 +5,7 @@
 //! stepped rod ([`cantilever`]), shear-rigid unless asked otherwise.
 
 pub mod cantilever;
+pub mod curves;
 pub mod data;
 pub mod end_length;
 pub mod errors;
@@ -19,6 +20,7 @@ pub mod regression;
 pub mod report;
 pub mod select;
 pub mod stroke;
+pub mod uncertainty;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -33,6 +35,7 @@ use optimize::{Method, Optimum};
 use parameters::{Parameter, Space};
 use problem::{Problem, Scales, Tube, scales};
 use select::Selection;
+use uncertainty::Uncertainty;
 
 /// What to fit, to what and how. Lengths are mm.
 #[derive(Clone, Debug)]
@@ -100,6 +103,8 @@ pub struct FittedRow {
     /// How often all cases were solved, and with how many factorizations.
     pub evaluations: usize,
     pub factorizations: usize,
+    /// Standard errors; `None` where the cases do not tell the parameters apart.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 impl Fitted {
@@ -172,15 +177,20 @@ fn fit_pressure(at: &select::Pressure, tube: Tube, request: &Request) -> Result<
         let error = InputError::new(message).at(at.cases[0].span);
         return Err(vec![error.help("look for a wrong unit or sign of a load")]);
     };
-    let row = problem.row(&problem.space.values(&variables));
+    let values = problem.space.values(&variables);
+    let row = problem.row(&values);
+    let on_bounds = problem.space.on_bounds(&variables);
+    let bound: Vec<Parameter> = on_bounds.iter().map(|(parameter, ..)| *parameter).collect();
+    let (evaluations, factorizations) = (problem.evaluations, problem.factorizations());
     Ok(FittedRow {
+        uncertainty: Uncertainty::of(&mut problem, &values, &bound),
         row,
         errors: Errors::of(&tube, row, &at.cases),
         cost,
         agreeing,
-        on_bounds: problem.space.on_bounds(&variables),
-        evaluations: problem.evaluations,
-        factorizations: problem.factorizations(),
+        on_bounds,
+        evaluations,
+        factorizations,
     })
 }
 

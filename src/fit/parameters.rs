@@ -28,6 +28,14 @@ impl Parameter {
             Self::EndModulus => "E1",
         }
     }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::EndRadius | Self::MiddleRadius => "mm",
+            Self::Modulus | Self::EndModulus => "MPa",
+        }
+    }
 }
 
 /// The parameters of a fit with their bounds.

@@ -2,6 +2,7 @@
 
 use super::errors::{LengthErrors, by_length};
 use super::optimize::Method;
+use super::parameters::Parameter;
 use super::select::{LeftOut, words};
 use super::{Fitted, KINKED};
 use crate::diagnostics::Message;
@@ -49,12 +50,53 @@ pub fn report(fitted: &Fitted) -> String {
     for line in bounds(fitted) {
         text += &format!("{line}\n");
     }
+    text += &uncertainties(fitted);
     let solved: usize =
         fitted.rows.iter().map(|row| row.evaluations * (row.errors.counts[0] + row.errors.counts[1])).sum();
     let factorizations: usize = fitted.rows.iter().map(|row| row.factorizations).sum();
     text + &format!(
         "\nTook {}: {solved} load cases, {factorizations} factorizations.\n",
         duration(fitted.took.as_secs_f64())
+    )
+}
+
+/// Standard errors of the parameters, and how the cases confuse them with each other.
+fn uncertainties(fitted: &Fitted) -> String {
+    let known: Vec<_> =
+        fitted.rows.iter().filter_map(|row| Some((row.row.pressure, row.uncertainty.as_ref()?))).collect();
+    let mut parameters: Vec<Parameter> = Vec::new();
+    for parameter in known.iter().flat_map(|(_, uncertainty)| &uncertainty.parameters) {
+        if !parameters.contains(parameter) {
+            parameters.push(*parameter);
+        }
+    }
+    if parameters.is_empty() {
+        return String::new();
+    }
+    let pairs: Vec<[Parameter; 2]> = parameters
+        .iter()
+        .enumerate()
+        .flat_map(|(index, &a)| parameters[index + 1..].iter().map(move |&b| [a, b]))
+        .collect();
+    let mut head = vec![format!("pressure, {}", fitted.data.pressure_unit)];
+    head.extend(parameters.iter().map(|parameter| format!("± {}, {}", parameter.key(), parameter.unit())));
+    head.extend(pairs.iter().map(|[a, b]| format!("{}, {}", a.key(), b.key())));
+    let mut rows = vec![head];
+    for (pressure, uncertainty) in known {
+        let place = |wanted: Parameter| uncertainty.parameters.iter().position(|&parameter| parameter == wanted);
+        let mut cells = vec![number(pressure)];
+        let absent = || "-".to_owned();
+        cells.extend(parameters.iter().map(|&p| uncertainty.error(p).map_or_else(absent, |e| format!("{e:.4}"))));
+        cells.extend(pairs.iter().map(|&[a, b]| match (place(a), place(b)) {
+            (Some(a), Some(b)) => format!("{:.3}", uncertainty.correlations[a][b]),
+            _ => absent(),
+        }));
+        rows.push(cells);
+    }
+    let align = vec![Align::Right; rows[0].len()];
+    format!(
+        "\nStandard errors (one standard deviation), and correlations of two parameters:\n\n{}",
+        columns(&align, &rows)
     )
 }
 
