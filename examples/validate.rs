@@ -98,6 +98,6 @@ fn solve(network: &Path, set: &[(String, String)], accuracy: Option<&str>) -> Re
         Refusal::Mechanism(_, motions) => format!("a mechanism: {motions:?}"),
     })?;
     let mut json = Vec::new();
-    pennate::output::json::write(&solution, &mut json).map_err(|error| error.to_string())?;
+    pennate::output::json::write(&solution, &[], &mut json).map_err(|error| error.to_string())?;
     serde_json::from_slice(&json).map_err(|error| error.to_string())
 }

@@ -321,8 +321,7 @@ fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&
         }
     }
     // A singular point is known as well as the last mesh moved it, where the mesh before it found it too.
-    let unknown = history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none());
-    if unknown && rounds < 4 {
+    if has_unknown_points(history) && rounds < 4 {
         let finer = halved(model, mesh);
         if finer != *mesh {
             return Judgement::Refine(finer);
@@ -337,7 +336,9 @@ fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&
     if error <= asked {
         return Judgement::End(Verdict::Met);
     }
-    let stalled = error < ASYMPTOTIC && best.is_some_and(|before| before.error.is_some_and(|e| error > 0.5 * e));
+    // An error that does not count what is not known of singular points is no measure of progress.
+    let before = best.filter(|before| !has_unknown_points(&before.history)).and_then(|before| before.error);
+    let stalled = error < ASYMPTOTIC && before.is_some_and(|before| error > 0.5 * before);
     if stalled && best.is_some_and(|before| is_finer_everywhere(model, mesh, &before.mesh)) {
         return Judgement::End(Verdict::Stalled);
     }
@@ -352,6 +353,11 @@ fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&
         return Judgement::End(if at_limit { Verdict::TooFine } else { Verdict::Forced });
     }
     if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
+}
+
+/// Whether a singular point was found that no coarser mesh tells the error of.
+fn has_unknown_points(history: &History) -> bool {
+    history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none())
 }
 
 /// The mesh with elements half as long.

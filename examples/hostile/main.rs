@@ -15,12 +15,12 @@ mod check;
 mod clock;
 mod random;
 mod shapes;
+mod stiff;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use case::stiff_case;
 use check::{Residual, residual};
 use clock::Clock;
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
@@ -29,6 +29,7 @@ use pennate_solver::structure::{Change, Formulation, Method, Step, Stop};
 use pennate_testing::verdict::{self, Verdict};
 use random::{LENGTH, Network, Vector};
 use rayon::prelude::*;
+use stiff::stiff_case;
 
 /// Time of one run.
 const BUDGET: Duration = Duration::from_secs(20);

@@ -473,7 +473,7 @@ mod tests {
         let mut solution = fixture::solution();
         solution.accuracy = Accuracy { estimated: None, verdict: Verdict::NotEstimated, ..solution.accuracy };
         let mut out = Vec::new();
-        super::write(&solution, &mut out).unwrap();
+        super::write(&solution, &[], &mut out).unwrap();
         let results: Value = serde_json::from_slice(&out).unwrap();
         let expected = json!({ "asked": 1e-6, "reached": null, "met": false, "verdict": "no_estimate" });
         assert_eq!(results["accuracy"], expected);
