@@ -90,3 +90,32 @@ pitch = {{ body = \"plate\", stiffness = \"ry\" }}
         assert_near(*now, expected, 1e-9);
     }
 }
+
+/// What is probed is only looked at: a component that a step frees is freed as without the probe, its reaction fading.
+#[test]
+fn a_component_is_freed_alike_with_its_stiffness_probed() {
+    let text = |probe: &str| {
+        format!(
+            "{ROD}
+nodes = {{ A = [0, 0], J = [10, 3], B = [20, 0] }}
+members.left = {{ nodes = [\"A\", \"J\"], section = \"round\" }}
+members.right = {{ nodes = [\"J\", \"B\"], section = \"round\" }}
+supports = {{ A = \"clamped\", B = [\"ux\", \"uy\", \"rz\"] }}
+[[steps]]
+force = {{ J = [200, -100] }}
+[[steps]]
+free = {{ B = [\"ux\", \"rz\"] }}
+[probes]
+ux = {{ node = \"B\", displacement = \"ux\" }}
+push = {{ node = \"B\", reaction = \"ux\" }}
+{probe}
+"
+        )
+    };
+    let plain = probes(&text(""));
+    let probed = probes(&text("k = { node = \"B\", stiffness = \"ux\" }\nturning = { node = \"B\", stiffness = \"rz\" }"));
+    assert!(plain[0].1.abs() > 0.01 && plain[1].1.abs() < 1e-9, "{plain:?}");
+    for (plain, probed) in plain.iter().zip(&probed) {
+        assert!((plain.1 - probed.1).abs() < 1e-9, "{plain:?} {probed:?}");
+    }
+}

@@ -117,6 +117,9 @@ pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]>
             let found = compliance(system, wanted.node);
             system.hold(all);
             system.assemble(false);
+            // What a step frees next is the reaction along a row, which new rows do not know.
+            let System { equations, topology, state, forces, fraction, .. } = system;
+            equations.find_multipliers(topology, &state.joints, forces, *fraction);
             found
         })
         .collect()
