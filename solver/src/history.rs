@@ -57,6 +57,7 @@ pub struct StepHistory {
     pub stable: Option<bool>,
     /// In which space that was judged.
     pub stability: Dimension,
+    /// Directions in which the last state is unstable, where that is defined; else pivots of the symmetric part.
     pub negative_pivots: usize,
     pub critical_points: Vec<CriticalPoint>,
     pub jumps: Vec<Jump>,
@@ -84,6 +85,8 @@ pub enum Note {
     EndlessMoment { node: NodeId },
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
+    /// Stability could only be judged in the plane: a moment about z has no potential for rotations out of it.
+    NoPotentialOutOfPlane,
 }
 
 /// A converged increment.

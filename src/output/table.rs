@@ -77,22 +77,25 @@ fn steps(solution: &Solution) -> String {
             percent(step.fraction),
             step.increments.len().to_string(),
             step.iterations.to_string(),
-            stability(step),
+            stability(solution.model.dimension, step),
         ]);
     }
     use Align::{Left, Right};
     columns(&[Left, Left, Right, Right, Right, Left], &rows)
 }
 
-fn stability(step: &StepHistory) -> String {
+fn stability(dimension: Dimension, step: &StepHistory) -> String {
     let verdict = match step.stable {
         _ if step.increments.is_empty() => return "-".to_owned(),
         None => return "not defined: the loads have no potential".to_owned(),
         Some(true) => "yes".to_owned(),
         Some(false) => format!("NO, {}", counted(step.negative_pivots, "negative pivot")),
     };
-    let in_plane = step.notes.contains(&Note::StabilityInPlane);
-    if in_plane { format!("{verdict}, in the plane") } else { verdict }
+    if dimension == Dimension::Plane && step.stability == Dimension::Plane {
+        format!("{verdict}, in the plane")
+    } else {
+        verdict
+    }
 }
 
 /// One row a probe, one column a step.
@@ -275,6 +278,9 @@ fn note_in_words(model: &Model, note: &Note) -> String {
             format!("touched a singular state at {} and went on, its stability unchanged.", percent(*fraction))
         }
         Note::StabilityInPlane => "stability is judged in the plane alone.".to_owned(),
+        Note::NoPotentialOutOfPlane => {
+            "stability is judged in the plane alone: out of it the loads have no potential.".to_owned()
+        }
     }
 }
 

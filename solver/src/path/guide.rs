@@ -86,7 +86,7 @@ impl<'a, const D: usize> Path<'a, D> {
         };
         let alike = found.and_then(|found| {
             let count = self.count(&found.inertia);
-            (count.own + count.lateral == known).then_some((found, count))
+            (count.negative() == known).then_some((found, count))
         });
         let Some((found, count)) = alike else {
             self.system.restore(LAST);

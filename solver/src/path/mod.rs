@@ -96,6 +96,14 @@ struct Count {
     neutral: bool,
 }
 
+impl Count {
+    /// Negative pivots where they say whether a state is stable: those out of the plane only under loads that have a
+    /// potential there.
+    fn negative(&self) -> usize {
+        self.own + if self.lateral_potential { self.lateral } else { 0 }
+    }
+}
+
 impl<'a, const D: usize> Path<'a, D> {
     pub fn new(system: System<D>, options: Options) -> Self {
         let structure = Arc::clone(&system.structure);
@@ -200,6 +208,9 @@ impl<'a, const D: usize> Path<'a, D> {
                 record.notes.push(Note::EndlessMoment { node });
             }
             self.keep_end(&record);
+            if record.stability != self.stability {
+                record.notes.push(Note::NoPotentialOutOfPlane);
+            }
             let mut kept = None;
             winding |= record.increments.len() > 1;
             if going && self.options.estimate && (winding || !self.options.rough) {

@@ -137,10 +137,11 @@ impl<const D: usize> Path<'_, D> {
         }
         let shapes = if self.options.shapes { results::shapes(&self.system) } else { Vec::new() };
         record.increments.push(Increment { fraction, state, shapes });
-        record.negative_pivots = self.base.own + self.base.lateral;
-        let potential = self.base.potential && self.base.lateral_potential;
-        record.stable = potential.then_some(record.negative_pivots == 0);
-        record.stability = self.stability;
+        record.negative_pivots = self.base.negative();
+        record.stable = self.base.potential.then_some(record.negative_pivots == 0);
+        // A dead moment about z has a potential for rotations in the plane and none out of it.
+        let in_plane = self.base.potential && !self.base.lateral_potential;
+        record.stability = if in_plane { Dimension::Plane } else { self.stability };
     }
 }
 
