@@ -66,3 +66,38 @@ fn a_follower_load_leaves_no_verdict() {
     let solved = solve(&format!("{FRAME}[[steps]]\nfollower_force = {{ B = [0, -1] }}\n"));
     assert_eq!(solved.history.steps[0].stable, None);
 }
+
+/// A column along x between two supports, twice as stiff in the plane as out of it, under `times` Euler's load of pinned ends
+/// about its soft axis; its verdict out of the plane.
+fn column(supports: &str, times: f64) -> (Status, bool) {
+    // EI2 = 1, L = 10.
+    let load = times * std::f64::consts::PI.powi(2) / 100.0;
+    let text = format!(
+        "format = \"pennate/1\"\nnodes = {{ A = [0, 0], B = [10, 0] }}\n\
+         sections.s = {{ stiffness = {{ EA = 1e4, GJ = 1, EI2 = 1, EI3 = 20 }} }}\n\
+         members.m = {{ nodes = [\"A\", \"B\"], section = \"s\" }}\nsupports = {{ {supports} }}\n\
+         [[steps]]\nforce = {{ B = [-{load}, 0] }}\n"
+    );
+    let solved = attempt(&text).expect("no mechanism");
+    let step = &solved.history.steps[0];
+    (step.status, step.critical_points.iter().any(|point| point.sideways))
+}
+
+/// Out of the plane a pin about z is a clamp, which holds four times the load of one that may turn about y, and a mirror plane
+/// x = 0 holds ry and lets rx be.
+#[test]
+fn supports_hold_out_of_the_plane_what_they_stand_for() {
+    let (holds, buckles) = ((Status::Converged, false), (Status::Bifurcation, true));
+    let pin = "A = \"pinned\", B = { fix = [\"uy\", \"ry\", \"rx\"] }";
+    assert_eq!(column(pin, 3.9), holds);
+    assert_eq!(column(pin, 4.1), buckles);
+    // Held about its axis alone at both ends.
+    let free = "A = [\"ux\", \"uy\", \"rx\"], B = [\"uy\", \"rx\"]";
+    assert_eq!(column(free, 0.97), holds);
+    assert_eq!(column(free, 1.03), buckles);
+    // rz alone holds rx and ry as well; with rx it holds no more than that.
+    assert_eq!(column("A = [\"ux\", \"uy\", \"rz\"], B = [\"uy\", \"rz\"]", 3.9), holds);
+    let mirror = "A = [\"ux\", \"uy\", \"rx\", \"rz\"], B = [\"uy\", \"rx\", \"rz\"]";
+    assert_eq!(column(mirror, 0.97), holds);
+    assert_eq!(column(mirror, 1.03), buckles);
+}

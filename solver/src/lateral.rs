@@ -147,13 +147,17 @@ pub fn flat_rows(plane: &System<3>) -> Vec<Held> {
     flat
 }
 
-/// What supports hold out of the plane: what they name, uz with any translation, rx and ry with rz.
+/// What supports hold out of the plane: uz with any translation; of the rotations those that they name, rx and ry with rz
+/// where they name neither.
+///
+/// So a mirror plane y = 0, which holds uy, rx and rz, leaves ry free.
 pub fn rows(structure: &crate::structure::Structure) -> Vec<Held> {
     let mut held = Vec::new();
     for support in &structure.supports {
-        let translation = support.fixed[..3].iter().any(|&f| f);
-        let rotation = support.fixed[5];
-        let fixed = [translation, support.fixed[3] || rotation, support.fixed[4] || rotation];
+        let translation = support.fixed[..3].contains(&true);
+        let [rx, ry, rz] = [support.fixed[3], support.fixed[4], support.fixed[5]];
+        let fixed = if rx || ry { [translation, rx, ry] } else { [translation, rz, rz] };
+        let both = fixed[1] && fixed[2];
         for (component, fixed) in [2, 3, 4].into_iter().zip(fixed) {
             if !fixed {
                 continue;
@@ -162,7 +166,8 @@ pub fn rows(structure: &crate::structure::Structure) -> Vec<Held> {
             axis[component % 3] = 1.0;
             let kind = if component == 2 {
                 HeldKind::Translation { direction: axis }
-            } else if rotation {
+            } else if both {
+                // Both together hold the same in any axes.
                 HeldKind::Rotation { axis }
             } else {
                 HeldKind::Rotation { axis: support.axes[component - 3] }

@@ -141,6 +141,21 @@ pub fn supports(
     all
 }
 
+/// Makes pins of a plane network what they are there: pins about z, which hold rotations about x and y.
+///
+/// Nothing of that counts in the plane; it is heeded where stability is judged out of it.
+pub fn pin_about_z(written: Option<&Map<Spanned<input::Support>>>, names: &Names, supports: &mut [Support]) {
+    let is_pin = |support: &input::Support| {
+        let (input::Support::Fix(fix) | input::Support::Turned(input::TurnedSupport { fix, .. })) = support;
+        matches!(fix, Fix::Word(SupportWord::Pinned))
+    };
+    let pins = written.into_iter().flatten().filter(|named| is_pin(&named.value.value));
+    let pins: std::collections::HashSet<usize> = pins.filter_map(|named| names.get(&named.name)).collect();
+    for support in supports.iter_mut().filter(|support| pins.contains(&support.node)) {
+        support.fixed[3..5].fill(true);
+    }
+}
+
 /// Axes of a turned support: y is global z × x, or global y where x is along z.
 fn support_axes(x: Vector3<f64>) -> Matrix3<f64> {
     // The rule is that of members, whose default always finds an axis.

@@ -155,6 +155,10 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let judged_in_plane =
         matches!(network.dimension, Some(Spanned { value: DimensionWord::Plane, .. })) || !planar_only.is_empty();
     probes.in_plane = dimension == Dimension::Plane;
+    let mut supports: Vec<_> = supports.into_iter().map(|(support, _)| support).collect();
+    if dimension == Dimension::Plane {
+        joints::pin_about_z(network.supports.as_ref(), &names, &mut supports);
+    }
     let mut model = Model {
         title: network.title.clone().unwrap_or_default(),
         units: cx.units,
@@ -171,7 +175,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
             .map(|data| data.as_ref().map(|data| data.muscle.clone()))
             .collect::<Option<_>>()?,
         members,
-        supports: supports.into_iter().map(|(support, _)| support).collect(),
+        supports,
         bodies: bodies.bodies,
         springs,
         steps,

@@ -38,6 +38,9 @@ pub const WIRE_GRIPPER: Scene = Scene {
     build: gripper,
 };
 
+/// What a mirror plane y = 0 holds of the nodes in it, which may turn about y.
+const MIRROR: &str = "[\"uy\", \"rx\", \"rz\"]";
+
 type Bar = (&'static str, [&'static str; 2]);
 
 fn inverter(settings: &Settings, file: &mut NetworkFile) -> Result<(), Refused> {
@@ -51,8 +54,8 @@ fn inverter(settings: &Settings, file: &mut NetworkFile) -> Result<(), Refused> 
     wires(settings, file, &transmitters, &rest, "170.4");
     file.support("G2", "\"clamped\"", "");
     let blocked = settings.word("test") == "blocked";
-    let held = if blocked { "[\"ux\", \"uy\", \"rz\"]" } else { "[\"uy\", \"rz\"]" };
-    file.support("O", held, "symmetry");
+    let held = if blocked { "[\"ux\", \"uy\", \"rx\", \"rz\"]" } else { MIRROR };
+    file.support("O", held, "symmetry about y = 0");
     parts::inflate(file);
     file.probe("output", "{ node = \"O\", displacement = \"ux\" }", "");
     if blocked {
@@ -109,6 +112,6 @@ fn wires(settings: &Settings, file: &mut NetworkFile, transmitters: &[Bar], rest
         file.node("G", [&format!("-{total}"), "0"], "ground of the muscle at the input");
         file.member("input", ["G", "I"], parts::MUSCLE);
         file.support("G", "\"clamped\"", "");
-        file.support("I", "[\"uy\", \"rz\"]", "guided along the muscle");
+        file.support("I", MIRROR, "symmetry about y = 0, along the muscle");
     }
 }
