@@ -20,7 +20,8 @@ use crate::solution::{
     NodeError, ProbeSteps, ProbeTable, Solution, Timing, diagonal, largest_force, last_state, norm, stable,
 };
 
-/// Meshes that are tried at most.
+/// Meshes that are tried at most, and as many where some are spent on grading or there is no estimate yet.
+const ROUNDS: usize = 6;
 const MAX_ROUNDS: usize = 8;
 /// Relative error below which every refinement pays, as long as rounding is not in the way.
 const ASYMPTOTIC: f64 = 1e-4;
@@ -313,7 +314,7 @@ fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&
     // A path that ends early may do so for want of elements: a second mesh confirms it.
     let complete = history.steps.iter().all(|step| step.status == Status::Converged);
     let gained = best.is_none_or(|before| progress_of(history) > progress_of(&before.history) + CONFIRMED);
-    if !complete && gained && rounds < MAX_ROUNDS {
+    if !complete && gained && rounds < ROUNDS {
         let factors: Vec<usize> = mesh.refinement.iter().map(|segments| capped(2 * rounds, segments)).collect();
         let finer = mesh.refined(model, &factors);
         if finer != *mesh {
@@ -339,7 +340,9 @@ fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&
     // An error that does not count what is not known of singular points is no measure of progress.
     let before = best.filter(|before| !has_unknown_points(&before.history)).and_then(|before| before.error);
     let stalled = error < ASYMPTOTIC && before.is_some_and(|before| error > 0.5 * before);
-    if stalled && best.is_some_and(|before| is_finer_everywhere(model, mesh, &before.mesh)) {
+    // Errors of elements that are longer than a layer fall as they like.
+    let fine = grading.longest <= 1.0;
+    if stalled && fine && best.is_some_and(|before| is_finer_everywhere(model, mesh, &before.mesh)) {
         return Judgement::End(Verdict::Stalled);
     }
     let factors = match stalled {
@@ -352,7 +355,8 @@ fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&
         let at_limit = mesh.refinement.iter().any(|segments| capped(2, segments) == 1);
         return Judgement::End(if at_limit { Verdict::TooFine } else { Verdict::Forced });
     }
-    if rounds == MAX_ROUNDS { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
+    let most = if mesh.grading.is_empty() { ROUNDS } else { MAX_ROUNDS };
+    if rounds >= most { Judgement::End(Verdict::TooFine) } else { Judgement::Refine(finer) }
 }
 
 /// Whether a singular point was found that no coarser mesh tells the error of.
@@ -488,6 +492,7 @@ fn state_least_errors(model: &Model, structure: &Structure, history: &History, p
         let own = kinds(std::slice::from_ref(step), std::slice::from_ref(probes));
         let largest = run.with_errors_of(own).ratios(&noise).into_iter().flatten().fold(0.0, f64::max);
         let least = |(index, value): (usize, &f64)| {
+            let size = probes.increments.iter().map(|values| values[index].abs()).fold(0.0, f64::max);
             let scale = match model.probes.kind(index) {
                 ProbeKind::Displacement => run.displacement.value,
                 ProbeKind::Rotation => run.rotation.value.to_degrees(),
@@ -495,7 +500,8 @@ fn state_least_errors(model: &Model, structure: &Structure, history: &History, p
                 ProbeKind::Moment => run.moment.value,
                 ProbeKind::GreatestMoment | ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other => value.abs(),
             };
-            BY_CHANCE * largest * scale
+            // What is zero by symmetry or by statics is so on every mesh.
+            if size > ROUNDING * scale { BY_CHANCE * largest * scale } else { 0.0 }
         };
         probes.least = probes.last().unwrap_or_default().iter().enumerate().map(least).collect();
     }

@@ -29,6 +29,8 @@ pub struct Grading {
     pub finer: Option<Mesh>,
     /// Whether any element is too long, those that the file forces included.
     pub unresolved: bool,
+    /// Length of the longest element, in layers: over which it reaches beyond what its distance to an end allows.
+    pub longest: f64,
 }
 
 /// An element: its segment, the place of that in its member, and its own.
@@ -46,11 +48,13 @@ impl Mesh {
         let reach = REST - accuracy.ln();
         let mut finer = None;
         let mut unresolved = false;
+        let mut longest = 0.0_f64;
         for (index, member) in model.members.iter().enumerate() {
             let states: Vec<&[Variation]> = states.iter().filter_map(|all| all.get(index).map(Vec::as_slice)).collect();
             let order = member.order(self.order) as f64;
-            let all = || states.iter().copied().flatten();
-            if all().all(|each| !(each.rate * each.length > ALLOWED * order)) {
+            let layers = states.iter().copied().flatten().map(|each| each.rate * each.length).fold(0.0, f64::max);
+            if layers <= ALLOWED * order {
+                longest = longest.max(layers);
                 continue;
             }
             let elements = self.elements_of(model, index);
@@ -58,8 +62,10 @@ impl Mesh {
             let mut split = false;
             for element in elements {
                 let rate = states.iter().map(|state| largest_rate(state, element.ends)).fold(0.0, f64::max);
-                let long = element.is_too_long(rate, order, reach);
+                let layers = element.layers(rate, reach);
+                let long = layers > ALLOWED * order;
                 unresolved |= long;
+                longest = longest.max(layers);
                 if long && member.segments[element.segment].elements.is_none() {
                     split = true;
                     pieces.extend(element.pieces(GIVEN * order / rate, reach / rate).map(|length| (element, length)));
@@ -74,7 +80,7 @@ impl Mesh {
                 mesh.refinement[index] = counts;
             }
         }
-        Grading { finer, unresolved }
+        Grading { finer, unresolved, longest }
     }
 
     fn elements_of(&self, model: &Model, member: MemberId) -> Vec<Element> {
@@ -101,10 +107,12 @@ impl Element {
         [self.ends[0] - self.bounds[0], self.bounds[1] - self.ends[1]].map(|distance| distance.max(0.0))
     }
 
-    fn is_too_long(&self, rate: f64, order: f64, reach: f64) -> bool {
+    /// Its length in layers, less what its distance to an end allows; zero where nothing is left of the layer.
+    fn layers(&self, rate: f64, reach: f64) -> f64 {
         let length = self.ends[1] - self.ends[0];
         let distance = self.distances().into_iter().fold(f64::INFINITY, f64::min);
-        rate.is_finite() && distance * rate < reach && length * rate > ALLOWED * order + 2.0 * GROWTH * distance * rate
+        let inside = rate.is_finite() && distance * rate < reach;
+        if inside { (rate * (length - 2.0 * GROWTH * distance)).max(0.0) } else { 0.0 }
     }
 
     /// Lengths of the pieces that it is divided into: from the ends of the segment inwards each is longer, from
