@@ -211,7 +211,8 @@ fn compare_with_free(
 ) -> bool {
     let mut free = model.clone();
     let forced = free.members.iter_mut().flat_map(|member| &mut member.segments).map(|segment| &mut segment.elements);
-    if forced.fold(false, |any, elements| elements.take().is_some() || any) {
+    // All of them are taken, not those up to the first.
+    if forced.filter_map(Option::take).count() > 0 {
         let options = Options { shapes: false, near_motion: false, ..options.clone() };
         let Ok(solution) = solve_to_accuracy(free, asked, &options, observe) else { return false };
         let alike = |(own, free): (&StepHistory, &StepHistory)| own.status == free.status;
