@@ -285,3 +285,76 @@ fn a_chain_of_muscles_leans_over_or_snaps() {
     assert_eq!((free.history.steps[1].status, free.history.steps[1].stable), (Status::Converged, Some(true)));
     assert!((pressed(&free) / 178.4957 - 1.0).abs() < 1e-5, "{}", pressed(&free));
 }
+
+/// A shallow clamped arch, pushed down by its crown and let up again: it leans aside between two points of its straight path.
+const ARCH: &str = r#"
+    format = "pennate/1"
+    nodes = { A = [-50, 0], M = [0, 8], B = [50, 0] }
+    materials.abs = { youngs_modulus = 2200, poissons_ratio = 0.3 }
+    sections.strip = { rectangle = { width = 10, height = 1 } }
+    supports = { A = "clamped", B = "clamped" }
+    [members]
+    left  = { nodes = ["A", "M"], section = "strip", material = "abs", arc = [-25, 6.037910151091438] }
+    right = { nodes = ["M", "B"], section = "strip", material = "abs", arc = [25, 6.037910151091438] }
+    [probes]
+    force = { node = "M", reaction = "uy" }
+    turn = { node = "M", rotation = "rz" }
+"#;
+
+fn arch(steps: &str) -> Solution {
+    let text = format!("{ARCH}{steps}");
+    let model = pennate_models::read_text("arch.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = Options { estimate: true, ..Options::default() };
+    solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
+}
+
+/// Where the branch that leans aside comes back to the straight one the arc goes on along that, both ways and from any
+/// number of increments, to the state that the ramp of displacements leads to.
+#[test]
+fn the_arc_of_a_shallow_arch_goes_on_where_its_leaning_branch_ends() {
+    let ramp = |method: &str, increments: usize| {
+        let step = |by: i32| {
+            format!(
+                "[[steps]]\nmethod = \"{method}\"\nincrements = {increments}\ndisplace_by = {{ M = {{ uy = {by} }} }}\n"
+            )
+        };
+        arch(&format!("{}{}", step(-16), step(16)))
+    };
+    let direct = ramp("newton", 1);
+    for (method, increments) in
+        [("arc_length", 1), ("arc_length", 3), ("arc_length", 40), ("arc_length", 200), ("jump", 1), ("jump", 15)]
+    {
+        let solution = ramp(method, increments);
+        for (index, step) in solution.history.steps.iter().enumerate() {
+            assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{method} {increments}");
+            let kinds: Vec<_> = step.critical_points.iter().map(|point| point.kind).collect();
+            assert_eq!(kinds, [CriticalKind::Bifurcation], "{method} {increments}");
+            let expected = direct.history.steps[index].critical_points[0].fraction;
+            assert_load(step.critical_points[0].fraction, expected);
+            let probes = |solution: &Solution| solution.probes.steps[index].last().expect("a state").to_vec();
+            for (found, expected) in probes(&solution).iter().zip(probes(&direct)) {
+                assert!((found - expected).abs() < 1e-5, "{method} {increments}: {found} {expected}");
+            }
+            // It did lean aside on the way.
+            let leant = step.increments.iter().map(|increment| increment.state.nodes[1].rotation_total.abs());
+            assert!(leant.fold(0.0, f64::max) > 0.05);
+        }
+    }
+}
+
+/// Under a force the same arch goes through both limit points, and through both ends of the branch that leans aside.
+#[test]
+fn the_arc_of_a_shallow_arch_under_a_force_goes_through_its_limit_points_both_ways() {
+    for increments in [1, 30] {
+        let step = |force: f64| {
+            format!("[[steps]]\nmethod = \"arc_length\"\nincrements = {increments}\nforce = {{ M = [0, {force}] }}\n")
+        };
+        let solution = arch(&format!("{}{}", step(-20.0), step(20.0)));
+        for step in &solution.history.steps {
+            assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+            let kinds: Vec<_> = step.critical_points.iter().map(|point| point.kind).collect();
+            use CriticalKind::{Bifurcation, LimitPoint};
+            assert_eq!(kinds, [LimitPoint, Bifurcation, Bifurcation, LimitPoint]);
+        }
+    }
+}

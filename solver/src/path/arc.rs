@@ -13,6 +13,9 @@ use crate::system::{Inertia, Residual, System};
 pub(super) const NEXT: usize = 3;
 /// Motion of a whole ramp, in sizes of the network or radians, below which joints hardly move.
 const HARDLY: f64 = 1e-2;
+/// Cosine of the angle between a chord of a path and the mean of the tangents at its ends, which curvature that changes by
+/// as much as itself takes to a sixth of the angle between the tangents.
+const PARALLEL: f64 = 0.98;
 /// Distance of the fractions whose difference stands for the derivative.
 const AHEAD: f64 = 1e-6;
 /// Part of a bracket within which a singular point is found.
@@ -69,6 +72,16 @@ impl Metric {
         direction.motions.iter_mut().flatten().for_each(|x| *x /= length);
         direction.rate /= length;
         direction
+    }
+
+    /// Whether the way between two points of a path goes the way of the unit tangents at both, taken together.
+    ///
+    /// It does where the path bends as a circle, whatever the angle; a chord that does not leads to another path.
+    pub fn is_chord(&self, chord: &Direction, tangents: [&Direction; 2]) -> bool {
+        let [first, second] = tangents;
+        let along = self.inner(chord, first) + self.inner(chord, second);
+        let length = (2.0 + 2.0 * self.inner(first, second)).max(0.0).sqrt();
+        along >= PARALLEL * length * self.inner(chord, chord).sqrt()
     }
 
     /// The functional that measures along a direction.

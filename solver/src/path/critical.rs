@@ -4,11 +4,11 @@ use super::arc::{Direction, Metric, NEXT, Tracer};
 use super::follow::{BRACKET, Course, LAST, Ramp, SHORTEST, Tally};
 use super::jump::Landing;
 use super::report::{Rough, cause_of, status_of};
+use super::trace::Passed;
 use super::{Count, Path};
-use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note, Status, StepHistory};
+use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note, StepHistory};
 use crate::newton::{Convergence, DETOUR, Start};
-use crate::structure::{Branch, Method, Stop};
-use crate::system::System;
+use crate::structure::{Branch, Method};
 
 /// A walk that gets farther than this part of the ramp has found nothing to stop for.
 const FALSE_ALARM: f64 = 3.0 * BRACKET;
@@ -21,12 +21,12 @@ const SHORTER: f64 = 0.2;
 const GROWTH: f64 = 1.5;
 /// How far along the mode the first state of a branch is looked for, in lengths of the network or radians.
 const AMPLITUDES: [f64; 3] = [0.02, 0.005, 0.08];
+/// The part of that where the branch has to be too.
+const NEARER: f64 = 0.4;
+/// A fraction of the ramp counts as no less than this where it measures what is near it.
+const LEAST: f64 = 0.01;
 /// How far from a singular point an equilibrium right beyond it may lie, over what the ramp moved so far at the same rate.
 const BESIDE: f64 = 20.0;
-/// Part of the ramp that the first increment along an arc makes.
-const FIRST_REACH: f64 = 0.05;
-/// Increments of an arc-length step at most, where nothing else ends it.
-const MANY: usize = 5000;
 
 /// What follows a loss of stability.
 pub(super) enum After {
@@ -89,30 +89,15 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         if let Some((ends, passed)) = ends {
-            let located = !points.is_empty();
-            if !located {
-                let kind = if passed.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
-                self.system.restore(NEXT);
-                ramp.apply(&mut self.system, ends[1]);
-                self.system.assemble(false);
-                points.push(self.rough_point(kind, ends[1], passed.sideways && !passed.own));
-            }
-            let first = points[0].clone();
-            if first.fraction > 1.0 {
-                if let Some(after) = self.reach_end(ramp, record, tally) {
-                    return after;
-                }
-                ramp.apply(&mut self.system, first.fraction);
-                self.system.assemble(false);
-            }
-            let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
-            self.accept(record, self.system.fraction, &found, tally);
-            record.critical_points.extend(points.iter().cloned());
-            if let Some(after) = self.go_on(ramp, record, course, &first, ends, (located, passed.count), tally) {
+            let beyond = points.first().is_some_and(|point| point.fraction > 1.0);
+            if beyond && let Some(after) = self.reach_end(ramp, record, tally) {
                 return after;
             }
-            self.end_at(record, first, tally);
-            return After::Stop;
+            if beyond {
+                ramp.apply(&mut self.system, points[0].fraction);
+                self.system.assemble(false);
+            }
+            return self.meet(ramp, record, course, points, ends, &passed, tally);
         }
         // No walk gets there: the last state is what is sure.
         self.base = begin;
@@ -126,8 +111,40 @@ impl<const D: usize> Path<'_, D> {
         After::Stop
     }
 
+    /// Notes a loss of stability between the states LAST and NEXT, at these fractions, and goes on from there where that is
+    /// possible; the state is at the last of these points, if any was located.
+    #[expect(clippy::too_many_arguments, reason = "all that is known of a loss of stability")]
+    pub(super) fn meet(
+        &mut self,
+        ramp: &Ramp,
+        record: &mut StepHistory,
+        course: &Course,
+        mut points: Vec<CriticalPoint>,
+        ends: [f64; 2],
+        passed: &Passed,
+        tally: &mut Tally,
+    ) -> After {
+        let located = !points.is_empty();
+        if !located {
+            let kind = if passed.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
+            self.system.restore(NEXT);
+            ramp.apply(&mut self.system, ends[1]);
+            self.system.assemble(false);
+            points.push(self.rough_point(kind, ends[1], passed.sideways && !passed.own));
+        }
+        let first = points[0].clone();
+        let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
+        self.accept(record, self.system.fraction, &found, tally);
+        record.critical_points.append(&mut points);
+        if let Some(after) = self.go_on(ramp, record, course, &first, ends, (located, passed.count), tally) {
+            return after;
+        }
+        self.end_at(record, first, tally);
+        After::Stop
+    }
+
     /// From the state LAST to the end of the ramp, where no singular point lies between.
-    fn reach_end(&mut self, ramp: &Ramp, record: &mut StepHistory, tally: &mut Tally) -> Option<After> {
+    pub(super) fn reach_end(&mut self, ramp: &Ramp, record: &mut StepHistory, tally: &mut Tally) -> Option<After> {
         self.system.save(DETOUR);
         self.system.restore(LAST);
         ramp.apply(&mut self.system, 1.0);
@@ -222,10 +239,12 @@ impl<const D: usize> Path<'_, D> {
             return None;
         }
         self.system.save(LAST);
-        let at = (fraction + 0.5 * BRACKET).min(1.0);
+        // What is far beyond a point depends on how far that is itself.
+        let beyond = 0.5 * BRACKET * fraction.clamp(LEAST, 1.0);
+        let at = (fraction + beyond).min(1.0);
         ramp.apply(&mut self.system, at);
         let base = self.base;
-        let beside = BESIDE * (at - fraction) / fraction.max(BRACKET) * self.system.moved();
+        let beside = BESIDE * beyond / fraction.max(LEAST) * self.system.moved();
         let found = self.flow(beside, tally);
         self.system.set_dashpots(0.0, NEXT);
         if found == Some(true) && self.base.lateral <= base.lateral {
@@ -253,7 +272,7 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// From a bifurcation, the present state, onto the branch that is stable and leads on; the fraction there.
-    fn switch(&mut self, ramp: &Ramp, fraction: f64, tally: &mut Tally) -> Option<f64> {
+    pub(super) fn switch(&mut self, ramp: &Ramp, fraction: f64, tally: &mut Tally) -> Option<f64> {
         if !self.base.potential {
             return None;
         }
@@ -264,22 +283,29 @@ impl<const D: usize> Path<'_, D> {
         let direction = metric.unit(Direction { motions, rate: 0.0 });
         let n = metric.functional(&direction);
         let length = n.along(&self.system.motions_of(&mode), 0.0);
+        let base = self.base;
+        let mut point_at = |path: &mut Self, amplitude: f64| {
+            path.system.restore(LAST);
+            ramp.apply(&mut path.system, fraction);
+            path.system.assemble(false);
+            let aside: Vec<f64> = mode.iter().map(|x| amplitude * x).collect();
+            path.system.move_by(&aside, false);
+            let mut tracer = Tracer { system: &mut path.system, newton: path.newton, ramp, factorizations: 0 };
+            let found = tracer.correct(&n, amplitude * length, fraction, fraction);
+            tally.factorizations += tracer.factorizations;
+            let count =
+                found.ok().filter(|point| point.fraction > fraction).map(|p| (p.fraction, path.count(&p.inertia)));
+            count.filter(|(_, count)| count.own <= base.own && count.lateral <= base.lateral)
+        };
         for amplitude in AMPLITUDES {
             for sign in [1.0, -1.0] {
-                self.system.restore(LAST);
-                ramp.apply(&mut self.system, fraction);
-                self.system.assemble(false);
-                let aside: Vec<f64> = mode.iter().map(|x| sign * amplitude * x).collect();
-                self.system.move_by(&aside, false);
-                let mut tracer = Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 };
-                let found = tracer.correct(&n, sign * amplitude * length, fraction, fraction);
-                tally.factorizations += tracer.factorizations;
-                let Ok(point) = found else { continue };
-                let count = self.count(&point.inertia);
-                if point.fraction > fraction && count.own <= self.base.own && count.lateral <= self.base.lateral {
+                // A branch that first turns back is reached by a snap alone.
+                if point_at(self, NEARER * sign * amplitude).is_some()
+                    && let Some((at, count)) = point_at(self, sign * amplitude)
+                {
                     self.base = count;
                     self.system.save(LAST);
-                    return Some(point.fraction);
+                    return Some(at);
                 }
             }
         }
@@ -294,170 +320,6 @@ impl<const D: usize> Path<'_, D> {
         record.status = status_of(point.kind);
         record.failure.get_or_insert_with(|| failure_at(&point));
         self.settle(record, point.fraction, tally);
-    }
-
-    /// Follows a path by its arclength to the end of the ramp, or to where it is to stop.
-    pub(super) fn follow_arc(
-        &mut self,
-        ramp: &Ramp,
-        record: &mut StepHistory,
-        watch: &mut dyn FnMut(f64) -> bool,
-        course: &Course,
-    ) -> bool {
-        let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
-        self.system.save(LAST);
-        let most = match course.stop {
-            Some(Stop::Increments(count)) => count,
-            _ => MANY,
-        };
-        let reach = self.options.first_increment.min(ramp.longest).min(FIRST_REACH);
-        let Some(mut walk) = self.walk(ramp, 0.0, reach, &mut tally) else {
-            let residual = self.system.residual();
-            let lost =
-                crate::newton::Lost { iterations: 1, factorizations: 1, residual, why: crate::newton::Why::Singular };
-            return self.end_roughly(record, 0.0, &lost, &tally);
-        };
-        if ramp.longest < 1.0 {
-            walk.longest = ramp.longest / reach * walk.next;
-        }
-        for _ in 0..most {
-            let (point, passed) = match self.stride(&mut walk, ramp, &mut tally) {
-                Ok(found) => found,
-                Err(lost) => {
-                    self.system.restore(LAST);
-                    return self.end_roughly(record, walk.fraction, &lost, &tally);
-                }
-            };
-            let ends = [walk.before, walk.fraction];
-            self.system.save(NEXT);
-            if let Some(last) = self.arrive(ramp, course, ends, walk.metric, &mut tally) {
-                let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
-                self.finish_arc(record, last, &found, &tally);
-                return true;
-            }
-            if passed.any() {
-                let points = self.pinpoint(ramp, ends, Some(walk.metric), &passed, &mut tally);
-                record.critical_points.extend(points.iter().cloned());
-                if !points.is_empty() {
-                    let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
-                    self.accept(record, self.system.fraction, &found, &tally);
-                }
-                let first = points.first().filter(|point| {
-                    point.kind == CriticalKind::Bifurcation && course.branch == Branch::Stable && self.base.own == 0
-                });
-                if let Some(first) = first
-                    && !first.sideways
-                    && points.len() == 1
-                    && let Some(at) = self.switch(ramp, first.fraction, &mut tally)
-                    && let Some(mut onward) = self.walk(ramp, at, (at - first.fraction).abs(), &mut tally)
-                {
-                    onward.longest = walk.longest;
-                    walk = onward;
-                    self.accept(record, at, &Convergence::default(), &tally);
-                    continue;
-                }
-                self.system.restore(NEXT);
-                ramp.apply(&mut self.system, walk.fraction);
-                self.system.assemble(false);
-            }
-            self.keep(passed.count);
-            let found = Convergence { residual: point.residual, ..Convergence::default() };
-            self.accept(record, walk.fraction, &found, &tally);
-            if !watch(walk.fraction.clamp(0.0, 1.0)) {
-                record.status = Status::Interrupted;
-                self.settle(record, walk.fraction, &tally);
-                return false;
-            }
-        }
-        let last = walk.fraction;
-        if matches!(course.stop, Some(Stop::Increments(_))) {
-            self.stay(last);
-            record.status = Status::Converged;
-            self.settle(record, last, &tally);
-            return true;
-        }
-        let residual = self.system.residual();
-        let lost = crate::newton::Lost { iterations: 0, factorizations: 0, residual, why: crate::newton::Why::Slow };
-        self.end_roughly(record, last, &lost, &tally)
-    }
-
-    fn end_roughly(
-        &mut self,
-        record: &mut StepHistory,
-        fraction: f64,
-        lost: &crate::newton::Lost,
-        tally: &Tally,
-    ) -> bool {
-        let rough = self.rough_end(fraction, lost, false);
-        record.status = rough.status;
-        record.failure = Some(rough.failure);
-        self.settle(record, fraction, tally);
-        false
-    }
-
-    fn finish_arc(&mut self, record: &mut StepHistory, fraction: f64, found: &Convergence, tally: &Tally) {
-        self.stay(fraction);
-        self.accept(record, fraction, found, tally);
-        record.status = Status::Converged;
-        self.settle(record, fraction, tally);
-    }
-
-    /// What was on its way to the end of the ramp stays where it is.
-    fn stay(&mut self, fraction: f64) {
-        for held in self.held.values_mut() {
-            held.to = held.at(fraction);
-        }
-    }
-
-    /// Where the path between LAST and NEXT reaches its end: the state is there then.
-    fn arrive(
-        &mut self,
-        ramp: &Ramp,
-        course: &Course,
-        ends: [f64; 2],
-        metric: Metric,
-        tally: &mut Tally,
-    ) -> Option<f64> {
-        let crosses = |value: f64| (ends[0] - value) * (ends[1] - value) <= 0.0 && ends[0] != value;
-        let target = match course.stop {
-            Some(Stop::Fraction(value)) if crosses(value) => Some(value),
-            _ => (ends[1] >= 1.0).then_some(1.0),
-        };
-        if let Some(Stop::At { node, component, value }) = course.stop {
-            let read = |system: &System<D>| system.component(node, component) - value;
-            self.system.restore(LAST);
-            let begin = read(&self.system);
-            self.system.restore(NEXT);
-            if begin != 0.0 && begin * read(&self.system) <= 0.0 {
-                let mut tracer = Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 };
-                let found = tracer.singular_point(ends, Some(metric), &mut |system, _| {
-                    let now = read(system);
-                    (now * begin > 0.0, Some(now))
-                });
-                tally.factorizations += tracer.factorizations;
-                if let Some(point) = found {
-                    self.base = self.count(&point.inertia);
-                    return Some(point.fraction);
-                }
-            }
-        }
-        let target = target?;
-        let s = (target - ends[0]) / (ends[1] - ends[0]);
-        ramp.apply(&mut self.system, target);
-        self.system.predict(LAST, NEXT, s - 1.0);
-        let found = self.newton.solve(&mut self.system, Start::nearby());
-        match found {
-            Ok(found) => {
-                tally.factorizations += found.iterations;
-                self.base = self.count(&found.inertia);
-                self.system.save_as(LAST, super::follow::BEFORE);
-                Some(target)
-            }
-            Err(_) => {
-                self.system.restore(NEXT);
-                None
-            }
-        }
     }
 }
 

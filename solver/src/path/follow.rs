@@ -103,27 +103,36 @@ impl<const D: usize> Path<'_, D> {
         count
     }
 
-    /// Follows a ramp to its end; false where it stopped short.
+    /// Whether the loads have a potential along the whole of a ramp; the state is left at its beginning.
+    ///
+    /// Loads that lack one at the end lack it on the way.
+    pub(super) fn is_conservative(&mut self, ramp: &Ramp) -> bool {
+        ramp.apply(&mut self.system, 1.0);
+        let conservative = self.system.loads_have_potential();
+        ramp.apply(&mut self.system, 0.0);
+        conservative
+    }
+
+    /// Follows a ramp to its end, from the present state at the fraction `from`; false where it stopped short.
     pub(super) fn follow(
         &mut self,
         ramp: &Ramp,
         record: &mut StepHistory,
         watch: &mut dyn FnMut(f64) -> bool,
         course: Option<&Course>,
+        from: f64,
     ) -> bool {
         let is_step = course.is_some();
         let course = course.copied().unwrap_or_default();
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
-        let mut fraction = 0.0;
+        let mut fraction = from;
         // Whether the state before the last one is on the same branch, near enough to extrapolate from.
         let mut behind = false;
         let mut increment = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
         let mut last_increment = 0.0;
         let (mut first_rate, mut last_rate) = (0.0, 0.0);
         self.system.save(LAST);
-        // Loads that lack a potential at the end of the ramp lack it on the way.
-        ramp.apply(&mut self.system, 1.0);
-        let conservative = self.system.loads_have_potential();
+        let conservative = self.is_conservative(ramp);
         let mut retries = 0;
         loop {
             let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
@@ -325,7 +334,7 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// Ends a step at the end of its ramp.
-    fn arrived(&mut self, record: &mut StepHistory, tally: &Tally) -> bool {
+    pub(super) fn arrived(&mut self, record: &mut StepHistory, tally: &Tally) -> bool {
         self.settle(record, 1.0, tally);
         record.status = Status::Converged;
         true

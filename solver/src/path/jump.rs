@@ -20,6 +20,10 @@ const FAR: f64 = 0.4;
 const SAME: f64 = 0.1;
 /// Displacement over the size of the network that nothing holds.
 const ENDLESS: f64 = 100.0;
+/// A jump begins at loads so far beyond the point where it is due, over the fraction of that point, and no less than this part
+/// of the ramp: the bottleneck that a limit point leaves is passed in few steps of the flow.
+const OVERSHOOT: f64 = 1e-3;
+const SMALLEST: f64 = 1e-6;
 /// Part of the mode, in lengths or radians, by which a bifurcation is left.
 const PUSH: f64 = 1e-3;
 
@@ -34,22 +38,27 @@ pub(super) enum Landing {
 }
 
 impl<const D: usize> Path<'_, D> {
-    /// From a singular point, the present state, to the next stable equilibrium at loads a little beyond it.
+    /// From a singular point, the present state, to the next stable equilibrium under the same loads.
+    ///
+    /// The way there begins a little beyond the point, where nothing holds the network any more; from where that leads the
+    /// ramp goes back to the point, so that the energy before and after is that at one value of the loads.
     pub(super) fn jump(&mut self, ramp: &Ramp, point: &CriticalPoint, tally: &mut Tally) -> Landing {
-        let fraction = (point.fraction + BRACKET).min(1.0);
-        let mode = self.system.softest_motion();
-        if point.kind == CriticalKind::Bifurcation {
-            let push: Vec<f64> = mode.iter().map(|x| PUSH * x).collect();
-            self.system.move_by(&push, false);
-        }
         self.system.save(LAST);
-        ramp.apply(&mut self.system, fraction);
+        ramp.apply(&mut self.system, point.fraction);
         self.system.gather(false);
         let before = self.system.potential_energy();
+        let beyond = (OVERSHOOT * point.fraction.abs()).max(SMALLEST).min(BRACKET);
+        let fraction = (point.fraction + beyond).min(1.0);
+        if point.kind == CriticalKind::Bifurcation {
+            let push: Vec<f64> = self.system.softest_motion().iter().map(|x| PUSH * x).collect();
+            self.system.move_by(&push, false);
+        }
+        ramp.apply(&mut self.system, fraction);
         let landing = self.flow(f64::INFINITY, tally);
         self.system.set_dashpots(0.0, NEXT);
         match landing {
             Some(true) => {
+                let fraction = if self.back_to(ramp, point.fraction, tally) { point.fraction } else { fraction };
                 let after = self.system.potential_energy();
                 let (node, moved) = self.farthest();
                 let jump = Jump { fraction, released: before - after, moved, node };
@@ -58,6 +67,30 @@ impl<const D: usize> Path<'_, D> {
             Some(false) => Landing::Endless,
             None => Landing::Lost,
         }
+    }
+
+    /// From a stable equilibrium a little beyond a fraction back to it; false, with nothing changed, where that is not
+    /// stable.
+    fn back_to(&mut self, ramp: &Ramp, fraction: f64, tally: &mut Tally) -> bool {
+        let (beyond, base) = (self.system.fraction, self.base);
+        self.system.save(NEXT);
+        ramp.apply(&mut self.system, fraction);
+        let found = self.newton.solve(&mut self.system, Start::nearby());
+        tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+        if let Ok(found) = found
+            && self.system.distance(NEXT).largest() <= SAME
+        {
+            let count = self.count(&found.inertia);
+            if count.own == 0 {
+                self.base = count;
+                return true;
+            }
+        }
+        self.base = base;
+        self.system.restore(NEXT);
+        ramp.apply(&mut self.system, beyond);
+        self.system.assemble(false);
+        false
     }
 
     /// Flows down the energy at the present loads; true where a stable equilibrium was reached, false where there is no

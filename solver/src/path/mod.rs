@@ -19,6 +19,7 @@ use crate::results;
 use crate::structure::{Dimension, MemberId, Method, NodeId, Spring, Step};
 use crate::system::{Inertia, System};
 
+mod along;
 mod arc;
 mod critical;
 mod doubt;
@@ -167,7 +168,13 @@ impl<'a, const D: usize> Path<'a, D> {
                 if prestressed {
                     let longest = 1.0;
                     let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest };
-                    going = self.follow(&ramp, &mut record, &mut watch, steps.is_empty().then_some(&Course::default()));
+                    going = self.follow(
+                        &ramp,
+                        &mut record,
+                        &mut watch,
+                        steps.is_empty().then_some(&Course::default()),
+                        0.0,
+                    );
                 }
             }
             if let (Some(step), true) = (steps.get(index), going) {
@@ -198,11 +205,16 @@ impl<'a, const D: usize> Path<'a, D> {
                 going = guided
                     || match step.method {
                         Method::ArcLength => self.follow_arc(&ramp, &mut record, &mut watch, &course),
-                        Method::Newton | Method::Jump => self.follow(&ramp, &mut record, &mut watch, Some(&course)),
+                        Method::Jump if self.is_conservative(&ramp) => {
+                            self.follow_arc(&ramp, &mut record, &mut watch, &course)
+                        }
+                        Method::Newton | Method::Jump => {
+                            self.follow(&ramp, &mut record, &mut watch, Some(&course), 0.0)
+                        }
                     };
             } else if steps.is_empty() && !prestressed {
                 let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
-                going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()));
+                going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()), 0.0);
             }
             if let Some(node) = self.system.endless_moment() {
                 record.notes.push(Note::EndlessMoment { node });

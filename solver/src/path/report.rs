@@ -26,7 +26,7 @@ impl<const D: usize> Path<'_, D> {
         let sideways = count.lateral_potential && self.base.lateral_potential && count.lateral != self.base.lateral;
         (own || sideways).then(|| {
             self.system.save(NEXT);
-            let passed = Passed { limit: false, own, sideways, count: *count };
+            let passed = Passed { limit: false, own, sideways, touched: false, count: *count };
             let points = self.pinpoint(ramp, ends, None, &passed, tally);
             self.system.restore(NEXT);
             ramp.apply(&mut self.system, ends[1]);

@@ -11,6 +11,11 @@ use crate::system::System;
 
 /// Cosine of the angle by which the path may turn in one increment.
 const STRAIGHT: f64 = 0.85;
+/// One shorter than this part of the first is believed whatever its tangent, or the singular points that it passes at once;
+/// before, strides of these parts of the one that failed are tried: what is in the way of shorter ones may be a state
+/// next to which every tangent is singular.
+const SHORT: f64 = 1e-3;
+const OTHER: [f64; 2] = [2.3, 0.7];
 /// An increment of the arc is not made shorter than this part of the first.
 const SHORTEST_ARC: f64 = 1e-7;
 
@@ -31,6 +36,25 @@ pub(super) struct Walk {
     pub last: Option<f64>,
     first: f64,
     pub longest: f64,
+    /// Whether a path that turns back without a change of stability is handed over at once: it may touch another one there.
+    pub touches: bool,
+    /// Negative pivots at the last state, those of motions that pass for neutral among them.
+    negative: usize,
+    /// The fraction where it seemed to turn back when that was last seen.
+    pub top: Option<f64>,
+}
+
+impl Walk {
+    /// How fast the fraction grows along the arc.
+    pub fn rate(&self) -> f64 {
+        self.tangent.rate
+    }
+
+    /// Goes the other way from here.
+    pub fn turn_back(&mut self) {
+        self.tangent.motions.iter_mut().flatten().for_each(|x| *x = -*x);
+        self.tangent.rate = -self.tangent.rate;
+    }
 }
 
 /// What is zero at a bifurcation.
@@ -50,6 +74,8 @@ pub(super) struct Passed {
     pub limit: bool,
     pub own: bool,
     pub sideways: bool,
+    /// The fraction turned back, and no pivot changed its sign.
+    pub touched: bool,
 }
 
 impl Passed {
@@ -77,16 +103,25 @@ impl<const D: usize> Path<'_, D> {
         let first = reach * metric.inner(&tangent, &tangent).sqrt();
         let tangent = metric.unit(tangent);
         let longest = f64::INFINITY;
-        Some(Walk { fraction, before: fraction, tangent, metric, next: first, last: None, first, longest })
+        let (before, last, touches, top) = (fraction, None, false, None);
+        let negative = self.system.inertia().negative;
+        Some(Walk { fraction, before, tangent, metric, next: first, last, first, longest, touches, negative, top })
     }
 
     /// One increment of a walk: the state is at its end then, and not saved yet.
     ///
     /// An increment that passes more than one singular point is shortened as long as that separates them.
     pub(super) fn stride(&mut self, walk: &mut Walk, ramp: &Ramp, tally: &mut Tally) -> Result<(Point, Passed), Lost> {
+        let begun = walk.next.min(walk.longest);
+        let mut other = OTHER.into_iter();
+        // The next try is shorter; one that would be too short comes too near to a singular tangent, and goes past it first.
+        let mut again = |s: f64, first: f64| match 0.4 * s <= SHORT * first && s > SHORT * first {
+            true => other.next().map_or(0.4 * s, |factor: f64| factor * begun),
+            false => 0.4 * s,
+        };
         loop {
             let s = walk.next.min(walk.longest);
-            let short = s <= 1e-3 * walk.first;
+            let short = s <= SHORT * walk.first;
             let n = walk.metric.functional(&walk.tangent);
             let mut guess = walk.fraction;
             self.system.restore(LAST);
@@ -105,7 +140,7 @@ impl<const D: usize> Path<'_, D> {
             let point = match found {
                 Ok(point) => point,
                 Err(lost) => {
-                    walk.next = 0.4 * s;
+                    walk.next = again(s, walk.first);
                     if walk.next < SHORTEST_ARC * walk.first {
                         return Err(lost);
                     }
@@ -120,8 +155,10 @@ impl<const D: usize> Path<'_, D> {
                 ahead.motions.iter_mut().flatten().for_each(|x| *x = -*x);
                 ahead.rate = -ahead.rate;
             }
-            if (along < STRAIGHT || point.iterations > MANY) && !short {
-                walk.next = 0.4 * s;
+            let chord = Direction { motions: self.system.motions_since(LAST), rate: point.fraction - walk.fraction };
+            let parallel = walk.metric.is_chord(&chord, [&walk.tangent, &ahead]);
+            if !parallel && s > SHORTEST_ARC * walk.first || (along < STRAIGHT || point.iterations > MANY) && !short {
+                walk.next = again(s, walk.first);
                 continue;
             }
             let count = self.count(&point.inertia);
@@ -135,18 +172,22 @@ impl<const D: usize> Path<'_, D> {
             };
             let aside = if count.lateral_potential { count.lateral.abs_diff(base.lateral) } else { 0 };
             let events = (changed + aside).max(usize::from(limit));
-            let torn = limit && changed == 0 || events > 1;
-            if torn && !short {
+            let turned = limit && changed == 0;
+            // At a fold a pivot changes its sign, though it may be small enough to pass for neutral.
+            let same = point.inertia.negative == walk.negative;
+            let touched = turned && aside == 0 && walk.touches && same;
+            if (turned || events > 1) && !short && !touched {
                 walk.next = 0.4 * s;
                 continue;
             }
             let own = changed > usize::from(limit);
             let iterations = point.iterations;
-            let passed = Passed { count, limit, own, sideways: aside > 0 };
+            let passed = Passed { count, limit, own, sideways: aside > 0, touched };
             if passed.any() {
                 // The bracket of what was passed is this increment.
                 self.system.save(NEXT);
             }
+            walk.negative = point.inertia.negative;
             walk.last = Some(s);
             walk.before = walk.fraction;
             walk.fraction = point.fraction;
