@@ -159,20 +159,21 @@ pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Spec
         };
         let worst = answer.entries.iter().filter_map(|entry| entry.error).fold(0.0, f64::max);
         // All nodes of all elements take part, and rounding grows with the fourth power of their number.
-        if let Some(before) = best.take_if(|before| before.2 < NEAR && worst > STALLED * before.2) {
-            timing.solve = start.elapsed();
-            let (mesh, answer, worst) = if before.2 < worst { before } else { (mesh, answer, worst) };
-            return Ok(finish(job, model, mesh, place, answer, worst, timing));
-        }
-        if worst > job.accuracy && may_refine {
-            let finer = refined(&mesh, &model, refinement_factor(worst / job.accuracy, mesh.lowest_order(&model)));
-            if finer != mesh {
-                best = Some((std::mem::replace(&mut mesh, finer), answer, worst));
-                continue;
-            }
+        let stalled = best.as_ref().is_some_and(|before| before.2 < NEAR && worst > STALLED * before.2);
+        let finer = refined(&mesh, &model, refinement_factor(worst / job.accuracy, mesh.lowest_order(&model)));
+        let goes_on = worst > job.accuracy && may_refine && !stalled && finer != mesh;
+        // Whatever comes last, the best is handed out.
+        let (mesh_here, answer, worst) = match best.take() {
+            Some(before) if before.2 < worst => before,
+            _ => (std::mem::replace(&mut mesh, finer.clone()), answer, worst),
+        };
+        if goes_on {
+            best = Some((mesh_here, answer, worst));
+            mesh = finer;
+            continue;
         }
         timing.solve = start.elapsed();
-        return Ok(finish(job, model, mesh, place, answer, worst, timing));
+        return Ok(finish(job, model, mesh_here, place, answer, worst, timing));
     }
     unreachable!("the number of rounds is bounded")
 }

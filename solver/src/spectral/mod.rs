@@ -1,6 +1,7 @@
 //! Eigenvalue problems of a whole network, all nodes of all members: operators, factors and the search for eigenvalues.
 
 pub mod factor;
+mod krylov;
 pub mod operators;
 pub mod pencil;
 pub mod shape;

@@ -5,19 +5,16 @@
 //! values are one but for a small part, and Π is the limit of (I − W Wᵀ)ⁿ, reached in a few steps: the same repeated
 //! correction of the multipliers by which equilibria meet rigid components.
 //!
-//! Eigenvalues are found by Krylov–Schur iteration (G. W. Stewart, SIAM J. Matrix Anal. Appl. 23, 2001) of faer, which
-//! needs no matrix of A. One starting vector sees one motion of each multiple eigenvalue: what was found is deflated and
-//! the search repeated until the count of negative pivots of K − B/θ (Sylvester's law of inertia) says that nothing is
-//! missing above the last one wanted. Where the network is so small that the Krylov space would be all of it, which faer's iteration
-//! does not allow, faer's eigenvalues of the whole A are taken.
+//! Eigenvalues are found in Krylov spaces of blocks ([`super::krylov`]), which need no matrix of A. A block sees as many motions
+//! of a multiple eigenvalue as it has vectors: what was found is deflated and the search repeated until the count of negative
+//! pivots of K − B/θ (Sylvester's law of inertia) says that nothing is missing above the last one wanted. Of a small network
+//! all eigenvalues of the whole A are taken.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::matrix_free::LinOp;
-use faer::matrix_free::eigen::{PartialEigenParams, partial_self_adjoint_eigen, partial_self_adjoint_eigen_scratch};
-use faer::{Col, Mat, MatMut, MatRef, Par, Side};
+use faer::{Mat, Side};
 use sprs::CsMat;
 
 use super::factor::Factor;
+use super::krylov::{self, Largest};
 
 /// Unknowns up to which the whole spectrum is computed.
 const SMALL: usize = 200;
@@ -25,8 +22,6 @@ const SMALL: usize = 200;
 const SEARCHES: usize = 40;
 /// Pairs beyond those wanted.
 const EXTRA: usize = 2;
-/// Restarts of one search at most.
-const RESTARTS: usize = 50;
 /// By how much the limit of a count lies above an eigenvalue.
 const FINE: f64 = 1.0 + 1e-6;
 const COARSE: f64 = 1.01;
@@ -70,8 +65,8 @@ impl<'a> Pencil<'a> {
         }
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for search in 0..SEARCHES {
-            let fresh = self.search(&found, count + EXTRA, search);
-            let largest = found.iter().chain(&fresh).fold(0.0f64, |largest, pair| largest.max(pair.0.abs()));
+            let Largest { pairs: fresh, scale } = self.search(&found, count + EXTRA, search);
+            let largest = found.iter().fold(scale, |largest, pair| largest.max(pair.0.abs()));
             let exhausted = fresh.iter().all(|pair| pair.0.abs() <= ROUNDING * largest);
             let next = fresh.iter().fold(0.0f64, |largest, pair| largest.max(pair.0));
             found.extend(fresh);
@@ -107,35 +102,10 @@ impl<'a> Pencil<'a> {
         Factor::new(&shifted).map(|factor| factor.negative)
     }
 
-    /// Pairs of largest magnitude beside those that are known.
-    fn search(&self, known: &[(f64, Vec<f64>)], count: usize, search: usize) -> Vec<(f64, Vec<f64>)> {
-        let size = self.factor.size();
+    /// The largest pairs beside those that are known.
+    fn search(&self, known: &[(f64, Vec<f64>)], count: usize, search: usize) -> Largest {
         let operator = Deflated { pencil: self, known };
-        let seed: Vec<f64> = (0..size).map(|i| (1.3 * i as f64 + 0.7 + search as f64).sin()).collect();
-        let mut start = vec![0.0; size];
-        operator.act(&seed, &mut start);
-        let length = start.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if length == 0.0 {
-            return Vec::new();
-        }
-        let start = Col::from_fn(size, |i| start[i] / length);
-        let scale = known.iter().fold(operator.norm(), |scale, pair| scale.max(pair.0.abs()));
-        let mut vectors = Mat::<f64>::zeros(size, count);
-        let mut values = vec![0.0; count];
-        let parameters = PartialEigenParams { max_restarts: RESTARTS, ..PartialEigenParams::default() };
-        let memory = partial_self_adjoint_eigen_scratch::<f64>(&operator, count, Par::Seq, parameters);
-        let info = partial_self_adjoint_eigen(
-            vectors.as_mut(),
-            &mut values,
-            &operator,
-            start.as_ref(),
-            TOLERANCE * scale,
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(memory)),
-            parameters,
-        );
-        let converged = info.n_converged_eigen.min(count);
-        (0..converged).map(|k| (values[k], (0..size).map(|i| vectors[(i, k)]).collect())).collect()
+        krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |y, out| operator.act(y, out))
     }
 
     /// All pairs of a small network, by falling eigenvalues.
@@ -205,7 +175,7 @@ pub fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
     }
 }
 
-/// A with known pairs taken out, as faer's iteration takes it.
+/// A with known pairs taken out.
 #[derive(Debug)]
 struct Deflated<'a> {
     pencil: &'a Pencil<'a>,
@@ -225,53 +195,6 @@ impl Deflated<'_> {
             let along: f64 = y.iter().zip(known).map(|(a, b)| a * b).sum();
             y.iter_mut().zip(known).for_each(|(y, k)| *y -= along * k);
         }
-    }
-
-    /// The largest eigenvalue in magnitude, roughly: a few steps of the power method.
-    fn norm(&self) -> f64 {
-        let size = self.pencil.factor.size();
-        let mut y: Vec<f64> = (0..size).map(|i| (0.9 * i as f64 + 0.4).cos()).collect();
-        let mut out = vec![0.0; size];
-        let mut norm = 0.0;
-        for _ in 0..10 {
-            let length = y.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if length == 0.0 {
-                break;
-            }
-            y.iter_mut().for_each(|x| *x /= length);
-            self.act(&y, &mut out);
-            norm = out.iter().map(|x| x * x).sum::<f64>().sqrt();
-            y.copy_from_slice(&out);
-        }
-        norm
-    }
-}
-
-impl LinOp<f64> for Deflated<'_> {
-    fn apply_scratch(&self, _: usize, _: Par) -> StackReq {
-        StackReq::EMPTY
-    }
-
-    fn nrows(&self) -> usize {
-        self.pencil.factor.size()
-    }
-
-    fn ncols(&self) -> usize {
-        self.nrows()
-    }
-
-    fn apply(&self, mut out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _: Par, _: &mut MemStack) {
-        let size = self.nrows();
-        let mut result = vec![0.0; size];
-        for column in 0..rhs.ncols() {
-            let y: Vec<f64> = (0..size).map(|i| rhs[(i, column)]).collect();
-            self.act(&y, &mut result);
-            (0..size).for_each(|i| out[(i, column)] = result[i]);
-        }
-    }
-
-    fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
-        LinOp::apply(self, out, rhs, par, stack);
     }
 }
 

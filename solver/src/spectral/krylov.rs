@@ -1,0 +1,201 @@
+//! The largest eigenvalues of a symmetric operator, by Krylov spaces of blocks with thick restarts.
+//!
+//! What is known of the operator is a basis V, its image A V and their product Vᵀ A V, all kept whole: eigenvalues are those
+//! of the product (Rayleigh–Ritz), residuals A y − θ y are computed and not estimated, and an operator that maps the basis
+//! into itself ends the search instead of breaking it down. A restart keeps the motions of the largest eigenvalues (K. Wu and
+//! H. Simon, SIAM J. Matrix Anal. Appl. 22, 2000); those at the other end of the spectrum cost a part of the basis, no more.
+
+use faer::{Mat, Side};
+
+/// Vectors that the space grows by at once: multiple eigenvalues of that many are found together.
+const BLOCK: usize = 4;
+/// Blocks of a basis beside the pairs wanted.
+const BLOCKS: usize = 10;
+/// Restarts at most.
+const RESTARTS: usize = 200;
+/// What orthogonalization leaves of a vector that lies in the basis.
+const NOTHING: f64 = 1e-12;
+
+/// Pairs of an operator by falling eigenvalues, and its largest eigenvalue by size, of either sign.
+#[derive(Debug, Default)]
+pub struct Largest {
+    pub pairs: Vec<(f64, Vec<f64>)>,
+    pub scale: f64,
+}
+
+/// Searches for the `count` largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.
+///
+/// A pair is found when its residual is below `tolerance` times the size of the operator; only those are given.
+pub fn largest(
+    size: usize,
+    count: usize,
+    seed: usize,
+    tolerance: f64,
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+) -> Largest {
+    let most = (2 * count + BLOCKS * BLOCK).min(size);
+    let mut space = Space { vectors: Vec::new(), images: Vec::new(), product: Vec::new() };
+    let mut scale = 0.0f64;
+    let mut fresh: Vec<Vec<f64>> = (0..BLOCK).map(|k| start(size, seed * BLOCK + k, apply)).collect();
+    for _ in 0..RESTARTS {
+        let mut ritz;
+        loop {
+            let known = space.vectors.len();
+            for vector in fresh.drain(..) {
+                if space.vectors.len() < most {
+                    space.add(vector, apply);
+                }
+            }
+            ritz = space.ritz();
+            scale = ritz.iter().fold(scale, |scale, (value, _)| scale.max(value.abs()));
+            let invariant = space.vectors.len() == known;
+            let wanted = &ritz[..count.min(ritz.len())];
+            let small =
+                |(value, weights): &(f64, Vec<f64>)| norm(&space.residual(*value, weights)) <= tolerance * scale;
+            // From the smallest on, which is found last.
+            let found = wanted.len() == count && wanted.iter().rev().all(small);
+            if found || invariant {
+                let pair = |(value, weights): &(f64, Vec<f64>)| (*value, combine(&space.vectors, weights));
+                return Largest { pairs: wanted.iter().filter(|ritz| small(ritz)).map(pair).collect(), scale };
+            }
+            if space.vectors.len() == most {
+                break;
+            }
+            fresh = space.images[known..].to_vec();
+        }
+        let kept = (count + BLOCK).min(most.saturating_sub(BLOCK)).max(1);
+        let residuals = ritz.iter().take(kept).map(|(value, weights)| space.residual(*value, weights));
+        fresh = residuals.filter(|residual| norm(residual) > tolerance * scale).take(BLOCK).collect();
+        space = space.restarted(&ritz[..kept]);
+    }
+    let ritz = space.ritz();
+    let small = |(value, weights): &&(f64, Vec<f64>)| norm(&space.residual(*value, weights)) <= tolerance * scale;
+    let pair = |(value, weights): &(f64, Vec<f64>)| (*value, combine(&space.vectors, weights));
+    Largest { pairs: ritz.iter().take(count).filter(small).map(pair).collect(), scale }
+}
+
+/// An orthonormal basis with its image.
+struct Space {
+    vectors: Vec<Vec<f64>>,
+    images: Vec<Vec<f64>>,
+    /// The lower triangle of Vᵀ A V, by rows.
+    product: Vec<Vec<f64>>,
+}
+
+impl Space {
+    /// Adds what a vector has beside the basis.
+    fn add(&mut self, mut vector: Vec<f64>, apply: &mut dyn FnMut(&[f64], &mut [f64])) {
+        let before = norm(&vector);
+        // Twice is enough (Kahan and Parlett).
+        for _ in 0..2 {
+            for known in &self.vectors {
+                let along = dot(&vector, known);
+                vector.iter_mut().zip(known).for_each(|(x, k)| *x -= along * k);
+            }
+        }
+        let left = norm(&vector);
+        if !(left > NOTHING * before) {
+            return;
+        }
+        vector.iter_mut().for_each(|x| *x /= left);
+        let mut image = vec![0.0; vector.len()];
+        apply(&vector, &mut image);
+        self.vectors.push(vector);
+        self.product.push(self.vectors.iter().map(|known| dot(known, &image)).collect());
+        self.images.push(image);
+    }
+
+    /// Eigenvalues of the operator in this space by falling size, with their weights in the basis.
+    fn ritz(&self) -> Vec<(f64, Vec<f64>)> {
+        let size = self.vectors.len();
+        let product = Mat::from_fn(size, size, |i, j| self.product[i.max(j)][i.min(j)]);
+        let Ok(eigen) = product.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
+        let (values, weights) = (eigen.S().column_vector(), eigen.U());
+        (0..size).rev().map(|k| (values[k], (0..size).map(|i| weights[(i, k)]).collect())).collect()
+    }
+
+    /// A y − θ y
+    fn residual(&self, value: f64, weights: &[f64]) -> Vec<f64> {
+        let mut residual = combine(&self.images, weights);
+        for (vector, weight) in self.vectors.iter().zip(weights) {
+            residual.iter_mut().zip(vector).for_each(|(r, x)| *r -= value * weight * x);
+        }
+        residual
+    }
+
+    fn restarted(&self, ritz: &[(f64, Vec<f64>)]) -> Self {
+        let row = |k: usize| (0..=k).map(|i| if i == k { ritz[k].0 } else { 0.0 }).collect();
+        Self {
+            vectors: ritz.iter().map(|(_, weights)| combine(&self.vectors, weights)).collect(),
+            images: ritz.iter().map(|(_, weights)| combine(&self.images, weights)).collect(),
+            product: (0..ritz.len()).map(row).collect(),
+        }
+    }
+}
+
+/// A vector without any pattern that a network may share, the image of one so that it lies where the operator does.
+fn start(size: usize, seed: usize, apply: &mut dyn FnMut(&[f64], &mut [f64])) -> Vec<f64> {
+    // SplitMix64.
+    let mut state = seed as u64;
+    let mut next = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = state;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    let seed: Vec<f64> = (0..size).map(|_| next()).collect();
+    let mut image = vec![0.0; size];
+    apply(&seed, &mut image);
+    image
+}
+
+fn combine(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
+    for (vector, weight) in vectors.iter().zip(weights) {
+        sum.iter_mut().zip(vector).for_each(|(s, x)| *s += weight * x);
+    }
+    sum
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A space that the operator maps into itself is all there is: the search ends, with what it found.
+    #[test]
+    fn an_operator_of_low_rank_ends_the_search() {
+        let size = 400;
+        let mut apply = |x: &[f64], out: &mut [f64]| {
+            out.fill(0.0);
+            (out[3], out[7], out[9]) = (2.0 * x[3], 0.5 * x[7], -300.0 * x[9]);
+        };
+        let found = largest(size, 5, 0, 1e-12, &mut apply);
+        let values: Vec<f64> = found.pairs.iter().map(|pair| pair.0).filter(|value| *value > 1e-9).collect();
+        assert_eq!(values.len(), 2);
+        assert!((values[0] - 2.0).abs() < 1e-10 && (values[1] - 0.5).abs() < 1e-10, "{values:?}");
+        assert!((found.scale - 300.0).abs() < 1e-9);
+    }
+
+    /// Large negative eigenvalues are none of those wanted, and do not hide them.
+    #[test]
+    fn the_other_end_of_the_spectrum_does_not_count() {
+        let size = 900;
+        let value = |i: usize| if i % 2 == 0 { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
+        let mut apply = |x: &[f64], out: &mut [f64]| (0..size).for_each(|i| out[i] = value(i) * x[i]);
+        let found = largest(size, 6, 1, 1e-12, &mut apply);
+        assert_eq!(found.pairs.len(), 6);
+        for (k, (found, _)) in found.pairs.iter().enumerate() {
+            let exact = value(2 * k + 1);
+            assert!((found / exact - 1.0).abs() < 1e-10, "{k}: {found} {exact}");
+        }
+    }
+}
