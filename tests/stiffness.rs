@@ -113,7 +113,8 @@ push = {{ node = \"B\", reaction = \"ux\" }}
         )
     };
     let plain = probes(&text(""));
-    let probed = probes(&text("k = { node = \"B\", stiffness = \"ux\" }\nturning = { node = \"B\", stiffness = \"rz\" }"));
+    let probed =
+        probes(&text("k = { node = \"B\", stiffness = \"ux\" }\nturning = { node = \"B\", stiffness = \"rz\" }"));
     assert!(plain[0].1.abs() > 0.01 && plain[1].1.abs() < 1e-9, "{plain:?}");
     for (plain, probed) in plain.iter().zip(&probed) {
         assert!((plain.1 - probed.1).abs() < 1e-9, "{plain:?} {probed:?}");
