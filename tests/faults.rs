@@ -332,7 +332,7 @@ fn names_of_control_characters_survive_in_every_output() {
     assert_eq!(step["name"], name.as_str());
     assert!(step["nodes"][name.as_str()].is_object() && step["probes"][name.as_str()].is_number());
     let mut history = csv::Reader::from_path(out.join("history.csv")).unwrap();
-    assert_eq!(&history.headers().unwrap()[2], name);
+    assert!(history.headers().unwrap().iter().any(|head| head.starts_with(name.as_str())));
     assert_eq!(&history.records().next().unwrap().unwrap()[0], name);
     for path in names(&out).iter().filter(|name| name.ends_with("vtu") || name.ends_with("pvd")) {
         let text = fs::read_to_string(out.join(path)).unwrap();

@@ -287,3 +287,28 @@ fn the_command_prints_the_fit_and_writes_its_files() {
     assert_eq!(output.status.code(), Some(2));
     assert!(message.contains("choose with --variant: 'A', 'At', 'B', 'I'"), "{message}");
 }
+
+/// R1 and R2 share what bends a muscle: their errors lean against each other, and none is small or without bounds.
+#[test]
+fn a_fit_says_how_well_its_parameters_are_known_and_draws_them() {
+    let fitted = fit::run(&hifi::request()).unwrap();
+    for row in &fitted.rows {
+        let known = row.uncertainty.as_ref().unwrap();
+        assert_eq!(known.parameters, [Parameter::EndRadius, Parameter::MiddleRadius, Parameter::Modulus]);
+        let values = [row.row.end_radius, row.row.middle_radius, row.row.youngs_modulus];
+        for (index, (error, value)) in known.errors.iter().zip(values).enumerate() {
+            assert!(*error > 0.005 * value && *error < 0.1 * value, "{error} of {value}");
+            assert!((known.correlations[index][index] - 1.0).abs() < 1e-12);
+        }
+        assert!(known.correlations[0][1] < -0.7, "{:?}", known.correlations);
+    }
+    assert!(fit::report::report(&fitted).contains("± R1, mm"));
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("curves.svg");
+    fit::curves::draw(&fitted, &path).unwrap();
+    let svg = std::fs::read_to_string(path).unwrap();
+    for text in ["shortening (mm)", "deflection (mm)", "slope (deg)", "25 psi", "points: measured"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    assert!(svg.matches("<circle").count() > 60 && svg.matches("<polyline").count() >= 12);
+}

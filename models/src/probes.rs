@@ -224,6 +224,16 @@ pub enum ProbeKind {
     Other,
 }
 
+impl Probe {
+    /// The members whose section forces the probe asks for.
+    fn along(&self) -> &[Along] {
+        match self {
+            Self::Greatest { members, .. } => members,
+            _ => &[],
+        }
+    }
+}
+
 impl ProbeKind {
     /// Whether the accuracy asked for is asked of such probes.
     pub fn is_asked(self) -> bool {
@@ -264,11 +274,7 @@ impl Probes {
     }
 
     fn observed(&self) -> impl Iterator<Item = &Along> {
-        let of = |probe| match probe {
-            &Probe::Greatest { ref members, .. } => members.as_slice(),
-            _ => &[],
-        };
-        self.probes.iter().flat_map(of)
+        self.probes.iter().flat_map(Probe::along)
     }
 
     /// Says how the axes that a network is solved in lie in the members' own.

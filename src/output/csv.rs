@@ -46,7 +46,8 @@ pub fn head(name: &str, unit: &str) -> String {
 
 /// A value that is not a number leaves its field empty.
 fn finite(values: &[f64]) -> Vec<Option<f64>> {
-    values.iter().map(|&value| value.is_finite().then_some(value)).collect()
+    // −0 is a number like any other to a program and a riddle to a person.
+    values.iter().map(|&value| value.is_finite().then_some(value + 0.0)).collect()
 }
 
 #[cfg(test)]

@@ -29,29 +29,34 @@ impl Column {
 
 /// The columns of a model, in the order in which its steps name them; what stays zero is left out.
 pub fn columns(model: &Model) -> Vec<Column> {
-    let mut kinds: Vec<(String, String, Vec<[f64; 2]>, Vec<usize>)> = Vec::new();
+    let mut together: Vec<Together> = Vec::new();
     for target in targets(model) {
         let levels = levels(model, target);
         if levels.iter().flatten().all(|&level| level == 0.0) {
             continue;
         }
         let (kind, unit, of) = describe(model, target);
-        let same = |entry: &&mut (String, String, Vec<[f64; 2]>, Vec<usize>)| {
-            entry.0 == kind && entry.1 == unit && entry.2 == levels
-        };
-        match kinds.iter_mut().find(same) {
-            Some(entry) => entry.3.push(of),
-            None => kinds.push((kind, unit, levels, vec![of])),
+        let same = |known: &&mut Together| known.kind == kind && known.unit == unit && known.levels == levels;
+        match together.iter_mut().find(same) {
+            Some(known) => known.of.push(of),
+            None => together.push(Together { kind, unit, levels, of: vec![of] }),
         }
     }
-    kinds
-        .into_iter()
-        .map(|(kind, unit, levels, of)| {
-            let whom = whom(model, &kind, &of);
-            let unit = if unit.is_empty() { unit } else { format!(" ({unit})") };
-            Column { head: format!("{}{unit}", kind.replace("{}", &whom)), levels }
-        })
-        .collect()
+    let column = |Together { kind, unit, levels, of }| {
+        let whom = whom(model, &kind, &of);
+        Column { head: super::csv::head(&kind.replace("{}", &whom), &unit), levels }
+    };
+    together.into_iter().map(column).collect()
+}
+
+/// Targets of one kind that move alike.
+struct Together {
+    /// With a place for the name.
+    kind: String,
+    unit: String,
+    levels: Vec<[f64; 2]>,
+    /// Members or nodes.
+    of: Vec<usize>,
 }
 
 /// Everything that a step moves, once.

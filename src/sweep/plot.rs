@@ -24,6 +24,9 @@ const MAPPED: usize = 5;
 /// Steps of the colour bar of a map.
 const SHADES: usize = 64;
 
+/// Part of a map by which its cells overlap.
+const SEAM: f64 = 0.004;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// A probe with its curves.
@@ -146,6 +149,8 @@ fn draw_map(outcome: &Outcome, plan: &Plan, probe: usize, area: &Area<'_>) -> Re
         .y_desc(plan.parameters[1].head())
         .axis_desc_style(font(15))
         .label_style(font(13))
+        .axis_style(BLACK.mix(0.5).stroke_width(FINE))
+        .set_all_tick_mark_size(5 * FINE)
         .x_label_formatter(&|value| short(*value))
         .y_label_formatter(&|value| short(*value))
         .draw()?;
@@ -160,6 +165,10 @@ fn draw_map(outcome: &Outcome, plan: &Plan, probe: usize, area: &Area<'_>) -> Re
     };
     chart.draw_series(points.iter().map(|&([at_x, at_y], value)| {
         let ([left, right], [bottom, top]) = (cell(&x, at_x), cell(&y, at_y));
+        // A little over the next cells, which cover it: else the ground shines through between them.
+        let over = [&x, &y].map(|borders| SEAM * (borders[borders.len() - 1] - borders[0]));
+        let corner = [(right, x[x.len() - 1], over[0]), (top, y[y.len() - 1], over[1])];
+        let [right, top] = corner.map(|(end, last, over)| (end + over).min(last));
         Rectangle::new([(left, bottom), (right, top)], shade((value - low) / (high - low)).filled())
     }))?;
     let label = crate::output::csv::head(&outcome.columns.probes[probe], &outcome.columns.units[probe]);
@@ -181,7 +190,8 @@ fn draw_map(outcome: &Outcome, plan: &Plan, probe: usize, area: &Area<'_>) -> Re
     let step = (high - low) / SHADES as f64;
     scale.draw_series((0..SHADES).map(|index| {
         let from = low + step * index as f64;
-        Rectangle::new([(0.0, from), (1.0, from + step)], shade((index as f64 + 0.5) / SHADES as f64).filled())
+        let to = (from + step * (1.0 + 10.0 * SEAM)).min(high);
+        Rectangle::new([(0.0, from), (1.0, to)], shade((index as f64 + 0.5) / SHADES as f64).filled())
     }))?;
     Ok(())
 }
@@ -281,8 +291,9 @@ fn draw_panel(panel: &Panel, axis: &str, combinations: usize, area: &Area<'_>) -
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     chart
         .configure_mesh()
-        .light_line_style(BLACK.mix(0.05))
-        .bold_line_style(BLACK.mix(0.12))
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(BLACK.mix(0.12).stroke_width(FINE))
+        .axis_style(BLACK.mix(0.5).stroke_width(FINE))
         .x_desc(axis)
         .y_desc(&panel.label)
         .axis_desc_style(font(15))
