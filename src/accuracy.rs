@@ -146,7 +146,7 @@ pub fn solve_to_accuracy(
         };
         timing.estimate += history.estimate;
         timing.solve += spent.saturating_sub(history.estimate);
-        mesh.name_segments(&mut history);
+        mesh.name_segments(&model, &mut history);
         if let Some(Round { mesh: before, history: coarse, .. }) = &best
             && before.order == mesh.order
         {

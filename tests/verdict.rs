@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use pennate::accuracy::solve_to_accuracy;
-use pennate_models::{Model, discretize, read};
+use pennate_models::scenes::SCENES;
+use pennate_models::{Model, discretize, read, read_text};
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;
 use pennate_testing::verdict::{Verdict, confirm};
@@ -58,6 +59,20 @@ fn every_network_of_the_project_has_the_verdict_of_its_modes() {
     assert!(confirmed >= 40, "only {confirmed} of {} files", found.len());
 }
 
+#[test]
+fn every_scene_has_the_verdict_of_its_modes() {
+    let (mut confirmed, mut contradicted) = (0, Vec::new());
+    for scene in SCENES {
+        let text = scene.write(&[]).expect("a scene");
+        let Ok(model) = read_text("scene.toml", &text, &[]) else { continue };
+        let (good, bad) = judge(model, scene.name);
+        confirmed += good;
+        contradicted.extend(bad);
+    }
+    assert!(contradicted.is_empty(), "{contradicted:#?}");
+    assert!(confirmed >= SCENES.len() / 2, "only {confirmed} of {} scenes", SCENES.len());
+}
+
 /// The soft arm near the load at which it buckles sideways; `examples/arms.rs` tries a thousand states.
 #[test]
 fn the_soft_arm_has_the_verdict_of_its_modes() {
@@ -82,7 +97,7 @@ fn the_loaded_arm_buckles_sideways_from_any_number_of_increments() {
     let settings = [("Pr", "0.1"), ("Pb", "172.36"), ("load", "18")].map(|(a, b)| (a.to_owned(), b.to_owned()));
     for increments in ["", "increments = 3\n", "increments = 20\n"] {
         let text = text.replace("name = \"inflate\"\n", &format!("name = \"inflate\"\n{increments}"));
-        let model = pennate_models::read_text("arm.toml", &text, &settings).expect("a network");
+        let model = read_text("arm.toml", &text, &settings).expect("a network");
         let options = Options { estimate: true, ..Options::default() };
         let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).expect("a solution");
         let y = solution.probes.steps[1].increments.last().expect("a state")[1];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::input::read::Count;
 use crate::model::{Member, MemberId, MemberKind, Model, Segment};
-use pennate_solver::history::History;
+use pennate_solver::history::{Equilibrium, History};
 use pennate_solver::structure::{Dimension, Formulation};
 
 /// Order of the elements and their number in every stretch of every member.
@@ -106,12 +106,23 @@ impl Mesh {
         model.members[member].segments[self.stretch(model, member, index).segment].elements.is_none()
     }
 
-    /// Gives the shapes of a history the segments of the model, where those of the solver are stretches.
-    pub fn name_segments(&self, history: &mut History) {
-        for increment in history.steps.iter_mut().flat_map(|step| &mut step.increments) {
-            for (member, stretches) in &self.grading {
-                for cell in increment.shapes.get_mut(*member).into_iter().flat_map(|shape| &mut shape.cells) {
-                    cell.segment = stretches[cell.segment].segment;
+    /// Gives the shapes and section forces of a history the segments of the model, where those of the solver are stretches.
+    pub fn name_segments(&self, model: &Model, history: &mut History) {
+        let observed = model.probes.sections();
+        let name = |state: &mut Equilibrium| {
+            for (member, along) in observed.iter().zip(&mut state.sections) {
+                let Some(stretches) = self.grading.get(member) else { continue };
+                along.iter_mut().for_each(|at| at.segment = stretches[at.segment].segment);
+            }
+        };
+        for step in &mut history.steps {
+            step.refined.iter_mut().for_each(name);
+            for increment in &mut step.increments {
+                name(&mut increment.state);
+                for (member, stretches) in &self.grading {
+                    for cell in increment.shapes.get_mut(*member).into_iter().flat_map(|shape| &mut shape.cells) {
+                        cell.segment = stretches[cell.segment].segment;
+                    }
                 }
             }
         }

@@ -165,7 +165,10 @@ impl Quantity {
         let value = |at: &SectionForces| self.at(at, &observed.segments[at.segment], &observed.turn, control);
         let mut greatest = f64::NAN;
         for segment in along.chunk_by(|a, b| a.segment == b.segment) {
-            let values: Vec<f64> = segment.iter().map(value).collect();
+            // Stretches of elements of other lengths meet in a place that both have.
+            let mut segment: Vec<&SectionForces> = segment.iter().collect();
+            segment.dedup_by(|next, last| next.at <= last.at);
+            let values: Vec<f64> = segment.iter().map(|at| value(at)).collect();
             for (index, &here) in values.iter().enumerate() {
                 let inside = index > 0 && index + 1 < values.len();
                 let peak = match inside && here >= values[index - 1] && here >= values[index + 1] {
