@@ -35,8 +35,10 @@ use stiff::stiff_case;
 const BUDGET: Duration = Duration::from_secs(20);
 /// Time after which the runs of a network, three of them at most, hang: they were told to stop.
 const HANGS: Duration = Duration::from_secs(120);
-/// Residual of the joints, over the largest force or moment.
+/// Residual of the joints, over the largest force or moment, beyond so many times what the run says that rounding leaves of
+/// forces and moments.
 const JOINTS: f64 = 1e-7;
+const TIMES_ROUNDING: f64 = 10.0;
 /// Distance of a component from where a step holds it or was to stop, in lengths of a member or radians.
 const PLACES: f64 = 1e-6;
 /// Rotations beyond this are not compared.
@@ -287,6 +289,10 @@ fn verify(network: &Network, steps: &[Step], history: &History) -> (Residual, us
             }
         }
         let mut found = residual(network, &last.state, &values, &fading);
+        let rounding = last.state.rounding.map_or(0.0, |rounding| {
+            rounding.errors[2..].iter().flatten().fold(0.0, |largest, &error| error.max(largest))
+        });
+        found.joints = (found.joints - TIMES_ROUNDING * rounding).max(0.0);
         let missed = |node: usize, component: usize, told: f64| {
             // Results keep rotation vectors below π.
             let turned = Vector::from(last.state.nodes[node].rotation).norm() > TURNED;

@@ -15,15 +15,20 @@ pub fn stiff_case(seed: u64, most: usize) -> (Recipe, Network, Vec<Step>) {
     (recipe, network, steps)
 }
 
-/// Makes sections that cannot be stretched or sheared, or that are up to 10⁴ times as long as their radius of gyration.
+/// Makes sections that cannot be sheared, that are up to 10⁴ times as long as their radius of gyration, or, in the tree that
+/// holds the network, that cannot be stretched.
+///
+/// What closes a loop can be stretched, and what cannot does not contract: rigid triangles have forces that nothing
+/// determines, and one whose sides are to shorten has no equilibrium at all.
 fn stiffen(network: &mut Network, random: &mut fastrand::Rng) {
-    for law in &mut network.laws {
+    let tree = network.structure.nodes.len() - 1;
+    for (index, law) in network.laws.iter_mut().enumerate() {
         let section = &mut law.section;
-        match random.u8(0..4) {
-            0 => section.ea = f64::INFINITY,
-            1 => section.ea = section.ei3 * (10f64.powf(2.0 + 2.0 * random.f64()) / LENGTH).powi(2),
-            2 => (section.ea, section.ga2, section.ga3) = (f64::INFINITY, f64::INFINITY, f64::INFINITY),
-            _ => {}
+        let kind = random.u8(0..3);
+        if kind == 0 && index < tree {
+            (section.ea, law.strain) = (f64::INFINITY, 0.0);
+        } else if kind == 1 {
+            section.ea = section.ei3 * (10f64.powf(2.0 + 2.0 * random.f64()) / LENGTH).powi(2);
         }
         if random.bool() {
             (section.ga2, section.ga3) = (f64::INFINITY, f64::INFINITY);
