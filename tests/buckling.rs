@@ -137,3 +137,15 @@ fn a_ramp_that_moves_nothing_is_refused() {
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(message.contains("nothing to multiply") && message.contains("help:"), "{message}");
 }
+
+/// Muscles that contract freely get no stresses, and no pressure buckles them: rounding is no factor.
+#[test]
+fn free_contraction_has_no_factor() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("tower.toml");
+    let scene = pennate(&["scene", "conventional", "--set", "n=3", "--set", "m=3"]);
+    assert_eq!(scene.status.code(), Some(0));
+    std::fs::write(&path, scene.stdout).expect("a file");
+    let found = buckling(&path, &["--accuracy", "1e-6"]);
+    assert_eq!(factors(&found), Vec::<f64>::new());
+}

@@ -13,7 +13,7 @@
 
 use std::sync::Arc;
 
-use pennate_elements::small::{V3, add, cross, scale, sub};
+use pennate_elements::small::{V3, add, cross, norm, scale, sub};
 
 use crate::base::{self, Base, Reach};
 use crate::chain::ElementState;
@@ -34,6 +34,11 @@ use crate::system::System;
 const BEGINNING: f64 = 1e-3;
 /// Solves with corrected multipliers of rigid components.
 const CORRECTIONS: usize = 8;
+/// Largest motion of a joint up to a critical factor, over the size of the network.
+///
+/// Muscles that contract freely get no stresses but by rounding, which has factors of 10⁷ and more: there the linear response
+/// would be that many times as long as the network.
+const FARTHEST: f64 = 1e6;
 /// Slot for the state that the response starts from.
 const REST: usize = 2;
 
@@ -175,7 +180,8 @@ impl Beginning {
         let unknowns = Unknowns::new(system);
         let assembled = Assembled::new(system, &unknowns);
         let mut without_potential = system.without_potential();
-        let change = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
+        let (change, motion) = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
+        let least = motion / (FARTHEST * self.base.system.size);
 
         let (parts, left_out) = split(&self.base, &unknowns, &without_potential);
         if parts.is_empty() {
@@ -200,7 +206,8 @@ impl Beginning {
                 return Err(NoFactors::Unstable(pivots.negative));
             }
             let pairs = |factor: Factor, other: &sprs::CsMat<f64>, wanted: usize| -> Pairs {
-                Pencil::new(factor, &operators.stiffness, other, &operators.constraints).largest(wanted)
+                let pencil = Pencil::new(factor, &operators.stiffness, other, &operators.constraints);
+                if least > 0.0 { pencil.largest_above(least, wanted) } else { pencil.largest(wanted) }
             };
             let found = pairs(pivots, &forwards, wanted);
             complete &= found.complete;
@@ -233,9 +240,11 @@ impl Beginning {
         })
     }
 
-    /// K′ over all unknowns; nothing where the state does not respond.
-    fn change(&mut self, unknowns: &Unknowns, without_potential: &mut Vec<(usize, usize)>) -> Option<Entries> {
+    /// K′ over all unknowns, and the largest displacement of a joint per unit of the ramp; nothing where the state does not
+    /// respond.
+    fn change(&mut self, unknowns: &Unknowns, without_potential: &mut Vec<(usize, usize)>) -> Option<(Entries, f64)> {
         let response = self.response()?;
+        let motion = response.motions.iter().fold(0.0f64, |most, m| most.max(norm([m[0], m[1], m[2]])));
         let system = &mut self.base.system;
         let mut entries = Entries::new();
         let mut forces = vec![[0.0; 6]; system.forces.len()];
@@ -287,7 +296,7 @@ impl Beginning {
         mirror(&before, -1.0 / response.part, &mut entries);
         self.set(0.0);
         self.base.system.assemble(false);
-        Some(entries)
+        Some((entries, motion))
     }
 
     /// Loads and sections at a fraction of the ramp.

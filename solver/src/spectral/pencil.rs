@@ -57,6 +57,21 @@ impl<'a> Pencil<'a> {
         Self { factor, stiffness, other, constraints }
     }
 
+    /// The `count` largest eigenvalues above `least`, which is positive.
+    ///
+    /// Where the count of pivots says that there are none, nothing is searched for. An auxiliary stiffness in place of a
+    /// rigid one makes that count too large at most.
+    pub fn largest_above(&self, least: f64, count: usize) -> Pairs {
+        if self.count_above(least) == Some(0) {
+            return Pairs { complete: true, ..Pairs::default() };
+        }
+        let mut pairs = self.largest(count);
+        let kept = pairs.values.iter().take_while(|value| **value > least).count();
+        pairs.values.truncate(kept);
+        pairs.vectors.truncate(kept);
+        pairs
+    }
+
     /// The `count` largest positive eigenvalues.
     pub fn largest(&self, count: usize) -> Pairs {
         let size = self.factor.size();
