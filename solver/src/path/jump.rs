@@ -47,7 +47,7 @@ impl<const D: usize> Path<'_, D> {
         ramp.apply(&mut self.system, point.fraction);
         self.system.gather(false);
         let before = self.system.potential_energy();
-        let beyond = (OVERSHOOT * point.fraction.abs()).max(SMALLEST).min(BRACKET);
+        let beyond = (OVERSHOOT * point.fraction.abs()).clamp(SMALLEST, BRACKET);
         let fraction = (point.fraction + beyond).min(1.0);
         if point.kind == CriticalKind::Bifurcation {
             let push: Vec<f64> = self.system.softest_motion().iter().map(|x| PUSH * x).collect();
