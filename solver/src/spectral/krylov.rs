@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn the_other_end_of_the_spectrum_does_not_count() {
         let size = 900;
-        let value = |i: usize| if i % 2 == 0 { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
+        let value = |i: usize| if i.is_multiple_of(2) { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
         let mut apply = |x: &[f64], out: &mut [f64]| (0..size).for_each(|i| out[i] = value(i) * x[i]);
         let found = largest(size, 6, 1, 1e-12, &mut apply);
         assert_eq!(found.pairs.len(), 6);
