@@ -5,7 +5,7 @@
 //! values are one but for a small part, and Π is the limit of (I − W Wᵀ)ⁿ, reached in a few steps: the same repeated
 //! correction of the multipliers by which equilibria meet rigid components.
 //!
-//! Eigenvalues are found in Krylov spaces of blocks ([`super::krylov`]), which need no matrix of A. A block sees as many motions
+//! Eigenvalues are found in Krylov spaces of blocks (`krylov.rs`), which need no matrix of A. A block sees as many motions
 //! of a multiple eigenvalue as it has vectors: what was found is deflated and the search repeated until the count of negative
 //! pivots of K − B/θ (Sylvester's law of inertia) says that nothing is missing above the last one wanted. Of a small network
 //! all eigenvalues of the whole A are taken.
