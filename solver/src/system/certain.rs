@@ -15,7 +15,7 @@ use super::scatter::add_local;
 use crate::reduce;
 
 /// Rounding of a stiffness, over the largest of the terms that it is the difference of: a unit in their last place.
-const ROUNDING: f64 = f64::EPSILON;
+const LAST_PLACE: f64 = f64::EPSILON;
 
 impl<const D: usize> System<D> {
     /// Negative pivots of the last assembly that neither rounding nor the residual explains.
@@ -47,7 +47,7 @@ impl<const D: usize> System<D> {
     fn add_doubt(&mut self) {
         let size = self.linear.size();
         let own: Vec<f64> = (0..size).map(|i| self.linear.diagonal(i).abs()).collect();
-        self.linear.shift(ROUNDING, &own);
+        self.linear.shift(LAST_PLACE, &own);
         let active = self.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
         for index in 0..self.members.len() {
@@ -81,13 +81,13 @@ fn doubtful<const D: usize>(bare: &[[[f64; D]; D]; 2], translations: usize) -> E
     let mut ends = Ends { k00: o, k01: o, k11: o, r0: [0.0; D], r1: [0.0; D] };
     for i in 0..translations {
         for j in 0..translations {
-            let own = ROUNDING * bare[1][i][j];
+            let own = LAST_PLACE * bare[1][i][j];
             (ends.k00[i][j], ends.k01[i][j], ends.k11[i][j]) = (own, -own, own);
         }
     }
     for i in translations..D {
-        ends.k00[i][i] = ROUNDING * bare[0][i][i];
-        ends.k11[i][i] = ROUNDING * bare[1][i][i];
+        ends.k00[i][i] = LAST_PLACE * bare[0][i][i];
+        ends.k11[i][i] = LAST_PLACE * bare[1][i][i];
     }
     ends
 }
