@@ -12,6 +12,7 @@ use pennate_elements::small::norm;
 
 use super::System;
 use super::scatter::add_local;
+use crate::linear::Pivots;
 use crate::reduce;
 
 /// Rounding of a stiffness, over the largest of the terms that it is the difference of: a unit in their last place.
@@ -23,24 +24,25 @@ impl<const D: usize> System<D> {
     /// Costs two factorizations; the factors are those of the tangent again afterwards.
     pub fn certain_negative(&mut self) -> usize {
         let interior: usize = self.members.iter().map(|slot| self.packs[slot.pack].pivots(slot.lane).0).sum();
-        let values = self.linear.values.clone();
-        self.add_doubt();
-        let pivots = self.linear.factorize();
-        self.linear.values = values;
-        self.linear.factorize();
-        interior + self.released_negative + pivots.negative
+        interior + self.released_negative + self.in_doubt(|_, pivots| pivots.negative)
     }
 
     /// What rounding and residual may change the value of [`System::singular_test`] by at the last assembly.
     pub fn doubt(&mut self, b: &[f64]) -> Option<f64> {
         let here = self.singular_test(b)?;
+        let there = self.in_doubt(|system, _| system.singular_test(b))?;
+        Some(there - here)
+    }
+
+    /// Looks at the factors of the tangent with what may have been taken from it.
+    fn in_doubt<R>(&mut self, look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
         let values = self.linear.values.clone();
         self.add_doubt();
-        self.linear.factorize();
-        let there = self.singular_test(b);
+        let pivots = self.linear.factorize();
+        let seen = look(self, pivots);
         self.linear.values = values;
         self.linear.factorize();
-        Some(there? - here)
+        seen
     }
 
     /// Adds to the tangent what rounding and residual may have taken from it.
