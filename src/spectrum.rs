@@ -327,7 +327,10 @@ impl Values {
                 let value = mode.eigenvalue;
                 // The frequency is the root: half the relative error of its square.
                 let relative = |coarse: f64| 0.5 * (coarse - value).abs() / value.abs().max(SMALLEST * scale);
-                let error = coarse_values.next().map(|coarse| if coarse == value { 0.0 } else { relative(coarse) });
+                let error = coarse_values.next().map(|coarse| {
+                    let error = if coarse == value { 0.0 } else { relative(coarse) };
+                    error.max(0.5 * mode.rounding)
+                });
                 Entry { value, error, family: mode.family, largest: mode.shape.largest(size), shape: mode.shape }
             })
             .collect();
@@ -356,7 +359,8 @@ impl Values {
             .into_iter()
             .map(|critical| {
                 let value = critical.factor + present;
-                let error = coarse_values.next().map(|coarse| (coarse - critical.factor).abs() / value);
+                let error =
+                    coarse_values.next().map(|coarse| ((coarse - critical.factor).abs() / value).max(critical.rounding));
                 Entry {
                     value,
                     error,

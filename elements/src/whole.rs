@@ -1,4 +1,4 @@
-//! All nodes of one spatial element at once: tangent, constraints and forces in global axes, nothing eliminated.
+//! All nodes of one spatial element at once: tangent, strains and forces in global axes, nothing eliminated.
 //!
 //! A solve for equilibrium eliminates the nodes between the ends of an element; vibration and buckling need them. Node i
 //! of 0…P has the components of its displacement and of its spatial spin, in global axes. With the local unknowns
@@ -134,31 +134,72 @@ pub fn forces<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>)
     forces
 }
 
-/// Rows G by which strains of infinite stiffness change, each times the root of its auxiliary stiffness and weight.
-///
-/// The tangent holds Gᵀ G in their place; a motion that the rod can make has G x = 0.
-pub fn constraints<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Rows {
-    if at.moduli.held == [0.0; 6] {
-        return Vec::new();
+/// Rows by which the strains at the Gauss points of an element change with the motions of its nodes, each times the root
+/// of its stiffness and weight.
+#[derive(Clone, Debug, Default)]
+pub struct StrainRows {
+    /// E of strains with a stiffness: a motion x has the material energy |E x|²/2.
+    pub elastic: Rows,
+    /// G of strains that are held, with the auxiliary stiffness: a motion that the rod can make has G x = 0.
+    pub held: Rows,
+}
+
+impl StrainRows {
+    /// Eᵀ E + Gᵀ G; nothing where there are no rows.
+    pub fn products(&self) -> Rows {
+        let all = || self.elastic.iter().chain(&self.held);
+        let size = all().next().map_or(0, Vec::len);
+        let mut product = vec![vec![0.0; size]; size];
+        for row in all() {
+            for (target, &left) in product.iter_mut().zip(row) {
+                if left != 0.0 {
+                    target.iter_mut().zip(row).for_each(|(t, right)| *t += left * right);
+                }
+            }
+        }
+        product
     }
+}
+
+/// The rows of an element with the section in `at`, at the shape of `nodes`.
+///
+/// The tangent of all nodes is Eᵀ E + Gᵀ G and the tangent for no stiffness and the same stresses. What the rows say of a motion
+/// near to that of a rigid body is of the order of rounding, and enters its energy squared; what the products say of it
+/// is the difference of large numbers.
+pub fn strain_rows<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> StrainRows {
     let restriction = nodes.restriction();
     let zero = [[0.0; 6]; P];
-    let at = At { stress: &zero, ..*at };
+    // Stresses of held strains are no part of the change.
+    let free = Moduli { held: [0.0; 6], ..*at.moduli };
+    let held = at.moduli.held;
+    let at = At { moduli: &free, ..*at };
     let still = SpatialBeam::<L>::extrapolate(&at, &zero);
-    let mut rows = Vec::new();
-    for d in (0..6).filter(|&d| at.moduli.held[d] != 0.0) {
-        rows.extend((0..P).map(|g| (g, d, vec![0.0; 6 * (P + 1)])));
-    }
+    // The stiffness, which may depend on the shape: what one more unit of elastic strain adds to the stress.
+    let more = Moduli { rest: free.rest.map(|rest| rest - 1.0), ..free };
+    let strained = SpatialBeam::<L>::extrapolate(&At { moduli: &more, ..at }, &zero);
+    let mut rows = StrainRows::default();
+    let points = |d: usize| (0..P).map(move |g| (g, d));
+    let places: Vec<(usize, usize)> = (0..6).flat_map(points).collect();
+    let stiffness = |(g, d): (usize, usize)| strained[g][d] - still[g][d];
+    let mut own: Vec<Vec<f64>> = vec![vec![0.0; 6 * (P + 1)]; places.len()];
     for (column, motion) in restriction.iter().enumerate() {
         let mut change = zero;
         change[column / 6][column % 6] = 1.0;
         let moved = SpatialBeam::<L>::extrapolate(&at, &change);
-        for (g, d, row) in &mut rows {
-            let stiffness = at.moduli.stiffness[*d];
-            let root = (at.table.weights[*g] * at.piece.length * stiffness).sqrt();
-            let strain = (moved[*g][*d] - still[*g][*d]) / stiffness;
-            row.iter_mut().zip(motion).for_each(|(r, m)| *r += root * strain * m);
+        for (row, &(g, d)) in own.iter_mut().zip(&places) {
+            let stress = moved[g][d] - still[g][d];
+            if stress != 0.0 {
+                let root = (at.table.weights[g] * at.piece.length / stiffness((g, d))).sqrt();
+                row.iter_mut().zip(motion).for_each(|(r, m)| *r += root * stress * m);
+            }
         }
     }
-    rows.into_iter().map(|(.., row)| row).collect()
+    for (row, (g, d)) in own.into_iter().zip(places) {
+        if held[d] != 0.0 {
+            rows.held.push(row);
+        } else if stiffness((g, d)) > 0.0 {
+            rows.elastic.push(row);
+        }
+    }
+    rows
 }

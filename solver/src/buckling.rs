@@ -22,7 +22,7 @@ use crate::modes::{Found, Place, place, split};
 use crate::options::{Options, Progress};
 use crate::spectral::factor::Factor;
 use crate::spectral::operators::{
-    Assembled, Entries, Evaluated, Stressing, element_columns, matrix, mirror, scatter, spring_change,
+    Assembled, Entries, Evaluated, Operators, Stressing, element_columns, matrix, mirror, scatter, spring_change,
 };
 use crate::spectral::pencil::{Pairs, Pencil};
 use crate::spectral::shape::Shape;
@@ -56,6 +56,8 @@ pub enum Ramp {
 pub struct Critical {
     /// Fraction of the ramp, negative for a ramp the other way.
     pub factor: f64,
+    /// Part of it that rounding may be.
+    pub rounding: f64,
     pub family: Family,
     /// Scaled to a largest component of one.
     pub shape: Shape,
@@ -206,16 +208,18 @@ impl Beginning {
                 return Err(NoFactors::Unstable(pivots.negative));
             }
             let pairs = |factor: Factor, other: &sprs::CsMat<f64>, wanted: usize| -> Pairs {
-                let pencil = Pencil::new(factor, &operators.stiffness, other, &operators.constraints);
+                let Operators { stiffness, form, constraints, .. } = &operators;
+                let pencil = Pencil { factor, stiffness, form, other, constraints };
                 if least > 0.0 { pencil.largest_above(least, wanted) } else { pencil.largest(wanted) }
             };
             let found = pairs(pivots, &forwards, wanted);
             complete &= found.complete;
-            for (value, vector) in found.values.iter().zip(&found.vectors) {
+            for ((value, vector), &rounding) in found.values.iter().zip(&found.vectors).zip(&found.rounding) {
                 let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
                 let shape = Shape::new(system, &unknowns, &x);
                 let largest = shape.largest(system.size).value;
-                critical.push(Critical { factor: 1.0 / value, family: *family, shape: shape.scaled(1.0 / largest) });
+                let shape = shape.scaled(1.0 / largest);
+                critical.push(Critical { factor: 1.0 / value, rounding, family: *family, shape });
             }
             if let Some(value) = factor().and_then(|factor| pairs(factor, &backwards, 1).values.first().copied()) {
                 let factor = -1.0 / value;

@@ -13,7 +13,7 @@ use crate::history::{History, MemberShape, NodeState};
 use crate::options::{Options, Progress};
 use crate::results;
 use crate::spectral::factor::Factor;
-use crate::spectral::operators::{Assembled, Operators};
+use crate::spectral::operators::{Assembled, Form, Operators};
 use crate::spectral::pencil::Pencil;
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns};
@@ -32,6 +32,8 @@ const ZERO: f64 = 1e-9;
 pub struct Mode {
     /// ω² in 1/time²; negative where the state is unstable, exactly zero for a motion without stiffness.
     pub eigenvalue: f64,
+    /// Part of it that rounding may be.
+    pub rounding: f64,
     pub family: Family,
     /// Scaled to a modal mass xᵀ M x = 1.
     pub shape: Shape,
@@ -151,10 +153,10 @@ fn about(mut base: Base, wanted: usize) -> Result<Modes, NoModes> {
         }
         let lowest = Lowest::of(&operators, wanted).ok_or(NoModes::Singular)?;
         complete &= lowest.complete;
-        for (eigenvalue, vector) in lowest.modes {
+        for (eigenvalue, rounding, vector) in lowest.modes {
             let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
             let shape = Shape::new(system, &unknowns, &x);
-            modes.push(Mode { eigenvalue, family: *family, shape });
+            modes.push(Mode { eigenvalue, rounding, family: *family, shape });
         }
     }
     modes.sort_by(|a, b| a.eigenvalue.total_cmp(&b.eigenvalue));
@@ -178,48 +180,66 @@ pub fn place(system: &mut System<6>) -> Place {
 
 /// The lowest eigenvalues of one family.
 struct Lowest {
-    modes: Vec<(f64, Vec<f64>)>,
+    /// ω², the part of it that rounding may be, and the motion.
+    modes: Vec<(f64, f64, Vec<f64>)>,
     complete: bool,
 }
 
 impl Lowest {
     fn of(operators: &Operators, wanted: usize) -> Option<Self> {
-        let (shift, stiffness, factor) = shifted(operators)?;
-        let pencil = Pencil::new(factor, &stiffness, &operators.mass, &operators.constraints);
+        let Shifted { shift, stiffness, form, factor } = Shifted::of(operators)?;
+        let (other, constraints) = (&operators.mass, &operators.constraints);
+        let pencil = Pencil { factor, stiffness: &stiffness, form: &form, other, constraints };
         let pairs = pencil.largest(wanted);
-        let mode = |(value, mut vector): (f64, Vec<f64>)| {
+        let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
             // xᵀ (K + s M) x = 1 and xᵀ M x = 1/(ω² + s)
             let scale = 1.0 / value.sqrt();
             vector.iter_mut().for_each(|x| *x *= scale);
             let eigenvalue = 1.0 / value - shift;
-            (if eigenvalue.abs() <= ZERO * shift { 0.0 } else { eigenvalue }, vector)
+            if eigenvalue.abs() <= ZERO * shift {
+                return (0.0, 0.0, vector);
+            }
+            (eigenvalue, rounding / (value * eigenvalue.abs()), vector)
         };
-        let modes = pairs.values.into_iter().zip(pairs.vectors).map(mode).collect();
+        let modes = pairs.values.into_iter().zip(pairs.rounding).zip(pairs.vectors).map(mode).collect();
         Some(Self { modes, complete: pairs.complete })
     }
 }
 
 /// K + s M with the smallest s tried, zero first, that makes it positive definite; with its factor.
-fn shifted(operators: &Operators) -> Option<(f64, sprs::CsMat<f64>, Factor)> {
-    let definite =
-        |matrix: &sprs::CsMat<f64>| Factor::new(matrix).filter(|factor| factor.negative == 0 && factor.neutral == 0);
-    if let Some(factor) = definite(&operators.stiffness) {
-        return Some((0.0, operators.stiffness.clone(), factor));
-    }
-    let trace = |matrix: &sprs::CsMat<f64>| matrix.diag().iter().map(|(_, value)| value.abs()).sum::<f64>();
-    let mass = trace(&operators.mass);
-    if mass == 0.0 {
-        return None;
-    }
-    let mut shift = FIRST_SHIFT * trace(&operators.stiffness) / mass;
-    for _ in 0..SHIFTS {
-        let matrix = &operators.stiffness + &operators.mass.map(|value| shift * value);
-        if let Some(factor) = definite(&matrix) {
-            return Some((shift, matrix, factor));
+struct Shifted {
+    shift: f64,
+    stiffness: sprs::CsMat<f64>,
+    form: Form,
+    factor: Factor,
+}
+
+impl Shifted {
+    fn of(operators: &Operators) -> Option<Self> {
+        let definite = |matrix: &sprs::CsMat<f64>| {
+            Factor::new(matrix).filter(|factor| factor.negative == 0 && factor.neutral == 0)
+        };
+        let Operators { stiffness, form, mass, .. } = operators;
+        if let Some(factor) = definite(stiffness) {
+            return Some(Self { shift: 0.0, stiffness: stiffness.clone(), form: form.clone(), factor });
         }
-        shift *= SHIFT_GROWTH;
+        let trace = |matrix: &sprs::CsMat<f64>| matrix.diag().iter().map(|(_, value)| value.abs()).sum::<f64>();
+        let inertia = trace(mass);
+        if inertia == 0.0 {
+            return None;
+        }
+        let mut shift = FIRST_SHIFT * trace(stiffness) / inertia;
+        for _ in 0..SHIFTS {
+            let added = mass.map(|value| shift * value);
+            let stiffness = stiffness + &added;
+            if let Some(factor) = definite(&stiffness) {
+                let form = Form { strains: form.strains.clone(), rest: &form.rest + &added };
+                return Some(Self { shift, stiffness, form, factor });
+            }
+            shift *= SHIFT_GROWTH;
+        }
+        None
     }
-    None
 }
 
 /// Largest extent of a place, as it stands.
@@ -260,13 +280,15 @@ mod tests {
                 stiffness.add_triplet(1, 1, 0.0);
             }
             let (stiffness, mass): (CsMat<f64>, CsMat<f64>) = (stiffness.to_csr(), mass.to_csr());
-            let operators = Operators { stiffness, mass, constraints: TriMat::new((0, size)).to_csr() };
+            let none: CsMat<f64> = TriMat::new((0, size)).to_csr();
+            let form = Form { strains: none.clone(), rest: stiffness.clone() };
+            let operators = Operators { stiffness, form, mass, constraints: none };
             let lowest = Lowest::of(&operators, 5).expect("modes");
             assert!(lowest.complete);
             let values: Vec<f64> = lowest.modes.iter().map(|mode| mode.0).collect();
             for (i, found) in values.iter().enumerate() {
                 assert!((found - value(i)).abs() <= 1e-9 * value(i).abs(), "{values:?}");
-                let modal: f64 = lowest.modes[i].1.iter().map(|x| 2.0 * x * x).sum();
+                let modal: f64 = lowest.modes[i].2.iter().map(|x| 2.0 * x * x).sum();
                 assert!((modal - 1.0).abs() < 1e-10);
             }
         }

@@ -7,6 +7,8 @@
 
 use faer::{Mat, Side};
 
+use super::operators::dot;
+
 /// Vectors that the space grows by at once: multiple eigenvalues of that many are found together.
 const BLOCK: usize = 4;
 /// Blocks of a basis beside the pairs wanted.
@@ -16,27 +18,51 @@ const RESTARTS: usize = 200;
 /// What orthogonalization leaves of a vector that lies in the basis.
 const NOTHING: f64 = 1e-12;
 
+/// Residual of a pair that has settled, over its eigenvalue: the eigenvalue is known to the square of that.
+const SETTLED: f64 = 1e-7;
+/// Part of the largest eigenvalue by size below which one is not looked for alone: of critical factors, one that is a million
+/// times as large as that of the ramp the other way.
+const NEGLIGIBLE: f64 = 1e-6;
+/// Eigenvalues below this part of the largest are rounding.
+pub const ROUNDING: f64 = 1e-11;
+/// Change of an eigenvalue by a restart, over the eigenvalue, that is rounding: its residual is below the root of that, or does not
+/// shrink.
+const STILL: f64 = 1e-13;
+
+/// An eigenvalue with its vector, and the length of what the operator makes of it beside.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    pub value: f64,
+    pub vector: Vec<f64>,
+    pub residual: f64,
+}
+
 /// Pairs of an operator by falling eigenvalues, and its largest eigenvalue by size, of either sign.
 #[derive(Debug, Default)]
 pub struct Largest {
-    pub pairs: Vec<(f64, Vec<f64>)>,
+    pub pairs: Vec<Pair>,
     pub scale: f64,
 }
 
 /// Searches for the `count` largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.
 ///
-/// A pair is found when its residual is below `tolerance` times the size of the operator; only those are given.
+/// A pair is found when its residual is below `tolerance` times the size of the operator, or has settled; only those are
+/// given. Where a restart changes no eigenvalue any more, rounding leaves no better ones, and all are given with their residuals.
+/// Where none is above `NEGLIGIBLE` of the largest by size, `any_above` is asked whether there are any above a value: an operator
+/// without positive eigenvalues makes no end to a search for the one that is nearest to zero.
 pub fn largest(
     size: usize,
     count: usize,
     seed: usize,
     tolerance: f64,
     apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    any_above: &dyn Fn(f64) -> bool,
 ) -> Largest {
     let most = (2 * count + BLOCKS * BLOCK).min(size);
     let mut space = Space { vectors: Vec::new(), images: Vec::new(), product: Vec::new() };
     let mut scale = 0.0f64;
     let mut fresh: Vec<Vec<f64>> = (0..BLOCK).map(|k| start(size, seed * BLOCK + k, apply)).collect();
+    let mut before: Vec<f64> = Vec::new();
     for _ in 0..RESTARTS {
         let mut ritz;
         loop {
@@ -50,28 +76,38 @@ pub fn largest(
             scale = ritz.iter().fold(scale, |scale, (value, _)| scale.max(value.abs()));
             let invariant = space.vectors.len() == known;
             let wanted = &ritz[..count.min(ritz.len())];
-            let small =
-                |(value, weights): &(f64, Vec<f64>)| norm(&space.residual(*value, weights)) <= tolerance * scale;
+            let floor = tolerance * scale;
             // From the smallest on, which is found last.
-            let found = wanted.len() == count && wanted.iter().rev().all(small);
+            let found = wanted.len() == count && wanted.iter().rev().all(|pair| space.settled(pair, floor).is_some());
             if found || invariant {
-                let pair = |(value, weights): &(f64, Vec<f64>)| (*value, combine(&space.vectors, weights));
-                return Largest { pairs: wanted.iter().filter(|ritz| small(ritz)).map(pair).collect(), scale };
+                return Largest { pairs: wanted.iter().filter_map(|pair| space.settled(pair, floor)).collect(), scale };
             }
             if space.vectors.len() == most {
                 break;
             }
             fresh = space.images[known..].to_vec();
         }
+        let values: Vec<f64> = ritz.iter().take(count).map(|(value, _)| *value).collect();
+        let still = |(now, before): (&f64, &f64)| {
+            let nothing = now.abs().max(before.abs()) <= ROUNDING * scale;
+            nothing || (now - before).abs() <= STILL * now.abs()
+        };
+        let negligible = NEGLIGIBLE * scale;
+        if before.is_empty() && values.iter().all(|value| *value < negligible) && !any_above(negligible) {
+            return Largest { pairs: Vec::new(), scale };
+        }
+        if !before.is_empty() && values.iter().zip(&before).all(still) {
+            let all = ritz.iter().take(count);
+            return Largest { pairs: all.filter_map(|pair| space.settled(pair, f64::INFINITY)).collect(), scale };
+        }
+        before = values;
         let kept = (count + BLOCK).min(most.saturating_sub(BLOCK)).max(1);
         let residuals = ritz.iter().take(kept).map(|(value, weights)| space.residual(*value, weights));
         fresh = residuals.filter(|residual| norm(residual) > tolerance * scale).take(BLOCK).collect();
         space = space.restarted(&ritz[..kept]);
     }
-    let ritz = space.ritz();
-    let small = |(value, weights): &&(f64, Vec<f64>)| norm(&space.residual(*value, weights)) <= tolerance * scale;
-    let pair = |(value, weights): &(f64, Vec<f64>)| (*value, combine(&space.vectors, weights));
-    Largest { pairs: ritz.iter().take(count).filter(small).map(pair).collect(), scale }
+    let floor = tolerance * scale;
+    Largest { pairs: space.ritz().iter().take(count).filter_map(|pair| space.settled(pair, floor)).collect(), scale }
 }
 
 /// An orthonormal basis with its image.
@@ -83,6 +119,13 @@ struct Space {
 }
 
 impl Space {
+    /// The pair of a Ritz value that has been found.
+    fn settled(&self, (value, weights): &(f64, Vec<f64>), floor: f64) -> Option<Pair> {
+        let residual = norm(&self.residual(*value, weights));
+        let pair = || Pair { value: *value, vector: combine(&self.vectors, weights), residual };
+        (residual <= floor.max(SETTLED * value.abs())).then(pair)
+    }
+
     /// Adds what a vector has beside the basis.
     fn add(&mut self, mut vector: Vec<f64>, apply: &mut dyn FnMut(&[f64], &mut [f64])) {
         let before = norm(&vector);
@@ -158,10 +201,6 @@ fn combine(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     sum
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
@@ -178,8 +217,8 @@ mod tests {
             out.fill(0.0);
             (out[3], out[7], out[9]) = (2.0 * x[3], 0.5 * x[7], -300.0 * x[9]);
         };
-        let found = largest(size, 5, 0, 1e-12, &mut apply);
-        let values: Vec<f64> = found.pairs.iter().map(|pair| pair.0).filter(|value| *value > 1e-9).collect();
+        let found = largest(size, 5, 0, 1e-12, &mut apply, &|_| true);
+        let values: Vec<f64> = found.pairs.iter().map(|pair| pair.value).filter(|value| *value > 1e-9).collect();
         assert_eq!(values.len(), 2);
         assert!((values[0] - 2.0).abs() < 1e-10 && (values[1] - 0.5).abs() < 1e-10, "{values:?}");
         assert!((found.scale - 300.0).abs() < 1e-9);
@@ -191,10 +230,10 @@ mod tests {
         let size = 900;
         let value = |i: usize| if i.is_multiple_of(2) { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
         let mut apply = |x: &[f64], out: &mut [f64]| (0..size).for_each(|i| out[i] = value(i) * x[i]);
-        let found = largest(size, 6, 1, 1e-12, &mut apply);
+        let found = largest(size, 6, 1, 1e-12, &mut apply, &|_| true);
         assert_eq!(found.pairs.len(), 6);
-        for (k, (found, _)) in found.pairs.iter().enumerate() {
-            let exact = value(2 * k + 1);
+        for (k, pair) in found.pairs.iter().enumerate() {
+            let (found, exact) = (pair.value, value(2 * k + 1));
             assert!((found / exact - 1.0).abs() < 1e-10, "{k}: {found} {exact}");
         }
     }

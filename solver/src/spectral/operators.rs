@@ -1,6 +1,7 @@
 //! Stiffness, mass and constraints of a network as sparse matrices over all its nodes.
 //!
-//! A rigid component of a rod (no shear, no stretch) is a constraint: the stiffness holds an auxiliary term Gᵀ G in its
+//! The stiffness is Eᵀ E of the rows by which elastic strains change, and a rest of what stresses, springs and loads add. A
+//! rigid component of a rod (no shear, no stretch) is a constraint: the stiffness holds an auxiliary term Gᵀ G in its
 //! place, and motions are looked for among those with G x = 0.
 
 use pennate_elements::beam::At;
@@ -11,7 +12,7 @@ use pennate_elements::mass::{self, Inertia};
 use pennate_elements::rotation::turn;
 use pennate_elements::small::{V3, add, scale, sub};
 use pennate_elements::space::{Pose, Space};
-use pennate_elements::whole::{self, Nodes, Rows};
+use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
 use pennate_elements::{beam::Beam, beam::Formulation, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
@@ -35,9 +36,51 @@ pub struct Stressing {
 pub struct Operators {
     /// Tangent, with Gᵀ G for what is rigid.
     pub stiffness: CsMat<f64>,
+    /// The tangent without Gᵀ G, as it is made.
+    pub form: Form,
     pub mass: CsMat<f64>,
     /// G, one row a constraint.
     pub constraints: CsMat<f64>,
+}
+
+/// A symmetric matrix Eᵀ E + R that is not multiplied out.
+///
+/// In a stiff network a motion that strains nothing, the sway of a slender frame, has an energy that is many orders smaller than
+/// the entries of its matrix. From the matrix it comes out with an error of rounding times those entries; from the
+/// rows, with the square of what rounding makes of the strains.
+#[derive(Clone, Debug)]
+pub struct Form {
+    /// E, one row a strain.
+    pub strains: CsMat<f64>,
+    /// R
+    pub rest: CsMat<f64>,
+}
+
+impl Form {
+    /// The matrix of bilinear products of motions xᵢ with one another, by rows.
+    pub fn products(&self, motions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let apply = |matrix: &CsMat<f64>, x: &[f64]| {
+            let mut out = vec![0.0; matrix.rows()];
+            multiply(matrix, x, &mut out);
+            out
+        };
+        let strains: Vec<Vec<f64>> = motions.iter().map(|x| apply(&self.strains, x)).collect();
+        let rests: Vec<Vec<f64>> = motions.iter().map(|x| apply(&self.rest, x)).collect();
+        let product = |i: usize, j: usize| dot(&strains[i], &strains[j]) + dot(&motions[i], &rests[j]);
+        (0..motions.len()).map(|i| (0..motions.len()).map(|j| product(i, j)).collect()).collect()
+    }
+}
+
+/// out = M x
+pub fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
+    for (row, out) in matrix.outer_iterator().zip(out) {
+        *out = row.iter().map(|(column, value)| value * x[column]).sum();
+    }
+}
+
+/// xᵀ y
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// Entries of a square matrix over all unknowns.
@@ -47,10 +90,17 @@ pub type Entries = Vec<(usize, usize, f64)>;
 #[derive(Clone, Debug, Default)]
 pub struct Assembled {
     pub stiffness: Entries,
+    /// What the stiffness holds beside the products of the rows.
+    pub rest: Entries,
     pub mass: Entries,
+    /// Rows of elastic strains.
+    pub strains: Vec<SparseRow>,
     /// Rows of constraints.
-    pub constraints: Vec<Vec<(usize, f64)>>,
+    pub constraints: Vec<SparseRow>,
 }
+
+/// Columns and values of a row.
+type SparseRow = Vec<(usize, f64)>;
 
 impl Assembled {
     /// Assembles a network at its equilibrium.
@@ -65,12 +115,14 @@ impl Assembled {
                 let inertia = inertia(&system.section(member, state.segment).section, &slot.turn);
                 let columns = element_columns(system, unknowns, member, e);
                 let own = Evaluated::of(&state, &stressing, Some(&inertia));
-                scatter(&own.stiffness, &columns, &mut all.stiffness);
+                scatter(&own.stiffness, &columns, &mut all.rest);
+                scatter(&own.rows.products(), &columns, &mut all.stiffness);
                 scatter(&own.mass, &columns, &mut all.mass);
-                all.constraints.extend(own.constraints.iter().map(|row| scatter_row(row, &columns)));
+                all.strains.extend(own.rows.elastic.iter().map(|row| scatter_row(row, &columns)));
+                all.constraints.extend(own.rows.held.iter().map(|row| scatter_row(row, &columns)));
             }
             let ends = slot.ends;
-            let entries = &mut all.stiffness;
+            let entries = &mut all.rest;
             end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
         }
         for body in &system.structure.bodies {
@@ -82,29 +134,36 @@ impl Assembled {
                 }
             }
         }
-        mirror(&system.remainder(), 1.0, &mut all.stiffness);
+        mirror(&system.remainder(), 1.0, &mut all.rest);
+        all.stiffness.extend(&all.rest);
         system.assemble(false);
         all
     }
 
     /// The matrices of one family, whose unknowns `numbers` gives.
     pub fn of_family(&self, numbers: &[Option<usize>]) -> Operators {
-        let size = numbers.iter().flatten().count();
-        let rows = self.constraints.iter().map(|row| {
-            let kept = row.iter().filter_map(|&(unknown, value)| Some((numbers[unknown]?, value)));
-            kept.filter(|entry| entry.1 != 0.0).collect::<Vec<_>>()
-        });
-        let rows: Vec<_> = rows.filter(|row| !row.is_empty()).collect();
-        let mut constraints = TriMat::new((rows.len(), size));
-        for (index, row) in rows.iter().enumerate() {
-            row.iter().for_each(|&(column, value)| constraints.add_triplet(index, column, value));
-        }
         Operators {
             stiffness: matrix(&self.stiffness, numbers),
+            form: Form { strains: rows(&self.strains, numbers), rest: matrix(&self.rest, numbers) },
             mass: matrix(&self.mass, numbers),
-            constraints: constraints.to_csr(),
+            constraints: rows(&self.constraints, numbers),
         }
     }
+}
+
+/// Rows over the unknowns of one family; those that are nothing to it are left out.
+fn rows(rows: &[SparseRow], numbers: &[Option<usize>]) -> CsMat<f64> {
+    let size = numbers.iter().flatten().count();
+    let rows = rows.iter().map(|row| {
+        let kept = row.iter().filter_map(|&(unknown, value)| Some((numbers[unknown]?, value)));
+        kept.filter(|entry| entry.1 != 0.0).collect::<SparseRow>()
+    });
+    let rows: Vec<_> = rows.filter(|row| !row.is_empty()).collect();
+    let mut matrix = TriMat::new((rows.len(), size));
+    for (index, row) in rows.iter().enumerate() {
+        row.iter().for_each(|&(column, value)| matrix.add_triplet(index, column, value));
+    }
+    matrix.to_csr()
 }
 
 /// A square matrix over the unknowns of one family.
@@ -178,16 +237,17 @@ fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {
 /// Matrices of one element over the components of its nodes.
 #[derive(Debug, Default)]
 pub struct Evaluated {
+    /// The tangent at a fixed section, or what it has beside the products of `rows`.
     pub stiffness: Rows,
     pub mass: Rows,
-    pub constraints: Rows,
+    pub rows: StrainRows,
     /// Forces and moments of the stresses on the nodes.
     pub forces: Vec<[f64; 6]>,
 }
 
 impl Evaluated {
-    /// With an inertia: tangent, constraints and mass; without, for rates of stiffness and stresses: the rate of the
-    /// tangent at a fixed shape, and forces.
+    /// With an inertia: strains, mass, and what the tangent has beside the products of strains; without, for rates of
+    /// stiffness and stresses: the rate of the tangent at a fixed shape, and forces.
     pub fn of(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
         match (state.formulation, state.local.len()) {
             (Formulation::Corotational, _) => Self::of_order::<Corotational, 1>(state, stressing, inertia),
@@ -214,6 +274,7 @@ impl Evaluated {
         // A rate of the stiffness is that at a fixed shape, softening included: it has none of its own.
         let softening = if inertia.is_some() { state.moduli.softening } else { [0.0; 2] };
         let moduli = Moduli { stiffness: stressing.stiffness, softening, ..state.moduli };
+        let bare = Moduli { stiffness: [0.0; 6], ..moduli };
         let at = At {
             table: &table,
             piece: &state.piece,
@@ -224,13 +285,15 @@ impl Evaluated {
         };
         let nodes = Nodes { frame: &frame, reference: &reference, local: &local };
         let load = <Space as Beam<f64, 6>>::pull_back(&frame, scale(state.piece.length, stressing.load));
-        let mut own = Self { stiffness: whole::tangent::<L, P>(&at, &nodes, load), ..Self::default() };
+        let mut own = Self::default();
         match inertia {
             Some(inertia) => {
-                own.constraints = whole::constraints::<L, P>(&at, &nodes);
+                own.rows = whole::strain_rows::<L, P>(&at, &nodes);
+                own.stiffness = whole::tangent::<L, P>(&At { moduli: &bare, ..at }, &nodes, load);
                 own.mass = mass::mass(&state.piece, state.curvature, &nodes, inertia);
             }
             None => {
+                own.stiffness = whole::tangent::<L, P>(&at, &nodes, load);
                 own.forces = whole::forces::<L, P>(&at, &nodes);
                 let force = scale(state.piece.length, stressing.load);
                 let rest = 1.0 - table.integrals.iter().sum::<f64>();

@@ -9,12 +9,17 @@
 //! of a multiple eigenvalue as it has vectors: what was found is deflated and the search repeated until the count of negative
 //! pivots of K − B/θ (Sylvester's law of inertia) says that nothing is missing above the last one wanted. Of a small network
 //! all eigenvalues of the whole A are taken.
+//!
+//! Of a stiff network the factors of K hold rounding that is large beside its soft motions. Eigenvalues are those of the
+//! space of the motions found, with K in the form that it is made of (`Form`): by Rayleigh's principle they are off by the square
+//! of what the motions are. How far the two are apart says how much of that there is.
 
 use faer::{Mat, Side};
 use sprs::CsMat;
 
 use super::factor::Factor;
-use super::krylov::{self, Largest};
+use super::krylov::{self, Largest, Pair, ROUNDING};
+use super::operators::{Form, dot, multiply};
 
 /// Unknowns up to which the whole spectrum is computed.
 const SMALL: usize = 200;
@@ -27,36 +32,42 @@ const FINE: f64 = 1.0 + 1e-6;
 const COARSE: f64 = 1.01;
 /// Residual of a pair over the largest eigenvalue.
 const TOLERANCE: f64 = 1e-12;
-/// Eigenvalues below this part of the largest are rounding.
-const ROUNDING: f64 = 1e-11;
 /// Corrections of the multipliers at most, and the part of a vector at which they are done.
 const CORRECTIONS: usize = 30;
 const CORRECTED: f64 = 1e-14;
 
+/// Part of an eigenvalue by which its motion may fail for a count of pivots to say anything.
+const COUNTABLE: f64 = 0.05;
+/// By how much the limit of a count lies above an eigenvalue, over the part that rounding makes of it.
+const CLEAR: f64 = 10.0;
+
 /// B x = θ K x with G x = 0.
 #[derive(Debug)]
 pub struct Pencil<'a> {
-    factor: Factor,
-    stiffness: &'a CsMat<f64>,
-    other: &'a CsMat<f64>,
-    constraints: &'a CsMat<f64>,
+    /// Of `stiffness`, without negative pivots.
+    pub factor: Factor,
+    /// K with Gᵀ G.
+    pub stiffness: &'a CsMat<f64>,
+    /// K without.
+    pub form: &'a Form,
+    /// B
+    pub other: &'a CsMat<f64>,
+    /// G
+    pub constraints: &'a CsMat<f64>,
 }
 
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
     pub values: Vec<f64>,
+    /// Part of each that rounding, and what the search leaves, may be.
+    pub rounding: Vec<f64>,
     pub vectors: Vec<Vec<f64>>,
     /// Whether the count of pivots confirms that none is missing above the last.
     pub complete: bool,
 }
 
-impl<'a> Pencil<'a> {
-    /// `factor` is that of `stiffness`, without negative pivots.
-    pub fn new(factor: Factor, stiffness: &'a CsMat<f64>, other: &'a CsMat<f64>, constraints: &'a CsMat<f64>) -> Self {
-        Self { factor, stiffness, other, constraints }
-    }
-
+impl Pencil<'_> {
     /// The `count` largest eigenvalues above `least`, which is positive.
     ///
     /// Where the count of pivots says that there are none, nothing is searched for. An auxiliary stiffness in place of a
@@ -68,6 +79,7 @@ impl<'a> Pencil<'a> {
         let mut pairs = self.largest(count);
         let kept = pairs.values.iter().take_while(|value| **value > least).count();
         pairs.values.truncate(kept);
+        pairs.rounding.truncate(kept);
         pairs.vectors.truncate(kept);
         pairs
     }
@@ -78,37 +90,102 @@ impl<'a> Pencil<'a> {
         if size <= SMALL || size < 8 * (count + EXTRA) {
             return self.pairs(&self.all(), count, true);
         }
-        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut found: Vec<Pair> = Vec::new();
         for search in 0..SEARCHES {
             let Largest { pairs: fresh, scale } = self.search(&found, count + EXTRA, search);
-            let largest = found.iter().fold(scale, |largest, pair| largest.max(pair.0.abs()));
-            let exhausted = fresh.iter().all(|pair| pair.0.abs() <= ROUNDING * largest);
-            let next = fresh.iter().fold(0.0f64, |largest, pair| largest.max(pair.0));
+            let largest = found.iter().fold(scale, |largest, pair| largest.max(pair.value.abs()));
+            let exhausted = fresh.iter().all(|pair| pair.value.abs() <= ROUNDING * largest);
+            let next = fresh.iter().fold(0.0f64, |largest, pair| largest.max(pair.value));
             found.extend(fresh);
-            found.sort_by(|a, b| b.0.total_cmp(&a.0));
-            if exhausted || self.is_complete(&found, count, next) {
+            found.sort_by(|a, b| b.value.total_cmp(&a.value));
+            if exhausted {
                 return self.pairs(&found, count, true);
+            }
+            if let Some(complete) = self.is_complete(&found, count, next) {
+                return self.pairs(&found, count, complete);
             }
         }
         self.pairs(&found, count, false)
     }
 
-    fn pairs(&self, found: &[(f64, Vec<f64>)], count: usize, complete: bool) -> Pairs {
-        let largest = found.iter().fold(0.0f64, |largest, pair| largest.max(pair.0.abs()));
-        let kept = found.iter().filter(|pair| pair.0 > ROUNDING * largest).take(count);
-        let (values, vectors) = kept.map(|(value, y)| (*value, self.factor.backward(&self.project(y)))).unzip();
-        Pairs { values, vectors, complete }
+    /// The pairs in the space of the motions found, with the energy of each as the form has it.
+    fn pairs(&self, found: &[Pair], count: usize, complete: bool) -> Pairs {
+        let largest = found.iter().fold(0.0f64, |largest, pair| largest.max(pair.value.abs()));
+        let kept: Vec<&Pair> =
+            found.iter().filter(|pair| pair.value > ROUNDING * largest).take(count + EXTRA).collect();
+        let motions: Vec<Vec<f64>> = kept.iter().map(|pair| self.motion(pair)).collect();
+        let mut pairs = Pairs { complete, ..Pairs::default() };
+        match self.combined(&motions) {
+            Some(combined) => {
+                for (pair, (value, vector)) in kept.iter().zip(combined) {
+                    // The motion is off by this part, its eigenvalue by the square.
+                    let off = (pair.value / value - 1.0).abs().max(pair.residual / pair.value);
+                    pairs.values.push(value);
+                    pairs.rounding.push(off * off);
+                    pairs.vectors.push(vector);
+                }
+            }
+            // Rounding of the factors is as large as the energy: nothing is known of these but that they are there.
+            None => {
+                pairs.values = kept.iter().map(|pair| pair.value).collect();
+                pairs.rounding = vec![1.0; kept.len()];
+                pairs.vectors = motions;
+            }
+        }
+        pairs.values.truncate(count);
+        pairs.rounding.truncate(count);
+        pairs.vectors.truncate(count);
+        pairs
     }
 
-    /// Whether nothing is missing above the last pair wanted; `next` is the largest eigenvalue that came last.
-    fn is_complete(&self, found: &[(f64, Vec<f64>)], count: usize, next: f64) -> bool {
-        let Some(&(last, _)) = found.get(count - 1).filter(|pair| pair.0 > 0.0) else { return false };
+    fn motion(&self, pair: &Pair) -> Vec<f64> {
+        self.factor.backward(&self.project(&pair.vector))
+    }
+
+    /// Eigenvalues of B x = θ K x in a space of motions, by falling size, and their motions with xᵀ K x = 1; nothing where K is
+    /// not positive there.
+    fn combined(&self, motions: &[Vec<f64>]) -> Option<Vec<(f64, Vec<f64>)>> {
+        let size = motions.len();
+        if size == 0 {
+            return Some(Vec::new());
+        }
+        let energy = self.form.products(motions);
+        let mut images = vec![vec![0.0; self.factor.size()]; size];
+        images.iter_mut().zip(motions).for_each(|(image, x)| multiply(self.other, x, image));
+        let eigen = Mat::from_fn(size, size, |i, j| energy[i.max(j)][i.min(j)]).self_adjoint_eigen(Side::Lower).ok()?;
+        let (levels, turns) = (eigen.S().column_vector(), eigen.U());
+        if (0..size).any(|k| !(levels[k] > 0.0)) {
+            return None;
+        }
+        // In combinations of energy one.
+        let single = |k: usize| combine(motions, &|i| turns[(i, k)] / levels[k].sqrt());
+        let single_image = |k: usize| combine(&images, &|i| turns[(i, k)] / levels[k].sqrt());
+        let (units, unit_images): (Vec<_>, Vec<_>) = (0..size).map(|k| (single(k), single_image(k))).unzip();
+        let product = Mat::from_fn(size, size, |i, j| dot(&units[i.max(j)], &unit_images[i.min(j)]));
+        let eigen = product.self_adjoint_eigen(Side::Lower).ok()?;
+        let (values, weights) = (eigen.S().column_vector(), eigen.U());
+        Some((0..size).rev().map(|k| (values[k], combine(&units, &|i| weights[(i, k)]))).collect())
+    }
+
+    /// Whether nothing is missing above the last pair wanted; `next` is the largest eigenvalue that came last. Nothing where
+    /// another search may tell.
+    fn is_complete(&self, found: &[Pair], count: usize, next: f64) -> Option<bool> {
+        let last = found.get(count - 1).filter(|pair| pair.value > 0.0)?;
+        // What rounding makes of the largest is also what it may make of a count: the factors of another shift have their own.
+        let motions: Vec<Vec<f64>> = found[..count].iter().map(|pair| self.motion(pair)).collect();
+        let energies = self.form.products(&motions);
+        let part = |k: usize| (energies[k][k] - 1.0).abs().max(found[k].residual / found[k].value);
+        let off = (0..count).fold(0.0f64, |off, k| off.max(part(k)));
+        if !(off <= COUNTABLE) {
+            return Some(false);
+        }
         // An auxiliary stiffness in place of a rigid one makes eigenvalues a little larger than they are: the count is
         // coarse there, and a search that brings nothing larger has to agree.
         let rigid = self.constraints.rows() > 0;
-        let limit = last * if rigid { COARSE } else { FINE };
-        let above = found.iter().take_while(|pair| pair.0 > limit).count();
-        (!rigid || next <= last * FINE) && self.count_above(limit) == Some(above)
+        let fine = FINE.max(1.0 + CLEAR * off);
+        let limit = last.value * if rigid { fine.max(COARSE) } else { fine };
+        let above = found.iter().take_while(|pair| pair.value > limit).count();
+        ((!rigid || next <= last.value * fine) && self.count_above(limit) == Some(above)).then_some(true)
     }
 
     /// Number of eigenvalues above a positive limit: negative pivots of K − B/limit.
@@ -118,13 +195,14 @@ impl<'a> Pencil<'a> {
     }
 
     /// The largest pairs beside those that are known.
-    fn search(&self, known: &[(f64, Vec<f64>)], count: usize, search: usize) -> Largest {
+    fn search(&self, known: &[Pair], count: usize, search: usize) -> Largest {
         let operator = Deflated { pencil: self, known };
-        krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |y, out| operator.act(y, out))
+        let any_above = |limit: f64| self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count());
+        krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |y, out| operator.act(y, out), &any_above)
     }
 
     /// All pairs of a small network, by falling eigenvalues.
-    fn all(&self) -> Vec<(f64, Vec<f64>)> {
+    fn all(&self) -> Vec<Pair> {
         let size = self.factor.size();
         let mut dense = Mat::<f64>::zeros(size, size);
         let (mut unit, mut column) = (vec![0.0; size], vec![0.0; size]);
@@ -139,9 +217,10 @@ impl<'a> Pencil<'a> {
         }
         let Ok(eigen) = dense.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
         let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-        let pair = |k: usize| (values[k], (0..size).map(|i| vectors[(i, k)]).collect());
-        let mut all: Vec<(f64, Vec<f64>)> = (0..size).map(pair).collect();
-        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let vector = |k: usize| (0..size).map(|i| vectors[(i, k)]).collect();
+        let pair = |k: usize| Pair { value: values[k], vector: vector(k), residual: 0.0 };
+        let mut all: Vec<Pair> = (0..size).map(pair).collect();
+        all.sort_by(|a, b| b.value.total_cmp(&a.value));
         all
     }
 
@@ -183,18 +262,21 @@ impl<'a> Pencil<'a> {
     }
 }
 
-/// out = M x
-pub fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
-    for (row, out) in matrix.outer_iterator().zip(out) {
-        *out = row.iter().map(|(column, value)| value * x[column]).sum();
+/// Σ weight(i) xᵢ
+fn combine(vectors: &[Vec<f64>], weight: &dyn Fn(usize) -> f64) -> Vec<f64> {
+    let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
+    for (i, vector) in vectors.iter().enumerate() {
+        let weight = weight(i);
+        sum.iter_mut().zip(vector).for_each(|(s, x)| *s += weight * x);
     }
+    sum
 }
 
 /// A with known pairs taken out.
 #[derive(Debug)]
 struct Deflated<'a> {
     pencil: &'a Pencil<'a>,
-    known: &'a [(f64, Vec<f64>)],
+    known: &'a [Pair],
 }
 
 impl Deflated<'_> {
@@ -206,9 +288,9 @@ impl Deflated<'_> {
     }
 
     fn take_out(&self, y: &mut [f64]) {
-        for (_, known) in self.known {
-            let along: f64 = y.iter().zip(known).map(|(a, b)| a * b).sum();
-            y.iter_mut().zip(known).for_each(|(y, k)| *y -= along * k);
+        for known in self.known {
+            let along = dot(y, &known.vector);
+            y.iter_mut().zip(&known.vector).for_each(|(y, k)| *y -= along * k);
         }
     }
 }
@@ -236,7 +318,9 @@ mod tests {
         }
         let (stiffness, mass): (CsMat<f64>, CsMat<f64>) = (stiffness.to_csr(), mass.to_csr());
         let none = TriMat::new((0, size)).to_csr();
-        let pencil = Pencil::new(Factor::new(&stiffness).unwrap(), &stiffness, &mass, &none);
+        let form = Form { strains: none.clone(), rest: stiffness.clone() };
+        let factor = Factor::new(&stiffness).unwrap();
+        let pencil = Pencil { factor, stiffness: &stiffness, form: &form, other: &mass, constraints: &none };
         for count in [6, 30] {
             let pairs = pencil.largest(count);
             assert!(pairs.complete);
