@@ -359,8 +359,9 @@ impl Values {
             .into_iter()
             .map(|critical| {
                 let value = critical.factor + present;
-                let error =
-                    coarse_values.next().map(|coarse| ((coarse - critical.factor).abs() / value).max(critical.rounding));
+                let error = coarse_values
+                    .next()
+                    .map(|coarse| ((coarse - critical.factor).abs() / value).max(critical.rounding));
                 Entry {
                     value,
                     error,

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use pennate_testing::frames::Frame;
 use serde_json::Value;
 
 fn pennate(arguments: &[&str]) -> Output {
@@ -148,4 +149,51 @@ fn free_contraction_has_no_factor() {
     std::fs::write(&path, scene.stdout).expect("a file");
     let found = buckling(&path, &["--accuracy", "1e-6"]);
     assert_eq!(factors(&found), Vec::<f64>::new());
+}
+
+/// The first factor of a frame times its loads, and the estimated part that it is off.
+fn first_factor(directory: &tempfile::TempDir, frame: &Frame, times: f64, more: &[&str]) -> (f64, f64) {
+    let path = directory.path().join("frame.toml");
+    std::fs::write(&path, frame.network(times, 0.0, "")).expect("a file");
+    let found = buckling(&path, &[&["--count", "1"], more].concat());
+    (times * factors(&found)[0], found["modes"][0]["error"].as_f64().expect("an error"))
+}
+
+/// A frame whose members cannot be stretched, or next to nothing: its sway is ten orders softer than they are.
+#[test]
+fn slender_frames_have_the_critical_loads_of_stability_functions() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut rng = fastrand::Rng::with_seed(23);
+    for case in 0..18 {
+        let slenderness = [f64::INFINITY, 1e4, 1e5][case % 3];
+        let frame = Frame::random(&mut rng, slenderness);
+        let exact = Frame { slenderness: f64::INFINITY, ..frame.clone() }.critical_factor();
+        let (found, stated) = first_factor(&directory, &frame, 0.6 * exact, &[]);
+        let error = (found / exact - 1.0).abs();
+        // What members of finite slenderness are stretched by is left out of the exact load.
+        let stretch = if slenderness.is_finite() { 100.0 / slenderness.powi(2) } else { 0.0 };
+        assert!(error <= 1e-6 + stretch, "case {case}: {found} instead of {exact}, {error:.1e} off; {frame:?}");
+        assert!(error <= 10.0 * stated + stretch, "case {case}: {error:.1e} off, {stated:.1e} stated; {frame:?}");
+    }
+}
+
+/// Who asks for more does not get less.
+#[test]
+fn a_higher_accuracy_is_no_larger_error() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for slenderness in [1e4, 1e5, f64::INFINITY] {
+        let frame = Frame::portal(slenderness);
+        let exact = Frame::portal(f64::INFINITY).critical_factor();
+        let stretch = if slenderness.is_finite() { 10.0 / slenderness.powi(2) } else { 1e-12 };
+        let mut before = f64::INFINITY;
+        for accuracy in ["1e-4", "1e-6", "1e-8", "1e-10"] {
+            let (found, _) = first_factor(&directory, &frame, 12.0, &["--accuracy", accuracy]);
+            let error = (found / exact - 1.0).abs();
+            assert!(
+                error <= before.max(stretch),
+                "L/r {slenderness}, {accuracy} asked: {error:.1e} off, {before:.1e} before"
+            );
+            before = error;
+        }
+    }
 }

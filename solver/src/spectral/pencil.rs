@@ -197,7 +197,8 @@ impl Pencil<'_> {
     /// The largest pairs beside those that are known.
     fn search(&self, known: &[Pair], count: usize, search: usize) -> Largest {
         let operator = Deflated { pencil: self, known };
-        let any_above = |limit: f64| self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count());
+        let any_above =
+            |limit: f64| self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count());
         krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |y, out| operator.act(y, out), &any_above)
     }
 
