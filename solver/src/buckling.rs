@@ -39,6 +39,8 @@ const CORRECTIONS: usize = 8;
 /// Muscles that contract freely get no stresses but by rounding, which has factors of 10⁷ and more: there the linear response
 /// would be that many times as long as the network.
 const FARTHEST: f64 = 1e6;
+/// Factors of the ramp the other way are looked for up to so many times the first one.
+const OTHER_WAY: f64 = 1e3;
 /// Slot for the state that the response starts from.
 const REST: usize = 2;
 
@@ -68,7 +70,7 @@ pub struct Critical {
 pub struct Buckling {
     /// Positive ones, the smallest first.
     pub critical: Vec<Critical>,
-    /// The nearest factor of the ramp the other way.
+    /// The nearest factor of the ramp the other way, up to a thousand times the first one.
     pub reversed: Option<f64>,
     pub place: Place,
     pub reach: Reach,
@@ -207,12 +209,12 @@ impl Beginning {
             if pivots.negative > 0 {
                 return Err(NoFactors::Unstable(pivots.negative));
             }
-            let pairs = |factor: Factor, other: &sprs::CsMat<f64>, wanted: usize| -> Pairs {
+            let pairs = |factor: Factor, other: &sprs::CsMat<f64>, least: f64, wanted: usize| -> Pairs {
                 let Operators { stiffness, form, constraints, .. } = &operators;
                 let pencil = Pencil { factor, stiffness, form, other, constraints };
                 if least > 0.0 { pencil.largest_above(least, wanted) } else { pencil.largest(wanted) }
             };
-            let found = pairs(pivots, &forwards, wanted);
+            let found = pairs(pivots, &forwards, least, wanted);
             complete &= found.complete;
             for ((value, vector), &rounding) in found.values.iter().zip(&found.vectors).zip(&found.rounding) {
                 let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
@@ -221,7 +223,9 @@ impl Beginning {
                 let shape = shape.scaled(1.0 / largest);
                 critical.push(Critical { factor: 1.0 / value, rounding, family: *family, shape });
             }
-            if let Some(value) = factor().and_then(|factor| pairs(factor, &backwards, 1).values.first().copied()) {
+            let least = least.max(found.values.first().map_or(0.0, |first| first / OTHER_WAY));
+            if let Some(value) = factor().and_then(|factor| pairs(factor, &backwards, least, 1).values.first().copied())
+            {
                 let factor = -1.0 / value;
                 reversed = Some(reversed.map_or(factor, |known| known.max(factor)));
             }
