@@ -1,7 +1,7 @@
 //! Prints limit points, bifurcations and snaps against their references as a Markdown table.
 //!
 //!     cargo run --release --example singular_points              the table
-//!     cargo run --release --example singular_points -- --write   the same, put into README.md, and docs/load_path.svg
+//!     cargo run --release --example singular_points -- --write   the same, into docs/validation.md and docs/load_path.svg
 //!
 //! Every case is solved from its network file with default settings. References are those of `reference.json`, Euler's
 //! load, or for frames stability functions (`testing/src/frames.rs`). The estimated error is that of pennate. Factorizations are those of the steps, the time is that of the solver

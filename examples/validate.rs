@@ -1,7 +1,7 @@
 //! Prints the errors of every validation case as a Markdown table, with what each solve cost.
 //!
 //!     cargo run --release --example validate              the table
-//!     cargo run --release --example validate -- --write   the same, put into README.md
+//!     cargo run --release --example validate -- --write   the same, put into docs/validation.md
 //!
 //! One row is one network file; where it is solved with several sets of parameters, errors are the largest, elements
 //! those of the largest mesh, factorizations and times sums. The time is that of the solver on every mesh it tried.

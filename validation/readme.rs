@@ -1,14 +1,16 @@
-//! Tables of README.md that examples fill.
+//! Tables of docs/validation.md that examples fill.
 
 use std::fs;
 use std::path::Path;
 
+const PAGE: &str = "docs/validation.md";
+
 /// Replaces what stands between the two markers of a table.
 pub fn put(name: &str, table: &str) -> Result<(), String> {
     let (begin, end) = (format!("<!-- {name}: begin -->"), format!("<!-- {name}: end -->"));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
-    let text = fs::read_to_string(&path).map_err(|error| format!("README.md: {error}"))?;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+    let text = fs::read_to_string(&path).map_err(|error| format!("{PAGE}: {error}"))?;
     let parts = text.split_once(&begin).and_then(|(before, rest)| Some((before, rest.split_once(&end)?.1)));
-    let (before, after) = parts.ok_or_else(|| format!("README.md has no markers for the {name}"))?;
-    fs::write(&path, format!("{before}{begin}\n{table}\n{end}{after}")).map_err(|error| format!("README.md: {error}"))
+    let (before, after) = parts.ok_or_else(|| format!("{PAGE} has no markers for the {name}"))?;
+    fs::write(&path, format!("{before}{begin}\n{table}\n{end}{after}")).map_err(|error| format!("{PAGE}: {error}"))
 }
