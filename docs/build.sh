@@ -23,4 +23,4 @@ fi
 if [ "${1:-}" = serve ]; then
     exec $venv/bin/mkdocs serve
 fi
-exec $venv/bin/mkdocs build --quiet --strict --clean --site-dir target/book
+exec $venv/bin/mkdocs build --strict --clean --site-dir target/book

@@ -1,4 +1,4 @@
-"""What the book needs beyond MkDocs: no scripts from elsewhere, and no file named that is not there."""
+"""What the book needs beyond MkDocs: no scripts from elsewhere, and no file or equation named that is not there."""
 
 import logging
 import pathlib
@@ -11,6 +11,8 @@ ELSEWHERE = "https://unpkg.com/iframe-worker/shim"
 FOLDERS = "elements|solver|models|analysis|src|testing|tests|benches|examples|validation|docs|\\.ci"
 # A file or folder of the repository, such as `solver/src/chain/`.
 NAMED = re.compile(rf"`((?:{FOLDERS})/[\w./-]*)`")
+# What heads of source files cite: a page of the theory, and equations of it.
+CITED = re.compile(r"docs/theory/([\w-]+\.md)((?:,? (?:Eq\.|to|and)? ?\d+\.\d+)*)")
 # What commands make.
 MADE = ("validation/.venv",)
 
@@ -23,6 +25,18 @@ def on_page_markdown(markdown, page, config, files):
         folder = ROOT / name.split("/")[0]
         if folder.is_dir() and not (ROOT / name).exists() and not name.startswith(MADE):
             log.warning("%s names %s, which is not there", page.file.src_path, name)
+
+
+def on_pre_build(config):
+    """The same for pages and equations of the theory that source files cite."""
+    for folder in FOLDERS.split("|"):
+        for source in (ROOT / folder).rglob("*.rs"):
+            for page, equations in CITED.findall(source.read_text(encoding="utf-8")):
+                theory = ROOT / "docs" / "theory" / page
+                text = theory.read_text(encoding="utf-8") if theory.exists() else ""
+                missing = [each for each in re.findall(r"\d+\.\d+", equations) if rf"\tag{{{each}}}" not in text]
+                if missing or not text:
+                    log.warning("%s cites %s, equations %s, which are not there", source, page, missing)
 
 
 def on_post_page(output, page, config):

@@ -74,7 +74,8 @@ def draw(points, picture):
 HEADER = """\
 # Error against run time
 
-Written by `validation/bench.sh`, which measures all programs one after the other on the machine at hand: {machine}.
+How long pennate and other programs take to an error of a given size. Written by `validation/bench.sh`, which measures all of them one after
+the other on the machine at hand: {machine}.
 
 ![Error of a displacement against the time of the solve]({picture})
 
