@@ -10,6 +10,8 @@
 //! tangent uses section stresses extrapolated linearly from the last iterate (Magisano, Leonetti, Garcea, Comput.
 //! Methods Appl. Mech. Engrg. 313, 2017). Where a stiffness is infinite the same number is the Lagrange multiplier of
 //! the constraint, and the strain tends to zero for whatever auxiliary stiffness stands in its place.
+//!
+//! Theory: docs/theory/frames.md, Eq. 2.1 to 2.3; docs/theory/mixed-points.md, Eq. 6.1 to 6.4.
 
 use std::fmt::Debug;
 

@@ -24,6 +24,8 @@
 //!
 //! The frame: M. A. Crisfield, G. F. Moita, Int. J. Solids Struct. 33 (1996), mean rotation of the two nodes;
 //! the flexibility of a linear moment: J. S. Przemieniecki, Theory of Matrix Structural Analysis (1968), ch. 5.
+//!
+//! Theory: docs/theory/frames.md, Eq. 2.4 to 2.7.
 
 use crate::beam::{Formulation, Moduli, Piece};
 use crate::local_law::{LocalLaw, Softening};

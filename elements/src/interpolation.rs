@@ -1,4 +1,6 @@
 //! Lagrange interpolation of order P on [0, 1] and Gauss quadrature with P points.
+//!
+//! Theory: docs/theory/quadrature.md, Eq. 3.1 and 3.2.
 
 /// Values and slopes of the shape functions of nodes 1…P at the P Gauss points of the unit interval.
 ///

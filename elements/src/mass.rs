@@ -9,6 +9,8 @@
 //! u and φ are displacement and spin of the nodes, Q the local frame, c the Gibbs vector against the first node with
 //! δc = G(c) ψ, and b what the unloaded curve bulges beyond the interpolation of its nodes. A rigid motion has its exact
 //! kinetic energy but for the interpolation of the deformed shape.
+//!
+//! Theory: docs/theory/quadrature.md, Eq. 3.5.
 
 use crate::beam::Piece;
 use crate::interpolation::{gauss, shapes};

@@ -3,6 +3,8 @@
 //! With v = X′ and the angle ϑ against the first node, R = rotation by ϑ, the strains, in axes turned back by the
 //! initial curvature, are Γ − Γ₀ = U′ + (Rᵀ − I) v and κ − κ₀ = ϑ′. E. Reissner, J. Appl. Math. Phys. 23 (1972).
 //! Material axis 2 is normal to the rod in the plane, axis 3 is z.
+//!
+//! Theory: docs/theory/rod.md, Eq. 1.6; docs/theory/stability.md for the tangent out of the plane.
 
 use std::marker::PhantomData;
 

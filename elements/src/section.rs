@@ -1,4 +1,6 @@
 //! Stiffness of a cross section.
+//!
+//! Theory: docs/theory/rod.md, Eq. 1.2.
 
 /// Stiffness and mass of a cross section, per unit of unloaded length.
 ///

@@ -9,6 +9,8 @@
 //! measures against the unloaded curve. Their second derivatives are sums of rank-one and skew matrices; the tangent is
 //! the Hessian in the chart exp(φ) R and symmetric. J. C. Simo, Comput. Methods Appl. Mech. Engrg. 49 (1985); the
 //! objectivity of relative rotations: M. A. Crisfield, G. Jelenić, Proc. R. Soc. A 455 (1999).
+//!
+//! Theory: docs/theory/rod.md, Eq. 1.4 and 1.5; docs/theory/frames.md, Eq. 2.2 and 2.3.
 
 use std::marker::PhantomData;
 

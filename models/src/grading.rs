@@ -3,6 +3,8 @@
 //! Under a section force n a rod of bending stiffness EI goes over from what holds its end to the line of a string
 //! within a few lengths 1/k = √(EI/n). Elements much longer than that see nothing of it, whatever their order, and nor
 //! do those of the next order that they are compared with. What the section forces are is known after a first solve.
+//!
+//! Theory: docs/theory/error.md, Eq. 9.7.
 
 use pennate_solver::history::Variation;
 

@@ -4,6 +4,8 @@
 //! (middle), one modulus E, or another one E₁ in the ends. The middle segment contracts by ε* = α p. E, α, R₁, R₂ are tabulated against the
 //! pressure p, linear between rows; below the first row they keep its values, so that ε* falls linearly to
 //! zero at p = 0.
+//!
+//! Theory: docs/theory/muscles.md, Eq. 11.1.
 
 use pennate_elements::section::Section;
 use pennate_solver::structure::{SectionLaw, SectionState};

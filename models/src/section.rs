@@ -1,4 +1,6 @@
 //! Stiffness of the shapes that a section may have.
+//!
+//! Theory: docs/theory/rod.md, Eq. 1.7.
 
 use std::f64::consts::PI;
 

@@ -10,6 +10,8 @@
 //! lacks the term λ² WᵀKW, and turns negative in stiff directions as soon as elements turn by their slenderness: long
 //! before anything buckles. What is left out is of the order of the deformation up to the critical load; about a state near
 //! it the factor is exact.
+//!
+//! Theory: docs/theory/stability.md, Eq. 7.6.
 
 use std::sync::Arc;
 

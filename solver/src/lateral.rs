@@ -2,6 +2,8 @@
 //!
 //! At a plane state the tangents in the plane and out of it do not couple. The lateral one, uz, φx, φy a joint, is
 //! factorized at accepted increments alone; its negative pivots count as those of the plane do.
+//!
+//! Theory: docs/theory/stability.md, out of the plane.
 
 use std::sync::Arc;
 

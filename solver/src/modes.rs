@@ -4,6 +4,8 @@
 //! the masses of rigid bodies. The inverse is taken of K itself, or where the state is neutral or unstable of K + s M with
 //! s large enough to make that positive definite: the eigenvalues 1/(ω² + s) are largest for the lowest ω², the negative
 //! ones of an unstable state included, and none of them is lost.
+//!
+//! Theory: docs/theory/stability.md, Eq. 7.4.
 
 use pennate_elements::small::norm;
 

@@ -1,4 +1,6 @@
 //! Newton's iteration at fixed loads, with mixed integration points.
+//!
+//! Theory: docs/theory/mixed-points.md, Eq. 6.3 and 6.6.
 
 use crate::rounding;
 use crate::system::{Inertia, Residual, System};

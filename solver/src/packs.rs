@@ -1,4 +1,6 @@
 //! Members to packs of chains.
+//!
+//! Theory: docs/theory/mixed-points.md, Eq. 6.5, for rigid strains.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,6 @@
 //! From the ends of a member to its joints: released rotations eliminated, levers of rigid bodies applied.
+//!
+//! Theory: docs/theory/joints.md, Eq. 5.1 to 5.4.
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::{self, Quaternion, second_variation, tangent_map, turn};

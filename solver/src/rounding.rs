@@ -6,6 +6,8 @@
 //! are brought to the joints, those unseen with signs drawn by lot, and one back-substitution tells what they move:
 //! the backward error of the elements times the condition of the structure, as in Higham, Accuracy and Stability of
 //! Numerical Algorithms (2002), sections 7.1 and 7.7, without the bound over all signs.
+//!
+//! Theory: docs/theory/rounding.md, Eq. 10.1 to 10.3.
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::{log, turn};

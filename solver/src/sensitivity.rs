@@ -8,6 +8,8 @@
 //! ```
 //! over the segment concerned: the theorem of the unit load, about a state of large displacements. Exact for the
 //! elements at hand, whatever their number; where a strain is held, to the 1e-7 that its auxiliary stiffness leaves.
+//!
+//! Theory: docs/theory/muscles.md, Eq. 11.4.
 
 use pennate_elements::rotation::turn;
 use pennate_elements::small::cross;

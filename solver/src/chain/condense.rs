@@ -1,4 +1,6 @@
 //! Elimination of what lies between the ends of a member, and the way back.
+//!
+//! Theory: docs/theory/condensation.md, Eq. 4.1 to 4.5.
 
 use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Moduli, Turn};
 use pennate_elements::real::{Real, Work};

@@ -5,6 +5,8 @@
 //! the plane k² = |n|/EI at most; shear and what the rod has turned against n make it less. In space the softer axis
 //! counts, and moments add |m|²/(EI min(GJ, EI)): a torque winds the rod, and bending about one axis couples twist with
 //! bending about the other.
+//!
+//! Theory: docs/theory/error.md, Eq. 9.6.
 
 use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;

@@ -3,6 +3,8 @@
 //! An increment moves the local unknowns of every element linearly, so that its strains change as the linearization
 //! foresees; where the nodes go follows by composition along the chain. A long chain that curls up keeps its elements
 //! undistorted that way, however far its far end swings.
+//!
+//! Theory: docs/theory/condensation.md, the way back.
 
 use pennate_elements::beam::{Beam, Placement};
 use pennate_elements::real::{Real, Work};

@@ -1,4 +1,6 @@
 //! Equations of the joints: which components, or combinations of them, are free.
+//!
+//! Theory: docs/theory/joints.md, Eq. 5.7.
 
 use pennate_elements::rotation::{compose, exp, inverse, log, tangent_map, turn};
 use pennate_elements::small::{M3, V3, add, apply, dot, norm, scale, sub, zeros};

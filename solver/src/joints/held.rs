@@ -1,4 +1,6 @@
 //! Where a joint is, and what holds it.
+//!
+//! Theory: docs/theory/joints.md, Eq. 5.5 and 5.6.
 
 use pennate_elements::beam::Placement;
 use pennate_elements::rotation::{self, compose, exp, log, second_variation, tangent_map, turn};

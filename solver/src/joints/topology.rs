@@ -1,4 +1,6 @@
 //! The network as joints and member ends; motions that no force belongs to.
+//!
+//! Theory: docs/theory/joints.md, motions that nothing resists.
 
 use pennate_elements::small::{V3, cross, norm, sub};
 

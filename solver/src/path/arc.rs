@@ -4,6 +4,8 @@
 //! iteration solves for both with the bordered matrix, by two solutions with one factorization (Riks, Int. J. Solids
 //! Struct. 15, 1979; Keller 1977). Singular points are roots of a test function along the path: the rate of the fraction
 //! at a limit point, 1 / (bᵀ K⁻¹ b) at a bifurcation, b near the critical mode.
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.2 to 8.4.
 
 use super::follow::{LAST, Ramp};
 use crate::newton::{Lost, Newton, Why};

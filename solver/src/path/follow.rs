@@ -1,4 +1,6 @@
 //! One ramp, increment by increment.
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.1.
 
 use super::critical::After;
 use super::doubt::{MANY, leapt};

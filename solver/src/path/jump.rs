@@ -4,6 +4,8 @@
 //! minimum of the energy plus that of dashpots from the last state. Every such minimum lowers the energy, whatever the
 //! step, and steps grow until the dashpots are gone (the proximal point algorithm: Rockafellar, SIAM J. Control Optim.
 //! 14, 1976).
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.7.
 
 use super::Path;
 use super::arc::NEXT;

@@ -1,4 +1,6 @@
 //! Along a path by its arclength: increments that adapt, and what they pass.
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.5 and 8.6.
 
 use super::arc::{Direction, Metric, NEXT, Point, Tracer};
 use super::doubt::{MANY, SAME};

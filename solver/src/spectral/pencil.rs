@@ -13,6 +13,8 @@
 //! Of a stiff network the factors of K hold rounding that is large beside its soft motions. Eigenvalues are those of the
 //! space of the motions found, with K in the form that it is made of (`Form`): by Rayleigh's principle they are off by the square
 //! of what the motions are. How far the two are apart says how much of that there is.
+//!
+//! Theory: docs/theory/stability.md, Eq. 7.5.
 
 use faer::{Mat, Side};
 use sprs::CsMat;

@@ -6,6 +6,8 @@
 //! 0 = u'ᵀ K u' + r·u'', so that the residual r makes a stiffness of −r·u''. Both are added to the tangent of the joints;
 //! what is negative still, by Sylvester's law of inertia, has a stiffness below zero by more than they can explain.
 //! Nothing of this depends on how stiff other motions are: a stiff frame that sways softly is no neutral one.
+//!
+//! Theory: docs/theory/stability.md, Eq. 7.1 and 7.2.
 
 use pennate_elements::beam::Ends;
 use pennate_elements::small::norm;

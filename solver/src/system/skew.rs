@@ -1,4 +1,6 @@
 //! Loads without a potential: the unsymmetric part of the tangent by the identity of Woodbury.
+//!
+//! Theory: docs/theory/mixed-points.md, Eq. 6.7.
 
 use super::{Inertia, System};
 use crate::dense::Dense;
