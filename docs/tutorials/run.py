@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs every command of the tutorials and compares what it prints with what the pages show.
+"""Runs every command of the tutorials and of the start page, and compares what it prints with what the pages show.
 
     docs/tutorials/run.py --program target/release/pennate             runs and compares; Python alone is enough
     docs/tutorials/run.py --program … --write                          puts what was printed into the pages
@@ -61,12 +61,12 @@ PICTURES = {
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("pages", nargs="*", type=pathlib.Path, help="all of this folder by default")
+    parser.add_argument("pages", nargs="*", type=pathlib.Path, help="the tutorials and the start page by default")
     parser.add_argument("--program", required=True, type=pathlib.Path, help="the program, such as target/release/pennate")
     parser.add_argument("--write", action="store_true", help="put what was printed into the pages")
     parser.add_argument("--pictures", action="store_true", help="draw the pictures; needs validation/.venv")
     arguments = parser.parse_args()
-    pages = arguments.pages or sorted(page for page in HERE.glob("*.md") if page.name != "index.md")
+    pages = arguments.pages or [HERE.parent / "index.md", *sorted(set(HERE.glob("*.md")) - {HERE / "index.md"})]
     failed = 0
     for page in pages:
         with tempfile.TemporaryDirectory() as folder:
@@ -124,6 +124,7 @@ def run(body, folder, page, differences):
     for command in body.splitlines():
         if command.startswith(LEFT_OUT):
             continue
+        command = command.replace("cargo run --release -- ", "pennate ", 1)
         done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, text=True, encoding="utf-8",
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         printed = without_times(done.stdout) or printed
