@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use pennate::accuracy::solve_to_accuracy;
 use pennate::{Input, Job};
+use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::discretize;
 use pennate_solver::history::History;
 use pennate_solver::options::Options;

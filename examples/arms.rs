@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use pennate::accuracy::solve_to_accuracy;
+use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::{discretize, read};
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;

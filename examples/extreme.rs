@@ -5,8 +5,8 @@
 
 use std::fmt::Write;
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::status_name;
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::status_name;
 use pennate_models::{InputErrors, read_text};
 use pennate_solver::history::{Equilibrium, Status};
 use pennate_solver::options::Options;

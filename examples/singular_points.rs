@@ -11,8 +11,8 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::Solution;
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::Solution;
 use pennate_models::{Model, read, read_text};
 use pennate_solver::history::{CriticalPoint, NodeState, StepHistory};
 use pennate_solver::options::Options;
@@ -265,7 +265,7 @@ fn solve(file: &str, settings: Settings<'_>, increments: Option<usize>) -> Solut
 }
 
 fn of_model(model: Model) -> Solution {
-    let options = Options { estimate: true, ..Options::default() };
+    let options = Options { estimate: true, clock: pennate::clock, ..Options::default() };
     solve_to_accuracy(model, ACCURACY, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
 }
 

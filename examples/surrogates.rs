@@ -10,12 +10,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use muscle::{DIAMETER, LENGTH};
-use pennate::fit::cantilever::{Cantilever, Load};
-use pennate::fit::errors::{Errors, over_pressures};
-use pennate::fit::prb::{self, FittedPrb, NAMES};
-use pennate::fit::regression::regress;
-use pennate::fit::{self, Fitted, TESTS};
 use pennate::output::text::{Align, columns};
+use pennate_analysis::fit::cantilever::{Cantilever, Load};
+use pennate_analysis::fit::errors::{Errors, over_pressures};
+use pennate_analysis::fit::prb::{self, FittedPrb, NAMES};
+use pennate_analysis::fit::regression::regress;
+use pennate_analysis::fit::{self, Fitted, TESTS};
 use pennate_models::prb::{Gripper, Joint, Prb};
 use plotters::prelude::*;
 
@@ -201,7 +201,7 @@ fn mechanisms(fitted: &Fitted, models: &[FittedPrb]) -> String {
         models.iter().find(|model| model.model.length == LENGTH && model.pressure == 20.0).expect("20 psi").model;
     let directory = std::env::temp_dir().join(format!("surrogates-{}", std::process::id()));
     std::fs::create_dir_all(&directory).expect("a temporary folder");
-    std::fs::write(directory.join("muscle.toml"), fit::file::text(fitted)).expect("a muscle file");
+    std::fs::write(directory.join("muscle.toml"), pennate::fit::file::text(fitted)).expect("a muscle file");
     let mut rows = vec![["mechanism", "HSIM", "pseudo-rigid body", "difference"].map(str::to_owned).to_vec()];
     let mut add = |name: String, unit: &str, hsim: f64, prb: f64| {
         rows.push(vec![

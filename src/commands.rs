@@ -5,24 +5,26 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use pennate_analysis::accuracy::Verdict;
+use pennate_analysis::fit::Request;
+use pennate_analysis::solution::Solution;
+use pennate_analysis::spectrum::NoSpectrum;
 use pennate_models::scenes::{self, SCENES};
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::error::NearMotion;
 use pennate_solver::history::Status;
 
-use crate::accuracy::Verdict;
 use crate::diagnostics::{Message, Severity, show, show_errors, show_warnings};
 use crate::fit;
 use crate::output::files::{check_writable, write_whole};
 use crate::output::{Pictures, json, table, write_files};
 use crate::progress::{Bar, Counter};
-use crate::solution::Solution;
-use crate::spectrum::{self, NoSpectrum};
+use crate::spectrum::{self, NoAnswer};
 use crate::strains;
 use crate::sweep::{self, Sweep};
-use crate::{Input, Job, Refusal, explain, output, read, run_until};
+use crate::{Input, Job, Refusal, clock, explain, output, read, run_until};
 
 /// How a command ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,19 +97,7 @@ pub fn spectrum(job: &spectrum::Job, destination: &Destination) -> Exit {
     drop(bar);
     let spectrum = match outcome {
         Ok(spectrum) => spectrum,
-        Err(NoSpectrum::Refused(refusal)) => return refuse(&refusal),
-        Err(NoSpectrum::Interrupted) => return Exit::Interrupted,
-        Err(NoSpectrum::Failed(message)) => {
-            show(Severity::Error, &message, &[]);
-            return Exit::WrongInput;
-        }
-        Err(NoSpectrum::NotSolved(model, history)) => {
-            let steps = history.steps.iter().enumerate();
-            for message in steps.filter_map(|(index, step)| explain::failed_step(&model, index, step)) {
-                show(Severity::Error, &message, &model.sources);
-            }
-            return Exit::NotSolved;
-        }
+        Err(why) => return no_spectrum(why),
     };
     show_warnings(&spectrum.model.warnings, &spectrum.model.sources);
     let written = match &destination.directory {
@@ -124,6 +114,25 @@ pub fn spectrum(job: &spectrum::Job, destination: &Destination) -> Exit {
         Err(error) => could_not(&error),
         Ok(()) => printed,
     }
+}
+
+fn no_spectrum(why: NoAnswer) -> Exit {
+    let why = match why {
+        NoAnswer::Input(errors) => return refuse(&Refusal::Input(errors)),
+        NoAnswer::Spectrum(NoSpectrum::Mechanism(model, motions)) => {
+            return refuse(&Refusal::Mechanism(model, motions));
+        }
+        NoAnswer::Spectrum(NoSpectrum::Interrupted) => return Exit::Interrupted,
+        NoAnswer::Spectrum(why) => why,
+    };
+    let (exit, sources) = match &why {
+        NoSpectrum::NotSolved(model, _) => (Exit::NotSolved, model.sources.clone()),
+        _ => (Exit::WrongInput, Vec::new()),
+    };
+    for message in spectrum::messages(why) {
+        show(Severity::Error, &message, &sources);
+    }
+    exit
 }
 
 /// `pennate check`: everything short of solving.
@@ -154,7 +163,7 @@ pub fn sweep(sweep: &Sweep) -> Exit {
     if let Err(error) = check_writable(&sweep.directory) {
         return could_not(&error);
     }
-    let start = Instant::now();
+    let start = clock();
     let interrupted = listen_for_interrupt();
     let bar = Counter::new(sweep.files.len() * sweep.plan.rows.len());
     let outcome = sweep::run(sweep, &interrupted.asked, &|count| bar.advance(count));
@@ -167,7 +176,8 @@ pub fn sweep(sweep: &Sweep) -> Exit {
     };
     let picture = sweep.directory.join("sweep.svg");
     let drawn = sweep::plot::draw(&outcome, &sweep.plan, &picture);
-    let exit = print(|out| out.write_all(sweep::report::report(&outcome, start.elapsed()).as_bytes()));
+    let took = clock().saturating_sub(start);
+    let exit = print(|out| out.write_all(sweep::report::report(&outcome, took).as_bytes()));
     if let Err(error) = drawn {
         let title = format!("cannot draw {}: {error}", picture.display());
         show(Severity::Error, &Message { title, ..Message::default() }, &[]);
@@ -181,21 +191,17 @@ pub fn sweep(sweep: &Sweep) -> Exit {
 }
 
 /// `pennate fit`: the table of a muscle from test data, with its errors, as text, file and picture.
-pub fn fit(
-    request: &fit::Request,
-    output: Option<&Path>,
-    check: bool,
-    plot: Option<&Path>,
-    curves: Option<&Path>,
-) -> Exit {
-    let fitted = match fit::run(request) {
+pub fn fit(request: &Request, output: Option<&Path>, check: bool, plot: Option<&Path>, curves: Option<&Path>) -> Exit {
+    let start = clock();
+    let fitted = match pennate_analysis::fit::run(request) {
         Ok(fitted) => fitted,
         Err(errors) => return refuse(&Refusal::Input(errors)),
     };
+    let took = clock().saturating_sub(start);
     for warning in fit::report::warnings(&fitted) {
         show(Severity::Warning, &warning, &[]);
     }
-    let mut text = fit::report::report(&fitted);
+    let mut text = fit::report::report(&fitted, took);
     if check {
         text += &format!("\n{}", fit::report::check(&fitted));
     }
@@ -404,8 +410,8 @@ fn listen_for_interrupt() -> Interrupt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::Accuracy;
     use crate::fixture;
+    use pennate_analysis::accuracy::Accuracy;
 
     fn converged(verdict: Verdict, estimated: Option<f64>) -> Solution {
         let mut solution = fixture::solution();

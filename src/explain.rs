@@ -1,16 +1,16 @@
 //! Why there is no answer, in words: mechanisms, and steps that stop short of their end.
 
 use nalgebra::Vector3;
+use pennate_analysis::accuracy::{Accuracy, Verdict};
+use pennate_analysis::solution::{Solution, fewest_digits, last_state, whole_digits};
 use pennate_models::Model;
 use pennate_models::model::Target;
 use pennate_solver::error::{Extent, FreeMotion, NearMotion, Place};
 use pennate_solver::history::{Cause, Failure, History, Status, StepHistory};
 use pennate_solver::structure::{Change, NodeId};
 
-use crate::accuracy::{Accuracy, Verdict};
 use crate::diagnostics::Message;
 use crate::output::text::{direction, list, number, percent, shown};
-use crate::solution::{Solution, fewest_digits, last_state, whole_digits};
 use crate::strains;
 
 /// Names listed before the rest is counted.

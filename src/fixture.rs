@@ -1,5 +1,7 @@
 //! A small solution made by hand, with the names that writers find hardest.
 
+use pennate_analysis::accuracy::{Accuracy, Verdict};
+use pennate_analysis::solution::{ProbeTable, Solution, Timing};
 use pennate_models::error::Span;
 use pennate_models::model::{Body, FixedLaw, Member, MemberKind, Node, Segment, SegmentLaw, Spring, Units};
 use pennate_models::{Mesh, Model};
@@ -8,9 +10,6 @@ use pennate_solver::history::{
     Rounding, ShapeCell, ShapePoint, Status, StepHistory,
 };
 use pennate_solver::structure::{self, Dimension, Release, Stability};
-
-use crate::accuracy::{Accuracy, Verdict};
-use crate::solution::{ProbeTable, Solution, Timing};
 
 /// Names of the three nodes.
 pub const NODES: [&str; 3] = ["A \"quoted\" <&>", "line\nbreak", "Knoten ä ∂, x"];

@@ -1,8 +1,5 @@
 //! Reads a network, solves it and writes the results: what the command line does, for programs and tests.
 
-pub use pennate_solver::batch;
-
-pub mod accuracy;
 pub mod commands;
 pub mod diagnostics;
 pub mod explain;
@@ -11,21 +8,20 @@ pub mod fit;
 mod fixture;
 pub mod output;
 pub mod progress;
-pub mod solution;
 pub mod spectrum;
 pub mod strains;
 pub mod sweep;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::sync::{Arc, LazyLock};
+use std::time::{Duration, Instant};
 
+use pennate_analysis::accuracy;
+use pennate_analysis::solution::Solution;
 use pennate_models::{InputError, InputErrors, Model};
 use pennate_solver::error::FreeMotion;
 use pennate_solver::options::{Options, Progress};
-
-use solution::Solution;
 
 /// Where a network comes from, and the parameters that are set in it.
 #[derive(Clone, Debug, Default)]
@@ -75,7 +71,7 @@ pub fn read(input: &Input) -> Result<Model, InputErrors> {
 ///
 /// # Errors
 /// A [`Refusal`] where the input is wrong; a step that fails is part of the solution.
-pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solution, Refusal> {
+pub fn run(job: &Job, observe: &mut (dyn FnMut(&Progress) -> bool + Send)) -> Result<Solution, Refusal> {
     run_until(job, None, observe)
 }
 
@@ -86,21 +82,41 @@ pub fn run(job: &Job, observe: &mut dyn FnMut(&Progress) -> bool) -> Result<Solu
 pub fn run_until(
     job: &Job,
     stop: Option<Arc<AtomicBool>>,
-    observe: &mut dyn FnMut(&Progress) -> bool,
+    observe: &mut (dyn FnMut(&Progress) -> bool + Send),
 ) -> Result<Solution, Refusal> {
-    let start = Instant::now();
+    let start = clock();
     let model = read(&job.input).map_err(Refusal::Input)?;
-    let read = start.elapsed();
-    let threads = job.threads.unwrap_or(1);
-    if threads > 1 {
-        // A pool that another run in this process has made serves as well.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    }
-    let options =
-        Options { shapes: job.shapes, estimate: true, near_motion: true, threads, stop, ..Options::default() };
-    let solved = accuracy::solve_to_accuracy(model, job.accuracy, &options, observe);
+    let read = clock().saturating_sub(start);
+    let solved = on_threads(job.threads, |threads| {
+        let options = Options { shapes: job.shapes, estimate: true, near_motion: true, stop, ..options(threads) };
+        accuracy::solve_to_accuracy(model, job.accuracy, &options, observe)
+    });
     let mut solution = solved
         .map_err(|(model, pennate_solver::error::SolveError::Mechanism(motions))| Refusal::Mechanism(model, motions))?;
     solution.timing.read = read;
     Ok(solution)
+}
+
+/// The time since the program first asked for it.
+pub fn clock() -> Duration {
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGIN.elapsed()
+}
+
+/// Options of a solve on so many threads, timed by the program's clock.
+pub fn options(threads: usize) -> Options {
+    Options { threads, clock, ..Options::default() }
+}
+
+/// Does work on threads of its own, where it is to have more than one; it hears how many there are.
+pub fn on_threads<T: Send>(threads: Option<usize>, work: impl FnOnce(usize) -> T + Send) -> T {
+    let threads = threads.unwrap_or(1);
+    if threads <= 1 {
+        return work(1);
+    }
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(|| work(threads)),
+        // Threads that cannot be had cost time, not the answer.
+        Err(_) => work(1),
+    }
 }

@@ -6,12 +6,13 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use pennate::commands::{self, Destination};
-use pennate::fit::optimize::Method;
-use pennate::fit::{self, EndLength};
 use pennate::output::Pictures;
-use pennate::spectrum::{self, Question};
-use pennate::sweep::plan::Plan;
-use pennate::sweep::vary::Vary;
+use pennate::spectrum;
+use pennate_analysis::fit::optimize::Method;
+use pennate_analysis::fit::{self, EndLength};
+use pennate_analysis::spectrum::{Question, Request};
+use pennate_analysis::sweep::{Plan, Vary};
+
 use pennate::{Input, Job, Refusal};
 
 /// Analyses networks of soft pneumatic muscles and compliant members.
@@ -238,11 +239,7 @@ impl Spectrum {
         let destination = Destination { directory: self.output, pictures, json: self.json };
         let job = spectrum::Job {
             input: self.network.into(),
-            question,
-            step,
-            along,
-            count: usize::from(self.count),
-            accuracy: self.accuracy,
+            request: Request { question, step, along, count: usize::from(self.count), accuracy: self.accuracy },
             threads: self.threads.map(usize::from),
         };
         commands::spectrum(&job, &destination)

@@ -1,44 +1,22 @@
-//! Strains beyond what the mechanics of small strains holds for, and rods that shear makes unstable in tension.
+//! What is said of strains beyond what the mechanics of small strains holds for, and of rods that shear makes unstable in
+//! tension.
 
+use pennate_analysis::solution::Solution;
+use pennate_analysis::strains::{self, Excess, Overload, Strain, Tension};
 use pennate_models::Model;
-use pennate_models::model::{Member, SegmentLaw, Target};
-use pennate_solver::history::{MemberState, Peak, StepHistory};
+use pennate_models::model::Member;
+use pennate_solver::history::StepHistory;
 
 use crate::diagnostics::Message;
 use crate::output::text::{list, number, percent, shown};
-use crate::solution::{Solution, last_state};
 
 /// Members named besides the worst one.
 const NAMED: usize = 5;
-/// Part of the strain at which a rod becomes unstable in tension from which on that is said.
-const CLOSE: f64 = 0.9;
-
-/// A strain that a member had, and when.
-#[derive(Clone, Copy, Debug)]
-struct Found {
-    member: usize,
-    peak: Peak,
-    step: usize,
-    fraction: f64,
-}
 
 /// What a person should know about the strains of a run.
 pub fn warnings(solution: &Solution) -> Vec<Message> {
     let model = &solution.model;
-    let sheared = greatest(solution, |model, member, state| {
-        let limit = model.tensile_limit(member, state.control)?;
-        (state.stretch.value >= CLOSE * limit).then_some(state.stretch)
-    });
-    let limit = model.strain_limit;
-    let over = |peak: Peak| (peak.value.abs() > limit).then_some(peak);
-    let bent = greatest(solution, |model, member, state| {
-        let member = &model.members[member];
-        over(state.bending).filter(|_| !member.is_muscle() && is_solid(member))
-    });
-    let stretched =
-        greatest(solution, |model, member, state| over(state.stretch).filter(|_| !model.members[member].is_muscle()));
-    let told = |found: &Found| sheared.iter().any(|other| other.member == found.member);
-    let stretched: Vec<Found> = stretched.into_iter().filter(|found| !told(found)).collect();
+    let Excess { bent, stretched, sheared } = strains::excess(solution);
     let mut messages = Vec::new();
     messages.extend(beyond(model, &bent, "bent to a strain of"));
     let way =
@@ -48,54 +26,23 @@ pub fn warnings(solution: &Solution) -> Vec<Message> {
     messages
 }
 
-/// Whether a bar has a solid section somewhere. Tubes are what muscles are made of, and bend by more.
-fn is_solid(member: &Member) -> bool {
-    member.segments.iter().any(|segment| match &segment.material {
-        SegmentLaw::Fixed(law) => law.shape.is_some_and(|shape| shape.is_solid),
-        SegmentLaw::MuscleEnd(_) | SegmentLaw::MuscleMiddle(_) => false,
-    })
-}
-
 /// What the members of a step's last state say about its failure: one of them is beyond the strain that its shear
 /// stiffness lets it be stretched to.
 pub fn tension(model: &Model, step: &StepHistory) -> Option<String> {
-    let state = last_state(step)?;
-    let near = model.members.iter().zip(&state.members).enumerate().find_map(|(index, (member, now))| {
-        let limit = model.tensile_limit(index, now.control)?;
-        (now.stretch.value >= CLOSE * limit).then_some((member, now.stretch.value, limit))
-    });
-    let (member, value, limit) = near?;
+    let Tension { member, stretch, limit } = strains::tension(model, step)?;
     Some(format!(
         "member '{}' is stretched by {}: a shear-flexible rod loses its stability in tension at 1/(EA/GA - 1) = {}, which \
          is a property of the model and not of the bar; shear = false in its section takes it away",
-        shown(&member.name),
-        rough(value),
+        shown(&model.members[member].name),
+        rough(stretch),
         rough(limit)
     ))
 }
 
 /// What the loads of a step that got nowhere would do to the bar that they could bend most, if one carried them alone.
 pub fn overload(model: &Model, index: usize, step: &StepHistory) -> Option<String> {
-    /// Beyond this many times the load that would bend a bar by about its length, no bar is meant to carry it.
-    const ABSURD: f64 = 1e4;
-    if step.fraction > 0.01 {
-        return None;
-    }
-    let targets = model.steps.get(..=index)?.iter().flat_map(|step| &step.targets);
-    let force = targets.filter_map(|(target, value)| match target {
-        Target::Force(..) | Target::FollowerForce(..) => Some(value.abs()),
-        _ => None,
-    });
-    let force = force.fold(0.0, f64::max);
-    let bends = |member: &Member| {
-        let stiffness = member.segments.iter().filter_map(|segment| match &segment.material {
-            SegmentLaw::Fixed(law) => Some(law.section.ei2.min(law.section.ei3)),
-            SegmentLaw::MuscleEnd(_) | SegmentLaw::MuscleMiddle(_) => None,
-        });
-        Some(force * member.length.powi(2) / stiffness.reduce(f64::min)?)
-    };
-    let all = model.members.iter().filter_map(|member| Some((member, bends(member)?)));
-    let (member, times) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, times)| *times > ABSURD)?;
+    let Overload { member, force, times } = strains::overload(model, index, step)?;
+    let member = &model.members[member];
     let [length, unit, _] = model.units.symbols();
     Some(format!(
         "the largest load, {} {unit}, is {times:.0e} times what bends member '{}', {} {length} long, by about its length \
@@ -106,27 +53,8 @@ pub fn overload(model: &Model, index: usize, step: &StepHistory) -> Option<Strin
     ))
 }
 
-/// The greatest strain of every member that `of` takes, the greatest of all first.
-fn greatest(solution: &Solution, of: impl Fn(&Model, usize, &MemberState) -> Option<Peak>) -> Vec<Found> {
-    let model = &solution.model;
-    let mut worst: Vec<Option<Found>> = vec![None; model.members.len()];
-    for (step, record) in solution.history.steps.iter().enumerate() {
-        for increment in &record.increments {
-            for (member, state) in increment.state.members.iter().enumerate() {
-                let Some(peak) = of(model, member, state) else { continue };
-                if worst[member].is_none_or(|before| peak.value.abs() > before.peak.value.abs()) {
-                    worst[member] = Some(Found { member, peak, step, fraction: increment.fraction });
-                }
-            }
-        }
-    }
-    let mut all: Vec<Found> = worst.into_iter().flatten().collect();
-    all.sort_by(|a, b| b.peak.value.abs().total_cmp(&a.peak.value.abs()));
-    all
-}
-
 /// A warning of strains beyond the limit: the worst one with its place, and the names of the others.
-fn beyond(model: &Model, found: &[Found], how: &str) -> Option<Message> {
+fn beyond(model: &Model, found: &[Strain], how: &str) -> Option<Message> {
     let worst = found.first()?;
     let member = &model.members[worst.member];
     let title = format!(
@@ -156,14 +84,14 @@ fn beyond(model: &Model, found: &[Found], how: &str) -> Option<Message> {
     })
 }
 
-fn others(model: &Model, rest: &[Found], limit: &str) -> Option<String> {
+fn others(model: &Model, rest: &[Strain], limit: &str) -> Option<String> {
     let name =
-        |found: &Found| format!("'{}' ({})", shown(&model.members[found.member].name), rough(found.peak.value.abs()));
+        |found: &Strain| format!("'{}' ({})", shown(&model.members[found.member].name), rough(found.peak.value.abs()));
     let names: Vec<String> = rest.iter().map(name).collect();
     (!names.is_empty()).then(|| format!("beyond {limit} as well: {}", list(&names, NAMED)))
 }
 
-fn unstable(model: &Model, found: &[Found]) -> Option<Message> {
+fn unstable(model: &Model, found: &[Strain]) -> Option<Message> {
     let worst = found.first()?;
     let member = &model.members[worst.member];
     Some(Message {
@@ -192,7 +120,7 @@ fn place(model: &Model, member: &Member, at: f64) -> String {
     format!("at {} of its length from node '{node}'", rough(if end == 0 { at } else { 1.0 - at }))
 }
 
-fn when(model: &Model, found: &Found) -> String {
+fn when(model: &Model, found: &Strain) -> String {
     let name = shown(model.step_names()[found.step]);
     match found.fraction >= 1.0 {
         true => format!("at the end of step '{name}'"),

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::Solution;
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::Solution;
 use pennate_models::read;
 use pennate_solver::history::{CriticalKind, Status};
 use pennate_solver::options::Options;

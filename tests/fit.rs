@@ -5,13 +5,14 @@ mod hifi;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use pennate::fit::cantilever::{Cantilever, Load};
-use pennate::fit::errors::{Errors, by_length};
-use pennate::fit::optimize::Method;
-use pennate::fit::parameters::{Parameter, Space};
-use pennate::fit::problem::{Problem, Tube};
-use pennate::fit::{self, EndLength, Fitted, KINKED, Request, TESTS, muscle};
+use pennate_analysis::fit::cantilever::{Cantilever, Load};
+use pennate_analysis::fit::errors::{Errors, by_length};
+use pennate_analysis::fit::optimize::Method;
+use pennate_analysis::fit::parameters::{Parameter, Space};
+use pennate_analysis::fit::problem::{Problem, Tube};
+use pennate_analysis::fit::{self, EndLength, Fitted, KINKED, Request, TESTS, muscle};
 use pennate_models::hsim::Row;
 
 /// That fit, of other data.
@@ -183,9 +184,9 @@ fn a_parameter_that_ends_on_a_bound_is_named() {
     assert!(
         fitted.rows.iter().any(|row| row.on_bounds.iter().any(|(parameter, ..)| *parameter == Parameter::EndRadius))
     );
-    let report = fit::report::report(&fitted);
+    let report = pennate::fit::report::report(&fitted, Duration::ZERO);
     assert!(report.contains("R1 ends on its lower bound 3.25"), "{report}");
-    assert!(fit::file::text(&fitted).contains("E1 = "));
+    assert!(pennate::fit::file::text(&fitted).contains("E1 = "));
 }
 
 /// The file is one that a network refers to, and the network's cantilever is the one that was fitted.
@@ -193,7 +194,7 @@ fn a_parameter_that_ends_on_a_bound_is_named() {
 fn the_muscle_file_serves_a_network() {
     let fitted = fit::run(&hifi::request()).unwrap();
     let directory = tempfile::tempdir().unwrap();
-    std::fs::write(directory.path().join("muscle.toml"), fit::file::text(&fitted)).unwrap();
+    std::fs::write(directory.path().join("muscle.toml"), pennate::fit::file::text(&fitted)).unwrap();
     let network = "format = \"pennate/1\"\nnodes = { A = [0, 0], B = [130, 0] }\nmuscles.m = { file = \"muscle.toml\" }\n\
         members.m = { nodes = [\"A\", \"B\"], muscle = \"m\" }\nsupports.A = \"clamped\"\n\
         steps = [{ name = \"inflate\", pressure = { m = 20 } }, { name = \"push\", force = { B = [0, 1.2] } }]\n\
@@ -247,7 +248,7 @@ fn the_picture_shows_both_series() {
     let fitted = fit::run(&hifi::request()).unwrap();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("check.svg");
-    fit::plot::draw(&fitted, &path).unwrap();
+    pennate::fit::plot::draw(&fitted, &path).unwrap();
     let svg = std::fs::read_to_string(path).unwrap();
     for text in
         ["aspect ratio L/D", "axial error (mm)", "bending error (mm)", "slope error (deg)", "without kinked states"]
@@ -302,10 +303,10 @@ fn a_fit_says_how_well_its_parameters_are_known_and_draws_them() {
         }
         assert!(known.correlations[0][1] < -0.7, "{:?}", known.correlations);
     }
-    assert!(fit::report::report(&fitted).contains("± R1, mm"));
+    assert!(pennate::fit::report::report(&fitted, Duration::ZERO).contains("± R1, mm"));
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("curves.svg");
-    fit::curves::draw(&fitted, &path).unwrap();
+    pennate::fit::curves::draw(&fitted, &path).unwrap();
     let svg = std::fs::read_to_string(path).unwrap();
     for text in ["shortening (mm)", "deflection (mm)", "slope (deg)", "25 psi", "points: measured"] {
         assert!(svg.contains(text), "{text}");

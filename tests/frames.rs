@@ -1,7 +1,7 @@
 //! Frames that sway: critical loads by stability functions, and what becomes of frames that are pushed.
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::Solution;
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::Solution;
 use pennate_models::read_text;
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;

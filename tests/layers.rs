@@ -1,7 +1,7 @@
 //! Boundary layers of taut, slender members: meshes graded into them, and errors that know of them.
 
-use pennate::accuracy::{Verdict, solve_to_accuracy};
-use pennate::solution::{Solution, last_state};
+use pennate_analysis::accuracy::{Verdict, solve_to_accuracy};
+use pennate_analysis::solution::{Solution, last_state};
 use pennate_models::{Mesh, read_text};
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;

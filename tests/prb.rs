@@ -3,8 +3,8 @@
 #[path = "../validation/hifi/muscle.rs"]
 mod hifi;
 
-use pennate::fit::data::{self, Case};
-use pennate::fit::{TESTS, prb};
+use pennate_analysis::fit::data::{self, Case};
+use pennate_analysis::fit::{TESTS, prb};
 use pennate_models::prb::{Prb, TORSION_UNIT};
 
 /// The free stroke, and the cases that are fitted.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use pennate::solution::Solution;
+use pennate_analysis::solution::Solution;
 
 #[path = "../validation/scenes/figures.rs"]
 mod figures;

@@ -3,7 +3,7 @@
 mod network;
 
 use network::{ROD, model, solve};
-use pennate::solution::ProbeTable;
+use pennate_analysis::solution::ProbeTable;
 use pennate_solver::history::Increment;
 
 /// Values of all probes at the end of the last step, and their names.

@@ -1,8 +1,8 @@
 //! Greatest stress, strain and moment along members, and the words about strains that are too large.
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::Solution;
 use pennate::strains;
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::Solution;
 use pennate_models::read_text;
 use pennate_solver::options::Options;
 

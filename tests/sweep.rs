@@ -176,7 +176,7 @@ fn rows_are_those_of_networks_solved_alone() {
         let settings = [("chi", 0), ("pressure", 1)].map(|(name, column)| (name.to_owned(), row[column].to_owned()));
         let model = pennate_models::read(&file, &settings).unwrap();
         let options = pennate_solver::options::Options { estimate: true, ..Default::default() };
-        let solution = pennate::accuracy::solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap();
+        let solution = pennate_analysis::accuracy::solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap();
         let alone = solution.probes.steps[0].last().unwrap();
         for (probe, alone) in alone.iter().enumerate() {
             let swept: f64 = row[4 + probe].parse().unwrap();

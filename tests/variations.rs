@@ -1,7 +1,7 @@
 //! Eighty slips of a user, of magnitude, unit, name, sign and type: nearly all are refused or warned about.
 
-use pennate::accuracy::solve_to_accuracy;
 use pennate::{explain, strains};
+use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::read_text;
 use pennate_solver::options::Options;
 

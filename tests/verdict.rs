@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pennate::accuracy::solve_to_accuracy;
+use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::scenes::SCENES;
 use pennate_models::{Model, discretize, read, read_text};
 use pennate_solver::history::Status;

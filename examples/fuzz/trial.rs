@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use pennate::accuracy::solve_to_accuracy;
 use pennate::diagnostics::{Message, Severity, text};
 use pennate::explain;
+use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::{Mesh, Model, discretize, file, read_text};
 use pennate_solver::history::{Equilibrium, Status};
 use pennate_solver::options::Options;

@@ -15,8 +15,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::{Solution, last_state};
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::{Solution, last_state};
 use pennate_models::{discretize, read_text};
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;

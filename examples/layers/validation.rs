@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
-use pennate::accuracy::solve_to_accuracy;
+use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::read;
 use pennate_solver::options::Options;
 use serde_json::{Value, json};

@@ -14,7 +14,7 @@ pub struct History {
     pub inside: Vec<MemberId>,
     /// The softest motion of the unloaded structure, where it was asked for and is nearly free.
     pub near_motion: Option<NearMotion>,
-    /// Time that the refined states took (those of [`StepHistory::refined`]).
+    /// Time that the refined states took (those of [`StepHistory::refined`]), by [`crate::options::Options::clock`].
     pub estimate: Duration,
 }
 

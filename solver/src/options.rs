@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 /// Options of a solve; the defaults serve every network.
 #[derive(Clone, Debug)]
@@ -24,6 +25,9 @@ pub struct Options {
     /// Set from outside where nobody wants to wait any longer: an iteration under way is given up, and the observer is
     /// asked at once.
     pub stop: Option<Arc<AtomicBool>>,
+    /// The time since some moment, by which parts of a solve are timed. The default one stands still: not every platform
+    /// has a clock, and nothing but times depends on it.
+    pub clock: fn() -> Duration,
 }
 
 impl Default for Options {
@@ -37,6 +41,7 @@ impl Default for Options {
             stop_unstable: false,
             threads: 1,
             stop: None,
+            clock: || Duration::ZERO,
         }
     }
 }

@@ -3,12 +3,12 @@
 use std::error::Error;
 use std::path::Path;
 
+use pennate_analysis::fit::Fitted;
+use pennate_analysis::fit::cantilever::{Cantilever, Load};
+use pennate_analysis::fit::data::Case;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::Fitted;
-use super::cantilever::{Cantilever, Load};
-use super::data::Case;
 use crate::output::svg::{self, FINE, font};
 use crate::output::text::number;
 

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use super::Fitted;
-use super::errors::by_length;
+use pennate_analysis::fit::Fitted;
+use pennate_analysis::fit::errors::by_length;
+use pennate_analysis::fit::select::words;
+
 use super::report::{bounds, method};
-use super::select::words;
 use crate::output::text::{number, shown};
 
 /// The file as text: TOML, in mm, N and MPa.

@@ -3,11 +3,10 @@
 use std::error::Error;
 use std::path::Path;
 
+use pennate_analysis::fit::errors::{LengthErrors, by_length};
+use pennate_analysis::fit::{Fitted, KINKED};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-
-use super::errors::{LengthErrors, by_length};
-use super::{Fitted, KINKED};
 
 const PANEL: (u32, u32) = (400, 340);
 const LABELS: [&str; 3] = ["axial error (mm)", "bending error (mm)", "slope error (deg)"];

@@ -1,15 +1,18 @@
 //! What a person reads after a fit.
 
-use super::errors::{LengthErrors, by_length};
-use super::optimize::Method;
-use super::parameters::Parameter;
-use super::select::{LeftOut, words};
-use super::{Fitted, KINKED};
+use std::time::Duration;
+
+use pennate_analysis::fit::errors::{LengthErrors, by_length};
+use pennate_analysis::fit::optimize::Method;
+use pennate_analysis::fit::parameters::Parameter;
+use pennate_analysis::fit::select::{LeftOut, words};
+use pennate_analysis::fit::{Fitted, FittedRow, KINKED};
+
 use crate::diagnostics::Message;
 use crate::output::text::{Align, columns, duration, number, shown};
 
-/// The parameters with the errors of what was fitted.
-pub fn report(fitted: &Fitted) -> String {
+/// The parameters with the errors of what was fitted, and what it took.
+pub fn report(fitted: &Fitted, took: Duration) -> String {
     let tube = &fitted.tube;
     let variant =
         if fitted.selection.variant.is_empty() { String::new() } else { format!(", {}", fitted.selection.variant) };
@@ -54,10 +57,7 @@ pub fn report(fitted: &Fitted) -> String {
     let solved: usize =
         fitted.rows.iter().map(|row| row.evaluations * (row.errors.counts[0] + row.errors.counts[1])).sum();
     let factorizations: usize = fitted.rows.iter().map(|row| row.factorizations).sum();
-    text + &format!(
-        "\nTook {}: {solved} load cases, {factorizations} factorizations.\n",
-        duration(fitted.took.as_secs_f64())
-    )
+    text + &format!("\nTook {}: {solved} load cases, {factorizations} factorizations.\n", duration(took.as_secs_f64()))
 }
 
 /// Standard errors of the parameters, and how the cases confuse them with each other.
@@ -133,9 +133,9 @@ pub fn method(method: Method) -> &'static str {
 
 /// A sentence for every parameter that ended on a bound.
 pub fn bounds(fitted: &Fitted) -> Vec<String> {
-    let one = |row: &super::FittedRow| {
+    let one = |row: &FittedRow| {
         let pressure = row.row.pressure;
-        let sentence = move |(parameter, upper, bound): &(super::parameters::Parameter, bool, f64)| {
+        let sentence = move |(parameter, upper, bound): &(pennate_analysis::fit::parameters::Parameter, bool, f64)| {
             let which = if *upper { "upper" } else { "lower" };
             format!(
                 "At {} {} {} ends on its {which} bound {}: the load cases do not determine it.",

@@ -7,13 +7,13 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
+use pennate_analysis::solution::{Solution, diagonal};
 use pennate_models::Model;
 use pennate_solver::history::{CriticalPoint, Increment, MemberShape, StepHistory};
 use pennate_solver::structure::Release;
 
 use super::files::{WriteError, write_whole};
 use super::motion::{AMPLITUDE, Moving, Point, part};
-use crate::solution::{Solution, diagonal};
 
 type Vector = Vector3<f64>;
 

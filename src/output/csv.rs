@@ -4,11 +4,11 @@
 use std::io::{self, Write};
 
 use csv::Writer;
+use pennate_analysis::solution::{Solution, unloaded};
 use pennate_models::Model;
 
 use super::loads;
 use super::table::unit;
-use crate::solution::{Solution, unloaded};
 
 /// Writes the history of the loads and the probes.
 ///

@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use pennate_analysis::accuracy::Accuracy;
+use pennate_analysis::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 use pennate_models::Model;
 use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, Rounding, StepHistory};
 use pennate_solver::structure::Dimension;
@@ -10,8 +12,6 @@ use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
 use super::origin::Origin;
-use crate::accuracy::Accuracy;
-use crate::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 
 /// Writes the results of a run; `pictures` are the names of those that were written beside it.
 ///
@@ -374,8 +374,8 @@ impl From<Timing> for Seconds {
 mod tests {
     use serde_json::{Value, json};
 
-    use crate::accuracy::{Accuracy, Verdict};
     use crate::fixture;
+    use pennate_analysis::accuracy::{Accuracy, Verdict};
 
     fn written() -> (String, Value) {
         let mut out = Vec::new();

@@ -18,8 +18,8 @@ pub mod vtu;
 use std::path::Path;
 use std::time::Instant;
 
-use crate::solution::Solution;
 use files::{WriteError, make_directory, write_whole};
+use pennate_analysis::solution::Solution;
 pub use vtu::Pictures;
 
 /// Writes the files of a run into a directory: `results.json`, `history.csv` and, if asked for, pictures.

@@ -2,17 +2,17 @@
 
 use std::fmt::Write;
 
+use pennate_analysis::accuracy::Verdict;
+use pennate_analysis::solution::{
+    NodeError, Solution, diagonal, fewest_digits, largest_force, last_state, norm, status_name, whole_digits,
+};
 use pennate_models::Model;
 use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, Status, StepHistory};
 use pennate_solver::structure::Dimension;
 
 use super::text::{Align, columns, duration, estimate, number, percent, shown};
-use crate::accuracy::Verdict;
 use crate::explain::{force_unit, moment_unit};
-use crate::solution::{
-    NodeError, Solution, diagonal, fewest_digits, largest_force, last_state, norm, status_name, whole_digits,
-};
 
 /// Steps that get a column of their own; of more the last ones.
 const STEP_COLUMNS: usize = 5;

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use nalgebra::{Rotation3, Vector3};
+use pennate_analysis::solution::{Solution, norm, unloaded};
 use pennate_models::Model;
 use pennate_models::model::Target;
 use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint};
@@ -19,7 +20,6 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 
 use super::files::{WriteError, write_whole};
-use crate::solution::{Solution, norm, unloaded};
 
 /// The fastest: higher ones take three times as long for a tenth of the size.
 const COMPRESSION_LEVEL: u32 = 1;

@@ -1,30 +1,24 @@
 //! Sweeps: one network for many values of its parameters, solved side by side, in one table.
 
-pub mod plan;
 pub mod plot;
 pub mod report;
 pub mod table;
-pub mod vary;
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use pennate_analysis::solution::{ProbeTable, Solution, stable, status_name};
+use pennate_analysis::sweep::{Answer, Case, Parameter, Plan};
 use pennate_models::error::InputError;
 use pennate_models::{Document, InputErrors, Model};
-use pennate_solver::batch::TOGETHER;
 use pennate_solver::history::Status;
-use pennate_solver::options::{Options, Progress};
-use rayon::prelude::*;
 
-use crate::accuracy::{Shared, Verdict, solve_to_accuracy, solve_together};
 use crate::explain;
 use crate::output::files::{WriteError, make_directory};
 use crate::output::text::shown;
-use crate::solution::{ProbeTable, Solution, stable, status_name};
 
-use self::plan::{Parameter, Plan};
 use self::table::{Columns, Earlier, Journal, Manifest, Row};
 
 /// What to solve, for which parameters, and where the table goes.
@@ -74,13 +68,6 @@ pub const NO_ESTIMATE: &str = "no_estimate";
 /// Column with the numbers of the designs of a list.
 pub const DESIGN: &str = "design";
 
-/// A combination of one file.
-struct Case<'a> {
-    document: &'a Document,
-    keys: Vec<String>,
-    settings: Vec<(String, String)>,
-}
-
 /// Solves all combinations that an earlier run in the same directory has not solved; `advance` hears of each.
 ///
 /// # Errors
@@ -95,11 +82,11 @@ pub fn run(sweep: &Sweep, interrupted: &AtomicBool, advance: &(dyn Fn(usize) + S
         .map_err(Failure::Input)?;
     check_names(sweep, &models).map_err(Failure::Input)?;
     let columns = columns(sweep, &models);
-    let cases = cases(sweep, &documents);
+    let (keys, cases): (Vec<Vec<String>>, Vec<Case>) = cases(sweep, &documents).into_iter().unzip();
     let manifest = manifest(sweep, &models);
     make_directory(&sweep.directory)?;
     let wanted: HashMap<&[String], usize> =
-        cases.iter().enumerate().map(|(index, case)| (case.keys.as_slice(), index)).collect();
+        keys.iter().enumerate().map(|(index, keys)| (keys.as_slice(), index)).collect();
     let earlier = table::earlier(&sweep.directory, &manifest, &columns);
     if !sweep.overwrite {
         check_earlier(sweep, &earlier, &wanted).map_err(Failure::Input)?;
@@ -111,40 +98,32 @@ pub fn run(sweep: &Sweep, interrupted: &AtomicBool, advance: &(dyn Fn(usize) + S
     known.retain(|keys, _| wanted.contains_key(keys.as_slice()));
     let reused = known.len();
     let journal = Mutex::new(Journal::begin(&sweep.directory, &manifest, &columns, known.values())?);
-    // Groups do not depend on what is known already, so that a row is the same digit by digit whenever it is solved.
-    let groups: Vec<&[Case]> = cases
-        .chunk_by(|a, b| std::ptr::eq(a.document, b.document))
-        .flat_map(|cases| cases.chunks(TOGETHER))
-        .filter(|group| group.iter().any(|case| !known.contains_key(&case.keys)))
-        .collect();
     advance(reused);
-    let trouble = Mutex::new(None);
-    let write = |row: Row| {
-        let added = journal.lock().ok()?.add(&row);
+    let (solved, trouble) = (Mutex::new(Vec::new()), Mutex::new(None));
+    let answered = |index: usize, answer: Answer| {
+        let empty = Row { keys: keys[index].clone(), probes: vec![None; columns.probes.len()], ..Row::default() };
+        let row = row(answer, empty, &columns);
+        let Ok(mut journal) = journal.lock() else { return };
+        let added = journal.add(&row);
+        drop(journal);
         if let (Err(error), Ok(mut trouble)) = (added, trouble.lock()) {
             *trouble = Some(error);
         }
+        if let Ok(mut solved) = solved.lock() {
+            solved.push(row);
+        }
         advance(1);
-        Some(row)
     };
-    let solve = || -> Vec<Row> {
-        groups
-            .par_iter()
-            .flat_map_iter(|group| {
-                let open = |case: &Case| !known.contains_key(&case.keys);
-                solve_group(group, &open, &columns, sweep.accuracy, interrupted, &write)
-            })
-            .collect()
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(sweep.threads.unwrap_or(0)).build();
-    let solved = match pool {
+    let open = |index: usize| !known.contains_key(&keys[index]);
+    let solve = || pennate_analysis::sweep::solve(&cases, &open, sweep.accuracy, interrupted, &answered);
+    match rayon::ThreadPoolBuilder::new().num_threads(sweep.threads.unwrap_or(0)).build() {
         Ok(pool) => pool.install(solve),
         Err(_) => solve(), // no threads to be had: one after the other
-    };
+    }
     if let Ok(Some(source)) = trouble.into_inner() {
         return Err(Failure::Write(WriteError { path: sweep.directory.join("sweep.csv"), source }));
     }
-    let mut rows: Vec<Row> = known.into_values().chain(solved).collect();
+    let mut rows: Vec<Row> = known.into_values().chain(solved.into_inner().unwrap_or_default()).collect();
     rows.sort_by_key(|row| wanted.get(row.keys.as_slice()).copied());
     table::write_table(&sweep.directory, &columns, rows.iter())?;
     let interrupted = rows.len() < cases.len();
@@ -193,7 +172,7 @@ fn check_names(sweep: &Sweep, models: &[Model]) -> Result<(), InputErrors> {
 
 /// Files that share probes make one table; a probe of some of them only stays empty in the rows of the others.
 fn columns(sweep: &Sweep, models: &[Model]) -> Columns {
-    let mut keys: Vec<String> = sweep.plan.parameters.iter().map(Parameter::head).collect();
+    let mut keys: Vec<String> = sweep.plan.parameters.iter().map(head).collect();
     if sweep.plan.is_list {
         keys.insert(0, DESIGN.to_owned());
     }
@@ -210,6 +189,11 @@ fn columns(sweep: &Sweep, models: &[Model]) -> Columns {
         }
     }
     Columns { keys, probes, units }
+}
+
+/// Name and unit of a parameter, as columns and axes have them.
+pub fn head(parameter: &Parameter) -> String {
+    crate::output::csv::head(&parameter.name, &parameter.unit)
 }
 
 /// A probe after each step; with one step just the probe.
@@ -229,18 +213,16 @@ fn probe_units(model: &Model) -> Vec<String> {
     one.iter().cycle().take(one.len() * model.step_names().len()).cloned().collect()
 }
 
-fn cases<'a>(sweep: &Sweep, documents: &'a [Document]) -> Vec<Case<'a>> {
+/// The keys of all rows, and what is solved for them.
+fn cases<'a>(sweep: &Sweep, documents: &'a [Document]) -> Vec<(Vec<String>, Case<'a>)> {
     let plan = &sweep.plan;
     let one = |(document, file): (&'a Document, &PathBuf)| {
         let name = (documents.len() > 1).then(|| file.display().to_string());
         let case = |(index, values): (usize, &Vec<String>)| {
             let number = plan.is_list.then(|| (index + 1).to_string());
             let varied = plan.parameters.iter().zip(values).map(|(parameter, value)| parameter.setting(value));
-            Case {
-                document,
-                keys: name.iter().chain(&number).chain(values).cloned().collect(),
-                settings: sweep.settings.iter().cloned().chain(varied).collect(),
-            }
+            let settings = sweep.settings.iter().cloned().chain(varied).collect();
+            (name.iter().chain(&number).chain(values).cloned().collect(), Case { document, settings })
         };
         plan.rows.iter().enumerate().map(case).collect::<Vec<_>>()
     };
@@ -260,72 +242,28 @@ fn manifest(sweep: &Sweep, models: &[Model]) -> Manifest {
     }
 }
 
-/// Solves combinations of one file side by side, and those alone that need more than the others; `write` has the rows of
-/// those that are open, which are left out where the user did not want to wait for them.
-fn solve_group(
-    cases: &[Case],
-    open: &(dyn Fn(&Case) -> bool + Sync),
-    columns: &Columns,
-    accuracy: f64,
-    interrupted: &AtomicBool,
-    write: &(dyn Fn(Row) -> Option<Row> + Sync),
-) -> Vec<Row> {
-    let options = Options { estimate: true, ..Options::default() };
-    let stopped = || interrupted.load(Ordering::Relaxed);
-    if stopped() {
-        return Vec::new();
-    }
-    let models: Vec<_> = cases.iter().map(|case| case.document.model(&case.settings)).collect();
-    let sound: Vec<&Model> = models.iter().flatten().collect();
-    let mut together = solve_together(&sound, accuracy, &options, &mut |_| !stopped()).into_iter();
-    let shared: Vec<_> =
-        models.iter().map(|model| model.as_ref().ok().and_then(|_| together.next().flatten())).collect();
-    let finish = |((case, model), shared): ((&Case, Result<Model, InputErrors>), Option<Shared>)| {
-        if !open(case) {
-            return None;
+/// What came of a case, as a row; `empty` has its keys alone.
+fn row(answer: Answer, empty: Row, columns: &Columns) -> Row {
+    match answer {
+        Answer::Refused(errors) => refused(empty, errors.errors[0].message.clone()),
+        Answer::Mechanism(model, motions) => {
+            let motion = motions.first().map(|motion| explain::mechanism(&model, motion).title);
+            refused(empty, motion.unwrap_or_else(|| "the network is a mechanism".to_owned()))
         }
-        let row = Row { keys: case.keys.clone(), probes: vec![None; columns.probes.len()], ..Row::default() };
-        let row = match (model, shared) {
-            (Err(errors), _) => refused(row, errors.errors[0].message.clone()),
-            (Ok(model), Some(Shared { probes, error, stable })) => {
-                let row = Row { status: CONVERGED.to_owned(), stable, error: Some(error), ..row };
-                with_probes(row, &model, &probes, usize::MAX, columns)
-            }
-            (Ok(_), None) if stopped() => return None,
-            (Ok(model), None) => solve_alone(model, row, columns, accuracy, &options, &mut |_| !stopped())?,
-        };
-        write(row)
-    };
-    cases.par_iter().zip(models).zip(shared).filter_map(finish).collect()
+        Answer::Together(model, shared) => {
+            let row = Row { status: CONVERGED.to_owned(), stable: shared.stable, error: Some(shared.error), ..empty };
+            with_probes(row, &model, &shared.probes, usize::MAX, columns)
+        }
+        Answer::Alone(solution) => solved_row(&solution, empty, columns),
+    }
 }
 
 fn refused(row: Row, reason: String) -> Row {
     Row { status: "wrong_input".to_owned(), reason, ..row }
 }
 
-/// Solves one combination; `None` where the user did not want to wait for it.
-fn solve_alone(
-    model: Model,
-    row: Row,
-    columns: &Columns,
-    accuracy: f64,
-    options: &Options,
-    go_on: &mut dyn FnMut(&Progress) -> bool,
-) -> Option<Row> {
-    match solve_to_accuracy(model, accuracy, options, go_on) {
-        Err((model, pennate_solver::error::SolveError::Mechanism(motions))) => {
-            let motion = motions.first().map(|motion| explain::mechanism(&model, motion).title);
-            Some(refused(row, motion.unwrap_or_else(|| "the network is a mechanism".to_owned())))
-        }
-        Ok(solution) => solved_row(&solution, row, columns),
-    }
-}
-
-fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Row> {
+fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Row {
     let status = solution.status();
-    if status == Status::Interrupted || solution.accuracy.verdict == Verdict::Interrupted {
-        return None;
-    }
     // What stands behind a step that was not finished belongs to another state than the column says.
     let whole = solution.history.steps.iter().take_while(|step| step.status == Status::Converged).count();
     row = with_probes(row, &solution.model, &solution.probes, whole, columns);
@@ -338,14 +276,14 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Option<Ro
     if let (None, Some(message)) = (&failure, explain::no_estimate(solution)) {
         row.status = NO_ESTIMATE.to_owned();
         row.reason = message.title;
-        return Some(row);
+        return row;
     }
     row.reason = failure.map(|message| message.title).unwrap_or_default();
     let unstable = solution.steps().find(|(_, step)| step.status == Status::Converged && step.stable == Some(false));
     if let (Some((name, _)), true) = (unstable, row.reason.is_empty()) {
         row.reason = format!("step '{}' ends in an unstable state", shown(name));
     }
-    Some(row)
+    row
 }
 
 /// A row with the probes at the ends of the first `whole` steps.

@@ -4,10 +4,10 @@
 use std::error::Error;
 use std::path::Path;
 
+use pennate_analysis::sweep::Plan;
 use plotters::prelude::*;
 
-use super::plan::Plan;
-use super::{DESIGN, Outcome};
+use super::{DESIGN, Outcome, head};
 use crate::output::svg::{self, FINE, font};
 
 /// Sizes of a panel in pixels.
@@ -53,8 +53,8 @@ pub fn draw(outcome: &Outcome, plan: &Plan, path: &Path) -> Result<bool, Box<dyn
     if two && (0..2).all(|index| plan.values(index).len() >= MAPPED) {
         return draw_maps(outcome, plan, path);
     }
-    let names = combinations(outcome, &first.head());
-    let panels = panels(outcome, &first.head(), &names);
+    let names = combinations(outcome, &head(first));
+    let panels = panels(outcome, &head(first), &names);
     if panels.is_empty() {
         return Ok(false);
     }
@@ -67,7 +67,7 @@ pub fn draw(outcome: &Outcome, plan: &Plan, path: &Path) -> Result<bool, Box<dyn
         let (charts, beside) = area.split_horizontally(FINE * columns as u32 * PANEL.0);
         let (charts, _) = charts.split_vertically(FINE * rows as u32 * PANEL.1);
         for (panel, area) in panels.iter().zip(charts.split_evenly((rows, columns))) {
-            draw_panel(panel, &first.head(), names.len(), &area)?;
+            draw_panel(panel, &head(first), names.len(), &area)?;
         }
         draw_legend(&legend, names.len(), &beside)
     })?;
@@ -145,8 +145,8 @@ fn draw_map(outcome: &Outcome, plan: &Plan, probe: usize, area: &Area<'_>) -> Re
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_desc(plan.parameters[0].head())
-        .y_desc(plan.parameters[1].head())
+        .x_desc(head(&plan.parameters[0]))
+        .y_desc(head(&plan.parameters[1]))
         .axis_desc_style(font(15))
         .label_style(font(13))
         .axis_style(BLACK.mix(0.5).stroke_width(FINE))

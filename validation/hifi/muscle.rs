@@ -3,9 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-use pennate::fit::data::Case;
-use pennate::fit::optimize::Method;
-use pennate::fit::{EndLength, Request, TESTS};
+use pennate_analysis::fit::data::Case;
+use pennate_analysis::fit::optimize::Method;
+use pennate_analysis::fit::{EndLength, Request, TESTS};
 
 /// Undeformed outer diameter, mm.
 pub const DIAMETER: f64 = 13.0;

@@ -1,7 +1,7 @@
 //! Solving a scene, and reading its probes.
 
-use pennate::accuracy::solve_to_accuracy;
-use pennate::solution::{Solution, status_name};
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::{Solution, status_name};
 use pennate_models::scenes;
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;
@@ -21,11 +21,7 @@ pub fn solve(scene: &str, settings: &[(String, String)], accuracy: f64) -> Resul
 
 /// Value of a probe after a step, or after the last one.
 pub fn value(solution: &Solution, probe: &str, step: Option<&str>) -> f64 {
-    let at = solution.model.probes.names.iter().position(|name| name == probe);
-    let at = at.unwrap_or_else(|| panic!("no probe '{probe}'"));
     let steps = solution.model.step_names();
-    let step = step.map_or(steps.len() - 1, |name| {
-        steps.iter().position(|step| *step == name).unwrap_or_else(|| panic!("no step '{name}'"))
-    });
-    solution.probes.steps[step].last().map_or(f64::NAN, |values| values[at])
+    let step = step.unwrap_or_else(|| steps[steps.len() - 1]);
+    solution.probe(probe, step).unwrap_or_else(|| panic!("no probe '{probe}' after step '{step}'"))
 }

@@ -7,7 +7,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use std::time::Instant;
 
 use crate::error::{FreeMotion, NearMotion};
 use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation};
@@ -226,13 +225,13 @@ impl<'a, const D: usize> Path<'a, D> {
             let mut kept = None;
             winding |= record.increments.len() > 1;
             if going && self.options.estimate && (winding || !self.options.rough) {
-                let start = Instant::now();
+                let start = (self.options.clock)();
                 if let Some((state, missing)) = self.refine() {
                     record.refined = Some(state);
                     record.missing = missing;
                     kept = self.keep_refined();
                 }
-                history.estimate += start.elapsed();
+                history.estimate += (self.options.clock)().saturating_sub(start);
             }
             self.refined_ends.push(kept);
             history.steps.push(record);

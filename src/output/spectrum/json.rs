@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use pennate_analysis::spectrum::{Entry, Question, Spectrum};
 use pennate_solver::spectral::shape::Spot;
 use pennate_solver::structure::Dimension;
 use serde::Serialize;
@@ -10,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::{family_name, frequency};
 use crate::output::layout::write_json;
 use crate::output::origin::Origin;
-use crate::spectrum::{Entry, Question, Spectrum};
+use crate::spectrum::note;
 
 const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
 
@@ -28,7 +29,7 @@ struct Results<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     reversed: Option<Option<f64>>,
     mesh: Value,
-    notes: &'a [String],
+    notes: Vec<String>,
     modes: Vec<Value>,
     input: Origin<'a>,
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
@@ -55,7 +56,7 @@ pub fn write(spectrum: &Spectrum, pictures: &[String], writer: &mut dyn Write) -
         along: buckling.then_some(spectrum.along.as_deref()),
         reversed: buckling.then_some(spectrum.reversed),
         mesh: json!({ "elements": spectrum.mesh.elements(), "unknowns": spectrum.unknowns }),
-        notes: &spectrum.notes,
+        notes: spectrum.notes.iter().map(note).collect(),
         modes: spectrum.entries.iter().map(|entry| mode(spectrum, entry)).collect(),
         input: Origin::of(model),
         pictures,

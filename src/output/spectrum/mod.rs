@@ -6,10 +6,10 @@ pub mod vtu;
 
 use std::path::Path;
 
+use pennate_analysis::spectrum::{Question, Spectrum};
 use pennate_solver::spectral::unknowns::Family;
 
 use super::files::{WriteError, make_directory, write_whole};
-use crate::spectrum::{Question, Spectrum};
 
 /// Writes `modes.json` or `buckling.json` into a directory and, if asked for, a picture of each mode.
 ///

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use pennate_analysis::spectrum::{Entry, Question, Spectrum};
 use pennate_solver::spectral::shape::Spot;
 use pennate_solver::spectral::unknowns::Family;
 
 use super::frequency;
 use crate::output::text::{Align, columns, estimate, number, percent, shown};
-use crate::spectrum::{Entry, Question, Spectrum};
+use crate::spectrum::note;
 
 const COMPONENTS: [&str; 6] = ["x", "y", "z", "about x", "about y", "about z"];
 
@@ -46,8 +47,8 @@ pub fn report(spectrum: &Spectrum) -> String {
     if let Some(reversed) = spectrum.reversed {
         let _ = writeln!(out, "The other way the nearest factor is {}.", number(reversed));
     }
-    for note in &spectrum.notes {
-        let _ = writeln!(out, "Note: {note}.");
+    for each in &spectrum.notes {
+        let _ = writeln!(out, "Note: {}.", note(each));
     }
     let scaled = match spectrum.question {
         Question::Modes => "Modes have the modal mass 1 in the file's units; errors are relative to the frequency.",

@@ -6,12 +6,12 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use pennate_analysis::spectrum::{Entry, Question, Spectrum};
 use pennate_solver::modes::extent;
 
 use super::frequency;
 use crate::output::files::{WriteError, write_whole};
 use crate::output::motion::{AMPLITUDE, Moving, Point, part};
-use crate::spectrum::{Entry, Question, Spectrum};
 
 /// Spin of a mode without displacements in a picture, radians.
 const TURN: f64 = 0.5;

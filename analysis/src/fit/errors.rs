@@ -9,6 +9,7 @@ use super::problem::{Difference, Tube};
 /// Mean absolute differences of load cases: axial motion and deflection in mm, slope in degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
+    /// Of each kind; not a number where no case tells of it.
     pub mean: [f64; 3],
     /// Largest measured of each kind.
     pub largest: [f64; 3],
@@ -21,13 +22,19 @@ pub struct Errors {
 /// Errors at one length, over the pressures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LengthErrors {
+    /// Unloaded length, mm.
     pub length: f64,
+    /// Length over outer diameter.
     pub aspect_ratio: f64,
+    /// Mean of the pressures' means: axial motion and deflection in mm, slope in degrees.
     pub mean: [f64; 3],
     /// Standard deviation of the pressures' means.
     pub deviation: [f64; 3],
+    /// Largest measured of each kind.
     pub largest: [f64; 3],
+    /// Load cases with a stable equilibrium.
     pub cases: usize,
+    /// Load cases without one.
     pub lost: usize,
 }
 

@@ -12,9 +12,11 @@ use super::problem::Problem;
 /// Standard errors of the parameters that are not on a bound.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Uncertainty {
+    /// Those that are not on a bound.
     pub parameters: Vec<Parameter>,
     /// In the units of the parameters.
     pub errors: Vec<f64>,
+    /// Of two parameters, -1 to 1, by their places in `parameters`.
     pub correlations: Vec<Vec<f64>>,
 }
 

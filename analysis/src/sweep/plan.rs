@@ -9,6 +9,7 @@ use super::vary::{self, Vary};
 /// Parameters with their units, and rows of values for them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
+    /// What is varied.
     pub parameters: Vec<Parameter>,
     /// Numbers as texts, in the order of the parameters.
     pub rows: Vec<Vec<String>>,
@@ -19,18 +20,14 @@ pub struct Plan {
 /// A parameter that is varied.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
+    /// As the network file has it.
     pub name: String,
     /// Of the values; empty where there is none.
     pub unit: String,
 }
 
 impl Parameter {
-    /// Name and unit, as columns and axes have them.
-    pub fn head(&self) -> String {
-        crate::output::csv::head(&self.name, &self.unit)
-    }
-
-    /// A value as `--set` takes it.
+    /// Name and value with its unit, as parameters are set.
     pub fn setting(&self, value: &str) -> (String, String) {
         let text = if self.unit.is_empty() { value.to_owned() } else { format!("{value} {}", self.unit) };
         (self.name.clone(), text)

@@ -14,8 +14,11 @@ use super::parameters::Space;
 /// The undeformed tube, and the rod it is taken for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tube {
+    /// Outer diameter, mm.
     pub diameter: f64,
+    /// Thickness of the wall, mm.
     pub wall: f64,
+    /// Length of each of the ends that do not contract, mm.
     pub end_length: f64,
     /// Shear-flexible (Timoshenko).
     pub shear: bool,
@@ -41,8 +44,11 @@ pub fn scales<'a>(cases: impl Iterator<Item = &'a Case>) -> Scales {
 /// Cases of one pressure, with a rod for every length.
 pub struct Problem {
     tube: Tube,
+    /// In the unit of the data.
     pub pressure: f64,
+    /// Contraction coefficient, one over the unit of the pressure.
     pub alpha: f64,
+    /// What is fitted, and its bounds.
     pub space: Space,
     scales: Scales,
     lengths: Vec<Rod>,
@@ -59,15 +65,24 @@ struct Rod {
 /// Differences over their scales, and their derivatives by the logarithms of the parameters, row by row.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
+    /// One a difference.
     pub residuals: Vec<f64>,
+    /// For each difference one a parameter; empty unless asked for.
     pub derivatives: Vec<Vec<f64>>,
 }
 
 /// Difference of a load case: axial motion alone, or deflection and slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Difference {
+    /// Of the position of the tip along the axis, mm.
     Axial(f64),
-    Lateral { deflection: f64, slope: f64 },
+    /// Of a load across the axis.
+    Lateral {
+        /// Across the axis, mm.
+        deflection: f64,
+        /// Radians.
+        slope: f64,
+    },
 }
 
 impl Problem {
@@ -98,14 +113,17 @@ impl Problem {
         self.lengths.iter().flat_map(|rod| &rod.cases).map(|case| if case.is_axial() { 1 } else { 2 }).sum()
     }
 
+    /// Whether there are no differences.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
+    /// Number of load cases.
     pub fn cases(&self) -> usize {
         self.lengths.iter().map(|rod| rod.cases.len()).sum()
     }
 
+    /// Factorizations of the tangent so far.
     pub fn factorizations(&self) -> usize {
         self.lengths.iter().map(|rod| rod.cantilever.factorizations).sum()
     }
@@ -115,6 +133,7 @@ impl Problem {
         self.space.parameters.iter().map(|&parameter| undeformed(parameter, self.tube.diameter)).collect()
     }
 
+    /// The row of a muscle's table with these parameters.
     pub fn row(&self, values: &[f64]) -> Row {
         self.space.row(values, self.pressure, self.alpha)
     }

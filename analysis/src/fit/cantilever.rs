@@ -31,7 +31,9 @@ const HALVINGS: u32 = 8;
 /// Dead loads on the tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
+    /// Along x and y, N.
     pub force: [f64; 2],
+    /// About z, N mm.
     pub moment: f64,
 }
 

@@ -25,9 +25,13 @@ const HOPELESS: f64 = 1e6;
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub struct FittedPrb {
+    /// The model; lengths in mm, stiffnesses in N and mm.
     pub model: Prb,
+    /// In the unit of the data.
     pub pressure: f64,
+    /// Sum of squared differences over their scales.
     pub cost: f64,
+    /// Mean differences of the cases that were fitted.
     pub errors: Errors,
     /// How many starts came to this optimum, of how many.
     pub agreeing: [usize; 2],

@@ -15,9 +15,11 @@ use pennate_models::unit::{self, Kind, Unit};
 /// Load cases and where they come from.
 #[derive(Clone, Debug)]
 pub struct Data {
+    /// The file.
     pub source: Source,
     /// As written in the column of the pressure.
     pub pressure_unit: String,
+    /// In the order of the file.
     pub cases: Vec<Case>,
 }
 
@@ -32,20 +34,28 @@ pub struct Case {
     pub test: String,
     /// Unloaded length.
     pub length: f64,
+    /// In the data's own unit.
     pub pressure: f64,
+    /// Along x and y.
     pub force: [f64; 2],
+    /// About z.
     pub moment: f64,
+    /// Where the tip comes to rest: x and y.
     pub tip: [f64; 2],
+    /// Angle of the tip to the x axis.
     pub slope: f64,
     /// Smallest ratio of the diameters of the tube, where it was measured: below about 0.93 it has kinked.
     pub ovality: Option<f64>,
-    /// Places of the row and of the tip's x in the file.
+    /// Place of the row in the file.
     pub span: Span,
+    /// Place of the tip's x in the file.
     pub x_span: Span,
+    /// Place of the pressure in the file.
     pub pressure_span: Span,
 }
 
 impl Case {
+    /// Whether nothing loads the tip.
     pub fn is_free(&self) -> bool {
         self.force == [0.0; 2] && self.moment == 0.0
     }

@@ -11,10 +11,13 @@ use super::muscle;
 /// A parameter of a muscle at one pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
+    /// Outer radius of the ends, mm.
     EndRadius,
+    /// Outer radius of the middle, mm.
     MiddleRadius,
     /// Of the whole muscle, or of the middle where the ends have their own.
     Modulus,
+    /// Young's modulus of the ends, MPa.
     EndModulus,
 }
 
@@ -41,6 +44,7 @@ impl Parameter {
 /// The parameters of a fit with their bounds.
 #[derive(Clone, Debug)]
 pub struct Space {
+    /// In the order of the variables.
     pub parameters: Vec<Parameter>,
     /// Logarithms of the bounds.
     bounds: Vec<[f64; 2]>,
@@ -68,10 +72,12 @@ impl Space {
         Self { bounds: parameters.iter().map(bounds).collect(), parameters, wall }
     }
 
+    /// Number of parameters.
     pub fn len(&self) -> usize {
         self.parameters.len()
     }
 
+    /// Whether there is nothing to fit.
     pub fn is_empty(&self) -> bool {
         self.parameters.is_empty()
     }

@@ -8,6 +8,7 @@ const MOST: usize = 1_000_000;
 /// A parameter and the values it takes one after the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
+    /// Name of the parameter.
     pub name: String,
     /// Numbers as texts.
     pub values: Vec<String>,
@@ -62,6 +63,9 @@ fn range(from: f64, to: f64, step: f64) -> Result<Vec<f64>, String> {
 }
 
 /// All combinations, the last parameter running fastest.
+///
+/// # Errors
+/// More of them than anyone waits for, in words.
 pub fn combinations(vary: &[Vary]) -> Result<Vec<Vec<String>>, String> {
     let count = vary.iter().try_fold(1_usize, |count, each| count.checked_mul(each.values.len()));
     if count.is_none_or(|count| count > MOST) {

@@ -8,11 +8,13 @@ use super::{EndLength, Request};
 /// The cases of one muscle.
 #[derive(Clone, Debug)]
 pub struct Selection {
+    /// Name of the muscle; empty where the data hold one.
     pub variant: String,
-    /// Length whose cases are fitted.
+    /// Length whose cases are fitted, mm.
     pub length: f64,
-    /// All lengths of the muscle in the data, and all its cases.
+    /// All lengths of the muscle in the data, mm.
     pub lengths: Vec<f64>,
+    /// All cases of the muscle.
     pub all: Vec<Case>,
     /// What is fitted, by increasing pressure.
     pub pressures: Vec<Pressure>,
@@ -25,7 +27,9 @@ pub struct Selection {
 /// Load cases of one kind of test that are not fitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
+    /// Kind of test.
     pub test: String,
+    /// Number of its load cases.
     pub count: usize,
     /// They push along the axis.
     pub push: bool,
@@ -34,9 +38,11 @@ pub struct LeftOut {
 /// What is fitted at one pressure.
 #[derive(Clone, Debug)]
 pub struct Pressure {
+    /// In the unit of the data.
     pub pressure: f64,
     /// Without loads: they give the free stroke.
     pub free: Vec<Case>,
+    /// With loads: they give radii and moduli.
     pub cases: Vec<Case>,
 }
 
@@ -188,6 +194,7 @@ pub fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     all
 }
 
+/// Values with their unit, as text: "10, 15 psi".
 pub fn words(values: &[f64], unit: &str) -> String {
     let values: Vec<String> = values.iter().map(f64::to_string).collect();
     format!("{} {unit}", values.join(", "))

@@ -13,21 +13,32 @@ use crate::accuracy::Accuracy;
 /// A solved network, ready to be written.
 #[derive(Debug)]
 pub struct Solution {
+    /// The network.
     pub model: Model,
+    /// The mesh whose states these are.
     pub mesh: Mesh,
+    /// The equilibria of all increments of all steps.
     pub history: History,
+    /// The probes in them.
     pub probes: ProbeTable,
+    /// The error of the mesh, asked for and estimated.
     pub accuracy: Accuracy,
+    /// What it took.
     pub timing: Timing,
 }
 
-/// Wall-clock time of the parts of a run.
+/// Time of the parts of a run, by the clock that its caller gave ([`pennate_solver::options::Options::clock`]).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timing {
+    /// Reading the network; filled in by who reads it.
     pub read: Duration,
+    /// Dividing members into elements.
     pub mesh: Duration,
+    /// Finding equilibria, on all meshes.
     pub solve: Duration,
+    /// Estimating the error of the mesh.
     pub estimate: Duration,
+    /// Writing results; filled in by who writes them.
     pub write: Duration,
 }
 
@@ -41,6 +52,14 @@ impl Solution {
     /// Steps with their names, in order.
     pub fn steps(&self) -> impl Iterator<Item = (&str, &StepHistory)> {
         self.model.step_names().into_iter().zip(&self.history.steps)
+    }
+
+    /// Value of a probe at the end of a step, in the model's units, angles in degrees; `None` where there is no probe or
+    /// step of that name, or no equilibrium in the step.
+    pub fn probe(&self, name: &str, step: &str) -> Option<f64> {
+        let probe = self.model.probes.names.iter().position(|known| known == name)?;
+        let step = self.model.step_names().into_iter().position(|known| known == step)?;
+        self.probes.steps.get(step)?.last()?.get(probe).copied()
     }
 }
 
@@ -107,13 +126,16 @@ pub fn whole_digits(digits: f64) -> u32 {
 /// Values of all probes: at every increment of every step, and at the end of the step on the refined mesh.
 #[derive(Clone, Debug, Default)]
 pub struct ProbeTable {
+    /// One entry a step.
     pub steps: Vec<ProbeSteps>,
 }
 
 /// Values of the probes during one step, each list in the order of the probes.
 #[derive(Clone, Debug, Default)]
 pub struct ProbeSteps {
+    /// One list an increment.
     pub increments: Vec<Vec<f64>>,
+    /// At the end of the step on the refined mesh, where it was solved there.
     pub refined: Option<Vec<f64>>,
     /// The least errors that are stated; empty before the others are known.
     pub least: Vec<f64>,
@@ -158,13 +180,16 @@ impl ProbeSteps {
     }
 }
 
-/// Discretization error of a node.
+/// Discretization error of a node: norms of what its vectors are wrong by, in the model's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeError {
+    /// Length.
     pub displacement: f64,
     /// Radians.
     pub rotation: f64,
+    /// Force.
     pub reaction_force: f64,
+    /// Moment.
     pub reaction_moment: f64,
 }
 

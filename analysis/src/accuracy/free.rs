@@ -1,0 +1,36 @@
+//! What results on elements that the file forces are compared with, where these cannot tell their own error.
+
+use pennate_models::Model;
+use pennate_solver::history::StepHistory;
+use pennate_solver::options::{Options, Progress};
+
+use super::{Round, solve_to_accuracy};
+use crate::solution::last_state;
+
+/// Takes the ends of the steps on the mesh that the accuracy needs as what those on elements forced by the file are
+/// compared with; false where there is no such mesh.
+///
+/// Elements of the next order tell nothing where they are as much too long as those that they are compared with.
+pub(super) fn compare_with_free(
+    model: &Model,
+    round: &mut Round,
+    asked: f64,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> bool {
+    let mut free = model.clone();
+    let forced = free.members.iter_mut().flat_map(|member| &mut member.segments).map(|segment| &mut segment.elements);
+    // All of them are taken, not those up to the first.
+    if forced.filter_map(Option::take).count() > 0 {
+        let options = Options { shapes: false, near_motion: false, ..options.clone() };
+        let Ok(solution) = solve_to_accuracy(free, asked, &options, observe) else { return false };
+        let alike = |(own, free): (&StepHistory, &StepHistory)| own.status == free.status;
+        if solution.accuracy.estimated.is_some() && round.history.steps.iter().zip(&solution.history.steps).all(alike) {
+            for (own, free) in round.history.steps.iter_mut().zip(&solution.history.steps) {
+                own.refined = last_state(free).cloned();
+            }
+            return true;
+        }
+    }
+    false
+}

@@ -1,0 +1,205 @@
+//! The discretization error of a run, and the mesh that meets the accuracy asked for.
+//!
+//! The solver repeats the end of every step on a mesh of the next order; what differs there is the error of the mesh in
+//! use. Corotational elements count as order 1; what they are compared with are exact ones of order 2, of the same
+//! length.
+
+mod error;
+mod free;
+mod judge;
+mod points;
+pub(crate) mod refine;
+mod together;
+
+use pennate_models::grading::Grading;
+use pennate_models::{Mesh, Model, discretize};
+use pennate_solver::Trail;
+use pennate_solver::error::SolveError;
+use pennate_solver::history::History;
+use pennate_solver::options::{Options, Progress};
+use pennate_solver::structure::Structure;
+
+use crate::adapt::{Adapted, Adaptive, Next, adapt};
+use crate::solution::{ProbeTable, Solution, Timing};
+
+use self::error::{relative_error, state_least_errors};
+use self::free::compare_with_free;
+use self::judge::{every_end_is_estimated, judge};
+use self::points::{critical_error, estimate_critical_points};
+
+pub use self::together::{Shared, solve_together};
+
+/// The accuracy asked for, and what came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Relative to the largest value of its kind.
+    pub asked: f64,
+    /// Estimated error relative to the largest value of its kind; `None` where nothing could be estimated.
+    pub estimated: Option<f64>,
+    /// Why no finer mesh was tried.
+    pub verdict: Verdict,
+    /// Meshes that were solved.
+    pub rounds: usize,
+}
+
+/// Whether the mesh is fine enough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The error is no larger than asked for.
+    Met,
+    /// The element counts are forced by the file.
+    Forced,
+    /// A finer mesh would have too many elements, or too many meshes were tried.
+    TooFine,
+    /// The last refinement made it no better, on elements that resolve all layers: what is left is rounding.
+    Stalled,
+    /// The finer mesh got less far along the path.
+    PathLost,
+    /// The user did not want to wait for the finer mesh.
+    Interrupted,
+    /// Nothing to compare with was found for the end of a step, or none has come to its end.
+    NotEstimated,
+}
+
+impl Verdict {
+    /// The word for it in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::Forced => "forced_elements",
+            Self::TooFine => "too_fine_a_mesh",
+            Self::Stalled => "rounding",
+            Self::PathLost => "path_lost",
+            Self::Interrupted => "interrupted",
+            Self::NotEstimated => "no_estimate",
+        }
+    }
+}
+
+impl Accuracy {
+    /// Whether the error is known, and no larger than asked for.
+    pub fn is_met(&self) -> bool {
+        self.estimated.is_some_and(|error| error <= self.asked)
+    }
+}
+
+/// What came of one mesh.
+struct Round {
+    mesh: Mesh,
+    structure: Structure,
+    history: History,
+    probes: ProbeTable,
+    /// Relative error; `None` where it is not known.
+    error: Option<f64>,
+    grading: Grading,
+}
+
+/// Solves a network on the mesh that its accuracy needs: the estimated error of its probes, or of its nodes where it has
+/// none, relative to the largest value of their kind. [`Options::estimate`] must be set, or no error is known.
+///
+/// `observe` hears of every accepted increment, and stops the solve where it says false.
+///
+/// # Errors
+/// Those of the solver; a step that fails is part of the solution.
+pub fn solve_to_accuracy(
+    model: Model,
+    asked: f64,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Solution, (Box<Model>, SolveError)> {
+    let start = (options.clock)();
+    let mesh = Mesh::initial(&model, asked);
+    let timing = Timing { mesh: (options.clock)().saturating_sub(start), ..Timing::default() };
+    let way = mesh.of_the_way(&model, asked);
+    let rough = Options { rough: way.is_some(), ..options.clone() };
+    let mut search = Search { model: &model, asked, options: rough, observe, trail: None, timing };
+    let adapted = match adapt(&mut search, way.unwrap_or(mesh)) {
+        Ok(adapted) => adapted,
+        Err(error) => return Err((Box::new(model), error)),
+    };
+    let Adapted { found: mut round, end: mut verdict, rounds } = adapted;
+    if round.grading.unresolved || round.error.is_none() {
+        verdict = search.compare(&mut round, verdict);
+    }
+    let timing = search.timing;
+    let Round { mesh, structure, history, mut probes, error: estimated, .. } = round;
+    state_least_errors(&model, &structure, &history, &mut probes);
+    let accuracy = Accuracy { asked, estimated, verdict, rounds };
+    Ok(Solution { model, mesh, history, probes, accuracy, timing })
+}
+
+/// The search for a mesh that is fine enough.
+struct Search<'a> {
+    model: &'a Model,
+    asked: f64,
+    options: Options,
+    observe: &'a mut dyn FnMut(&Progress) -> bool,
+    /// Way of the solve on the last mesh.
+    trail: Option<Trail>,
+    timing: Timing,
+}
+
+impl Adaptive for Search<'_> {
+    type Found = Round;
+    type Failure = SolveError;
+    type End = Verdict;
+
+    fn find(&mut self, mesh: Mesh, best: Option<&Round>) -> Result<Round, SolveError> {
+        let (model, clock) = (self.model, self.options.clock);
+        let start = clock();
+        let (structure, steps) = discretize(model, &mesh);
+        let begin = clock();
+        self.timing.mesh += begin.saturating_sub(start);
+        let coarse = self.trail.take().zip(best.map(|round| &round.history));
+        let solved = pennate_solver::solve_along(&structure, &steps, &self.options, coarse, self.observe);
+        let spent = clock().saturating_sub(begin);
+        let (mut history, trail) = solved?;
+        self.trail = trail;
+        self.timing.estimate += history.estimate;
+        self.timing.solve += spent.saturating_sub(history.estimate);
+        mesh.name_segments(model, &mut history);
+        if let Some(before) = best
+            && before.mesh.order == mesh.order
+        {
+            let elements = before.mesh.elements();
+            estimate_critical_points(&before.history, &mut history, elements, &mesh, mesh.lowest_order(model));
+        }
+        let probes = ProbeTable::new(model, &history);
+        let known = self.options.rough || every_end_is_estimated(&history);
+        let error = relative_error(model, &structure, &history, &probes);
+        let error = error.into_iter().chain(critical_error(&history)).reduce(f64::max).filter(|_| known);
+        self.options.rough = false;
+        let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
+        let grading = mesh.graded(model, &states, self.asked);
+        Ok(Round { mesh, structure, history, probes, error, grading })
+    }
+
+    fn judge(&self, found: &Round, best: Option<&Round>, rounds: usize) -> Next<Verdict> {
+        judge(self.model, found, self.asked, rounds, best)
+    }
+
+    fn is_better(&self, _: &Round, _: &Round, next: &Next<Verdict>) -> bool {
+        !matches!(next, Next::End(Verdict::PathLost | Verdict::Interrupted))
+    }
+}
+
+impl Search<'_> {
+    /// The error of a round that does not tell it itself, against elements that the file does not force, and what becomes
+    /// of the verdict.
+    fn compare(&mut self, round: &mut Round, verdict: Verdict) -> Verdict {
+        round.error = None;
+        let start = (self.options.clock)();
+        let interrupted = verdict == Verdict::Interrupted;
+        if !interrupted && compare_with_free(self.model, round, self.asked, &self.options, self.observe) {
+            round.probes = ProbeTable::new(self.model, &round.history);
+            round.error = relative_error(self.model, &round.structure, &round.history, &round.probes);
+        }
+        self.timing.estimate += (self.options.clock)().saturating_sub(start);
+        match round.error {
+            Some(error) if error <= self.asked => Verdict::Met,
+            Some(_) => verdict,
+            None if interrupted => verdict,
+            None => Verdict::NotEstimated,
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Strains beyond what the mechanics of small strains holds for, and rods that shear makes unstable in tension.
+
+use pennate_models::Model;
+use pennate_models::model::{Member, MemberId, SegmentLaw, Target};
+use pennate_solver::history::{MemberState, Peak, StepHistory};
+
+use crate::solution::{Solution, last_state};
+
+/// Part of the strain at which a rod becomes unstable in tension from which on that is said.
+const CLOSE: f64 = 0.9;
+
+/// The largest strain that a member had in a run, and when.
+#[derive(Clone, Copy, Debug)]
+pub struct Strain {
+    /// Index of the member.
+    pub member: MemberId,
+    /// The strain, and where on the member it is.
+    pub peak: Peak,
+    /// Index of the step.
+    pub step: usize,
+    /// Part of the step's ramp, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Members with strains beyond what holds for them, in each list the worst first.
+#[derive(Clone, Debug, Default)]
+pub struct Excess {
+    /// Bars with a solid section that are bent beyond the model's limit of strains.
+    pub bent: Vec<Strain>,
+    /// Members that are stretched or compressed beyond it, muscles and those that are sheared apart.
+    pub stretched: Vec<Strain>,
+    /// Shear-flexible rods stretched to where they become unstable in tension, or nearly so.
+    pub sheared: Vec<Strain>,
+}
+
+/// Looks for strains beyond what holds in all increments of a run.
+pub fn excess(solution: &Solution) -> Excess {
+    let model = &solution.model;
+    let sheared = greatest(solution, |member, state| {
+        let limit = model.tensile_limit(member, state.control)?;
+        (state.stretch.value >= CLOSE * limit).then_some(state.stretch)
+    });
+    let limit = model.strain_limit;
+    let over = |peak: Peak| (peak.value.abs() > limit).then_some(peak);
+    let bent = greatest(solution, |member, state| {
+        let member = &model.members[member];
+        over(state.bending).filter(|_| !member.is_muscle() && is_solid(member))
+    });
+    let mut stretched =
+        greatest(solution, |member, state| over(state.stretch).filter(|_| !model.members[member].is_muscle()));
+    stretched.retain(|found| sheared.iter().all(|other| other.member != found.member));
+    Excess { bent, stretched, sheared }
+}
+
+/// Whether a bar has a solid section somewhere. Tubes are what muscles are made of, and bend by more.
+fn is_solid(member: &Member) -> bool {
+    member.segments.iter().any(|segment| match &segment.material {
+        SegmentLaw::Fixed(law) => law.shape.is_some_and(|shape| shape.is_solid),
+        SegmentLaw::MuscleEnd(_) | SegmentLaw::MuscleMiddle(_) => false,
+    })
+}
+
+/// The greatest strain of every member that `of` takes, the greatest of all first.
+fn greatest(solution: &Solution, of: impl Fn(MemberId, &MemberState) -> Option<Peak>) -> Vec<Strain> {
+    let mut worst: Vec<Option<Strain>> = vec![None; solution.model.members.len()];
+    for (step, record) in solution.history.steps.iter().enumerate() {
+        for increment in &record.increments {
+            for (member, state) in increment.state.members.iter().enumerate() {
+                let Some(peak) = of(member, state) else { continue };
+                if worst[member].is_none_or(|before| peak.value.abs() > before.peak.value.abs()) {
+                    worst[member] = Some(Strain { member, peak, step, fraction: increment.fraction });
+                }
+            }
+        }
+    }
+    let mut all: Vec<Strain> = worst.into_iter().flatten().collect();
+    all.sort_by(|a, b| b.peak.value.abs().total_cmp(&a.peak.value.abs()));
+    all
+}
+
+/// A member stretched to where shear makes it unstable, or nearly so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tension {
+    /// Index of the member.
+    pub member: MemberId,
+    /// Axial strain, positive in tension.
+    pub stretch: f64,
+    /// The strain 1/(EA/GA − 1) at which the rod becomes unstable.
+    pub limit: f64,
+}
+
+/// The first member that is in the last state of a step near or beyond the strain that its shear stiffness lets it be
+/// stretched to.
+pub fn tension(model: &Model, step: &StepHistory) -> Option<Tension> {
+    let members = last_state(step)?.members.iter().take(model.members.len()).enumerate();
+    members.into_iter().find_map(|(member, now)| {
+        let limit = model.tensile_limit(member, now.control)?;
+        (now.stretch.value >= CLOSE * limit).then_some(Tension { member, stretch: now.stretch.value, limit })
+    })
+}
+
+/// What the largest load would do to the bar that it could bend most, if that one carried it alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overload {
+    /// Index of the bar.
+    pub member: MemberId,
+    /// The largest load, in the model's unit of forces.
+    pub force: f64,
+    /// The load over that which bends the bar by about its length, F L²/EI.
+    pub times: f64,
+}
+
+/// What the loads of a step that got nowhere would do, where it is more than any bar is meant to carry.
+pub fn overload(model: &Model, index: usize, step: &StepHistory) -> Option<Overload> {
+    /// Beyond this many times the load that would bend a bar by about its length, no bar is meant to carry it.
+    const ABSURD: f64 = 1e4;
+    if step.fraction > 0.01 {
+        return None;
+    }
+    let targets = model.steps.get(..=index)?.iter().flat_map(|step| &step.targets);
+    let force = targets.filter_map(|(target, value)| match target {
+        Target::Force(..) | Target::FollowerForce(..) => Some(value.abs()),
+        _ => None,
+    });
+    let force = force.fold(0.0, f64::max);
+    let bends = |member: &Member| {
+        let stiffness = member.segments.iter().filter_map(|segment| match &segment.material {
+            SegmentLaw::Fixed(law) => Some(law.section.ei2.min(law.section.ei3)),
+            SegmentLaw::MuscleEnd(_) | SegmentLaw::MuscleMiddle(_) => None,
+        });
+        Some(force * member.length.powi(2) / stiffness.reduce(f64::min)?)
+    };
+    let all = model.members.iter().enumerate();
+    let all = all.filter_map(|(member, bar)| Some(Overload { member, force, times: bends(bar)? }));
+    all.max_by(|a, b| a.times.total_cmp(&b.times)).filter(|worst| worst.times > ABSURD)
+}
