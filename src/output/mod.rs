@@ -1,5 +1,6 @@
 //! Writers: each reads a solution and writes one kind of output.
 
+mod acting;
 pub mod critical;
 pub mod csv;
 pub mod files;

@@ -11,15 +11,17 @@ use std::str::FromStr;
 use nalgebra::{Rotation3, Vector3};
 use pennate_analysis::solution::{Solution, norm, unloaded};
 use pennate_models::Model;
-use pennate_models::model::Target;
 use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint};
+use pennate_solver::structure::Release;
 use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, UnstructuredGridPiece, Version,
     VertexNumbers, Vtk,
 };
 use vtkio::xml::Compressor;
 
+use super::acting::{Acting, Hold};
 use super::files::{WriteError, write_whole};
+use super::motion::field_data;
 
 /// The fastest: higher ones take three times as long for a tenth of the size.
 const COMPRESSION_LEVEL: u32 = 1;
@@ -28,6 +30,8 @@ const COMPRESSED: usize = 1000;
 const KIND_MUSCLE: i32 = 0;
 const KIND_MEMBER: i32 = 1;
 const KIND_RIGID: i32 = 2;
+/// Step of the unloaded state.
+const UNLOADED: usize = usize::MAX;
 /// Value of `member_id` in a cell that is no member.
 const NO_MEMBER: i32 = -1;
 
@@ -83,15 +87,18 @@ pub fn write(
     let mut entries = Vec::new();
     let mut add = |increment: &Increment, step: usize, time: f64| {
         let file = format!("{name}_{:04}.vtu", entries.len());
-        let loads = NodeLoads::of(model, step, increment);
-        write_whole(&directory.join(&file), |writer| write_vtu(model, increment, &loads, writer))?;
+        let acting = Acting::of(model, step, increment);
+        let number = if step == UNLOADED { 0.0 } else { (step + 1) as f64 };
+        let place = field_data(&[("step", number), ("fraction", increment.fraction)]);
+        let grid = Grid::new(model, increment, &acting);
+        write_whole(&directory.join(&file), |writer| write_piece(grid.into_piece(), &place, writer))?;
         written.push(file.clone());
         entries.push((time, file));
         Ok(())
     };
     let mut steps = solution.history.steps.iter().enumerate();
     if let Some(first) = solution.history.steps.iter().find_map(|step| step.increments.first()) {
-        add(&at_rest(model, first), usize::MAX, 0.0)?;
+        add(&at_rest(model, first), UNLOADED, 0.0)?;
     }
     steps.try_for_each(|(index, step)| {
         let count = step.increments.len();
@@ -125,44 +132,6 @@ fn at_rest(model: &Model, increment: &Increment) -> Increment {
     }
 }
 
-/// Forces and moments that steps put on the nodes, follower loads as they are turned.
-struct NodeLoads {
-    forces: Vec<[f64; 3]>,
-    moments: Vec<[f64; 3]>,
-}
-
-impl NodeLoads {
-    /// The loads of an increment of a step; none in a step that there is not.
-    fn of(model: &Model, step: usize, increment: &Increment) -> Self {
-        let none = || vec![Vector3::zeros(); model.nodes.len()];
-        let [mut dead, mut following] = [[none(), none()], [none(), none()]];
-        if let Some(steps) = model.steps.get(..=step) {
-            for (index, each) in steps.iter().enumerate() {
-                // What a step names moves from where it was to its target; the present step is on its way.
-                let part = if index == step { increment.fraction } else { 1.0 };
-                for (target, value) in &each.targets {
-                    let (list, node, axis) = match *target {
-                        Target::Force(node, axis) => (&mut dead[0], node, axis),
-                        Target::Moment(node, axis) => (&mut dead[1], node, axis),
-                        Target::FollowerForce(node, axis) => (&mut following[0], node, axis),
-                        Target::FollowerMoment(node, axis) => (&mut following[1], node, axis),
-                        Target::Control(_) | Target::Gravity(_) | Target::Distributed(..) => continue,
-                    };
-                    let before = list[node][axis];
-                    list[node][axis] = before + part * (value - before);
-                }
-            }
-        }
-        let turned = |node: usize| Rotation3::new(Vector3::from(increment.state.nodes[node].rotation));
-        let sum = |kind: usize| {
-            (0..model.nodes.len())
-                .map(|node| (dead[kind][node] + turned(node) * following[kind][node]).into())
-                .collect()
-        };
-        Self { forces: sum(0), moments: sum(1) }
-    }
-}
-
 /// The list of files with their times: steps done and the fraction of the present one.
 fn write_pvd(entries: &[(f64, String)], writer: &mut dyn Write) -> io::Result<()> {
     let increasing = entries.windows(2).all(|pair| pair[0].0 < pair[1].0);
@@ -192,12 +161,9 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// One state as an unstructured grid: inline base64, large ones compressed by zlib, which every reader understands.
-fn write_vtu(model: &Model, increment: &Increment, loads: &NodeLoads, writer: &mut dyn Write) -> io::Result<()> {
-    write_piece(Grid::new(model, increment, loads).into_piece(), "", writer)
-}
-
 /// A piece of an unstructured grid as a file; `field_data` is XML that comes before it.
+///
+/// Numbers are inline base64, large files compressed by zlib, which every reader understands.
 pub(super) fn write_piece(piece: UnstructuredGridPiece, field_data: &str, writer: &mut dyn Write) -> io::Result<()> {
     let points = piece.num_points();
     let vtk = Vtk {
@@ -230,12 +196,16 @@ struct Point {
     load_moment: [f64; 3],
     radius: f64,
     frame: [[f64; 3]; 3],
+    hold: Hold,
+    /// Rotations about which this end of a member is free of its node.
+    released: i32,
 }
 
 #[derive(Clone, Copy, Default)]
 struct Cell {
     points: [usize; 2],
     values: ShapeCell,
+    load: [f64; 3],
     pressure: f64,
     member: i32,
     kind: i32,
@@ -247,17 +217,18 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(model: &Model, increment: &Increment, loads: &NodeLoads) -> Self {
+    fn new(model: &Model, increment: &Increment, acting: &Acting) -> Self {
         let state = &increment.state;
         let radii = node_radii(model, state);
         let nodes = (0..model.nodes.len()).map(|node| Point {
-            load_force: loads.forces[node],
-            load_moment: loads.moments[node],
+            load_force: acting.forces[node],
+            load_moment: acting.moments[node],
+            hold: acting.holds[node],
             ..node_point(model, state, node, radii[node])
         });
         let mut grid = Self { points: nodes.collect(), cells: Vec::new() };
         for (member, shape) in increment.shapes.iter().enumerate() {
-            grid.add_member(model, member, shape, state.members[member].control);
+            grid.add_member(model, member, shape, state.members[member].control, acting.distributed[member]);
         }
         for body in &model.bodies {
             for &node in body.nodes.iter().filter(|&&node| node != body.reference) {
@@ -268,8 +239,9 @@ impl Grid {
         grid
     }
 
-    fn add_member(&mut self, model: &Model, member: usize, shape: &MemberShape, control: f64) {
+    fn add_member(&mut self, model: &Model, member: usize, shape: &MemberShape, control: f64, load: [f64; 3]) {
         let muscle = model.members[member].is_muscle();
+        let first = self.points.len();
         let mut segment = None;
         for (values, ends) in shape.cells.iter().zip(shape.points.windows(2)) {
             let radius = model.segment_radius(member, values.segment, control);
@@ -281,10 +253,16 @@ impl Grid {
             self.cells.push(Cell {
                 points: [self.points.len() - 2, self.points.len() - 1],
                 values: *values,
+                load,
                 pressure: if muscle { control } else { 0.0 },
                 member: member as i32,
                 kind: if muscle { KIND_MUSCLE } else { KIND_MEMBER },
             });
+        }
+        let [start, end] = model.members[member].releases.each_ref().map(freed);
+        if let [ends @ .., last] = &mut self.points[first..] {
+            last.released = end;
+            ends[0].released = start;
         }
     }
 
@@ -311,6 +289,10 @@ impl Grid {
                     vector("frame_e1", flat(points, |point| point.frame[0])),
                     vector("frame_e2", flat(points, |point| point.frame[1])),
                     vector("frame_e3", flat(points, |point| point.frame[2])),
+                    scalar("held", points.iter().map(|point| point.hold.components).collect::<Vec<i32>>().into()),
+                    vector("held_x", flat(points, |point| point.hold.axes[0])),
+                    vector("held_y", flat(points, |point| point.hold.axes[1])),
+                    scalar("released", points.iter().map(|point| point.released).collect::<Vec<i32>>().into()),
                 ],
                 cell: vec![
                     scalar("axial_force", flat(cells, |cell| [cell.values.force[0]])),
@@ -323,6 +305,7 @@ impl Grid {
                     scalar("strain_induced", flat(cells, |cell| [cell.values.induced_strain])),
                     scalar("curvature", flat(cells, |cell| [cell.values.curvature])),
                     scalar("pressure", flat(cells, |cell| [cell.pressure])),
+                    vector("load_distributed", flat(cells, |cell| cell.load)),
                     scalar("member_id", cells.iter().map(|cell| cell.member).collect::<Vec<i32>>().into()),
                     scalar("kind", cells.iter().map(|cell| cell.kind).collect::<Vec<i32>>().into()),
                 ],
@@ -354,6 +337,15 @@ fn member_point(point: &pennate_solver::history::ShapePoint, radius: f64) -> Poi
         radius,
         frame: point.axes,
         ..Point::default()
+    }
+}
+
+/// Number of rotations about which an end of a member is free.
+fn freed(release: &Release) -> i32 {
+    match release {
+        Release::Welded => 0,
+        Release::Pin => 3,
+        Release::Axes(axes) => axes.len() as i32,
     }
 }
 
@@ -402,7 +394,8 @@ mod tests {
     /// Four points of the member, one doubled where the section changes, after the three nodes.
     #[test]
     fn every_node_and_every_cell_is_written() {
-        let solution = crate::fixture::solution();
+        let mut solution = crate::fixture::solution();
+        solution.model.members[0].releases[1] = Release::Pin;
         let directory = tempfile::tempdir().unwrap();
         let mut written = Vec::new();
         write(&solution, directory.path(), "a & b", Pictures::All, &mut written).unwrap();
@@ -410,7 +403,10 @@ mod tests {
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 5);
         assert_eq!(written.len(), 5);
 
-        let vtk = Vtk::import(directory.path().join("a & b_0002.vtu")).unwrap();
+        let file = directory.path().join("a & b_0002.vtu");
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.contains(&field_data(&[("step", 1.0), ("fraction", 0.75)])), "{text}");
+        let vtk = Vtk::import(file).unwrap();
         let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else { panic!("no unstructured grid") };
         let piece = pieces[0].load_piece_data(None).unwrap();
         assert_eq!((piece.num_points(), piece.cells.num_cells()), (8, 4));
@@ -425,6 +421,9 @@ mod tests {
         assert_eq!(array(&piece.data.cell, "member_id"), [0.0, 0.0, 0.0, -1.0]);
         assert_eq!(array(&piece.data.point, "radius"), [1.0, 2.0, 0.2, 1.0, 1.0, 1.0, 2.0, 2.0]);
         assert_eq!(array(&piece.data.point, "displacement")[3 * 7 + 1], -7.5);
+        assert_eq!(array(&piece.data.point, "held"), [0.0; 8]);
+        assert_eq!(array(&piece.data.point, "released"), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0]);
+        assert_eq!(array(&piece.data.cell, "load_distributed"), [0.0; 12]);
     }
 
     #[test]
