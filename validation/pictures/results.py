@@ -1,0 +1,194 @@
+"""Reads a folder of results: `results.json`, and the `.vtu` files that belong to it."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import os
+import pathlib
+import re
+from typing import Any
+
+# Without a display VTK tries X first and complains; this asks for off-screen rendering at once.
+if not os.environ.get("DISPLAY"):
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+import numpy as np
+import numpy.typing as npt
+import pyvista
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+# Units of length and force in the two unit systems of a network file.
+UNITS = {"mm-N-MPa": ("mm", "N"), "m-N-Pa": ("m", "N")}
+
+
+class PictureError(Exception):
+    """Something that the user can mend; the text says what, where, and how."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """What `results.json` says of a step, as far as pictures need it."""
+
+    name: str
+    status: str
+    # Decimal digits that rounding leaves of the largest displacement, rotation, force and moment; None: rounding alone.
+    digits: dict[str, float | None]
+    # The largest force and moment at the ends of members, and the largest displacement of a node.
+    largest: dict[str, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class State:
+    """One `.vtu` file: the state at a fraction of a step; step None is the unloaded network."""
+
+    file: pathlib.Path
+    step: int | None
+    fraction: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Shape:
+    """The arrays of one `.vtu` file. The first points are the nodes of the network in their order."""
+
+    points: Array
+    cells: Integers
+    point_data: dict[str, npt.NDArray[Any]]
+    cell_data: dict[str, npt.NDArray[Any]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A folder of results."""
+
+    title: str
+    length_unit: str
+    force_unit: str
+    # The unit of pressures, where all muscles share one.
+    pressure_unit: str
+    plane: bool
+    # Names of nodes and members in the order of the file, which is that of the points and of `member_id`.
+    nodes: tuple[str, ...]
+    members: tuple[str, ...]
+    steps: tuple[Step, ...]
+    states: tuple[State, ...]
+    # Estimated error of the mesh relative to the largest values; zero where it is not known.
+    mesh_error: float
+
+    def state_after(self, step: int | None) -> State:
+        """The last state of a step, or the unloaded one for None."""
+        found = [state for state in self.states if state.step == step]
+        if not found:
+            what = "the unloaded state" if step is None else f"step '{self.steps[step].name}'"
+            raise PictureError(f"there is no picture of {what}: it was not reached")
+        return found[-1]
+
+    def step_named(self, name: str) -> int:
+        """The index of a step."""
+        for index, step in enumerate(self.steps):
+            if step.name == name:
+                return index
+        known = ", ".join(f"'{step.name}'" for step in self.steps)
+        raise PictureError(f"there is no step '{name}'; there are 'unloaded', {known}")
+
+
+def find_pvd(source: pathlib.Path) -> pathlib.Path:
+    """The `.pvd` file of a folder, or the one that was named."""
+    if source.is_file():
+        return source
+    found = sorted(source.glob("*.pvd"))
+    if len(found) != 1:
+        raise PictureError(
+            f"{source}: one .pvd file expected, {len(found)} found; "
+            "'pennate solve FILE -o DIR --vtk' writes one into DIR"
+        )
+    return found[0]
+
+
+def list_files(pvd: pathlib.Path) -> list[pathlib.Path]:
+    """The files that a `.pvd` names, whose times must increase."""
+    reader: Any = pyvista.get_reader(str(pvd))  # type: ignore[no-untyped-call]
+    if not reader.datasets:
+        raise PictureError(f"{pvd}: no data sets")
+    times = list(reader.time_values)
+    if any(later <= sooner for sooner, later in zip(times, times[1:])):
+        raise PictureError(f"{pvd}: times do not increase: {times}")
+    return [pvd.parent / data.path for data in reader.datasets]
+
+
+def read(source: pathlib.Path) -> Run:
+    """Reads a folder of results, or the folder that a `.pvd` file lies in."""
+    pvd = find_pvd(source)
+    place = pvd.parent / "results.json"
+    if not place.is_file():
+        raise PictureError(f"{place} is missing: 'pennate solve FILE -o DIR --vtk' writes it beside the .pvd file")
+    results = json.loads(place.read_text(encoding="utf-8"))
+    length, force = UNITS[results["units"]]
+    first = results["steps"][0]
+    return Run(
+        title=results["title"],
+        length_unit=length,
+        force_unit=force,
+        pressure_unit=pressure_unit(pvd.parent / "history.csv"),
+        plane=results["dimension"] == "plane",
+        nodes=tuple(first["nodes"]),
+        members=tuple(first["members"]),
+        steps=tuple(step_of(step) for step in results["steps"]),
+        states=tuple(state_of(file) for file in list_files(pvd)),
+        mesh_error=results["accuracy"]["reached"] or 0.0,
+    )
+
+
+def step_of(step: dict[str, Any]) -> Step:
+    """A step of `results.json`."""
+    ends = [member[end] for member in step["members"].values() for end in ("start", "end")]
+    supports = step["nodes"].values()
+
+    def largest(vectors: list[list[float]]) -> float:
+        return max((float(np.linalg.norm(vector)) for vector in vectors), default=0.0)
+
+    return Step(
+        name=step["name"],
+        status=step["status"],
+        digits=step["digits"] or {},
+        largest={
+            "displacement": largest([node["displacement"] for node in supports]),
+            "force": largest([end["force"] for end in ends] + [node["reaction_force"] for node in supports]),
+            "moment": largest([end["moment"] for end in ends] + [node["reaction_moment"] for node in supports]),
+        },
+    )
+
+
+def state_of(file: pathlib.Path) -> State:
+    """Which step and fraction a `.vtu` file belongs to, which its field data say."""
+    fields = pyvista.read(str(file)).field_data
+    if "step" not in fields or "fraction" not in fields:
+        raise PictureError(
+            f"{file}: written by a version of pennate that did not say which step it is of; solve the network again"
+        )
+    number = int(fields["step"][0])
+    return State(file=file, step=number - 1 if number else None, fraction=float(fields["fraction"][0]))
+
+
+def pressure_unit(history: pathlib.Path) -> str:
+    """The unit in the heads of the pressures in `history.csv`, if they have but one."""
+    if not history.is_file():
+        return ""
+    with history.open(encoding="utf-8", newline="") as lines:
+        heads = next(csv.reader(lines), [])
+    found = {match[1] for head in heads if (match := re.fullmatch(r"pressure .* \(([^()]*)\)", head))}
+    return found.pop() if len(found) == 1 else ""
+
+
+def load(state: State) -> Shape:
+    """The arrays of a state."""
+    mesh = pyvista.read(str(state.file))
+    return Shape(
+        points=np.asarray(mesh.points, dtype=np.float64),
+        cells=np.asarray(mesh.cells, dtype=np.int64).reshape(-1, 3)[:, 1:],
+        point_data={name: np.asarray(mesh.point_data[name]) for name in mesh.point_data},
+        cell_data={name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data},
+    )
