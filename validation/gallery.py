@@ -41,13 +41,14 @@ class Picture:
 
 
 PICTURES = {
-    "dyad": Picture(NETWORKS / "dyad.toml", dark=True, tile=False),
+    # That of the README, docs/dyad.png.
+    "example": Picture(NETWORKS / "dyad.toml", dark=True, tile=False),
     "tripod": Picture(NETWORKS / "tripod.toml", dark=True, tile=False, view="-35,24"),
     "stage_tip_tilt": Picture(
         NETWORKS / "tip_tilt_stage.toml", (), ("lower", "tilt"), dark=True, tile=False, view="-35,30"
     ),
     "muscle": Picture("muscle", (), ("load",), "bending_moment_3", tile=False, width=120.0),
-    "dyad_curve": Picture("dyad", ("pressure=20", "chi=26")),
+    "dyad": Picture("dyad", ("pressure=20", "chi=26")),
     "conventional": Picture("conventional", ("n=2", "m=2", "pressure=20")),
     "inverted": Picture("inverted", ("n=3", "m=2", "pressure=20")),
     "hybrid": Picture("hybrid", ("n=2", "m=2", "pressure=20"), tile=False),
@@ -114,7 +115,7 @@ def call(pennate: pathlib.Path, *arguments: object) -> str:
 
 def draw(run: results.Run, picture: Picture, name: str) -> None:
     """One network, on white and perhaps on dark."""
-    place = ROOT / "docs" / ("dyad.png" if name == "dyad" else f"pictures/{name}.png")
+    place = ROOT / "docs" / ("dyad.png" if name == "example" else f"pictures/{name}.png")
     place.parent.mkdir(exist_ok=True)
     for dark in (False, True)[: 1 + picture.dark]:
         options = states.Options(

@@ -27,19 +27,21 @@ MANY = 8
 def draw(sheet: Sheet, options: Options, output: pathlib.Path) -> None:
     """Draws a sheet into a file."""
     layout = lay_out(sheet.frame, len(sheet.panels), options)
+    # Names may use what the scale and the legend need more of in width than the networks.
+    gutters = GUTTER * (layout.columns - 1)
+    least = (LEAST * MILLIMETRE - gutters) / layout.columns
+    beside = max(MARGIN, (least - float(sheet.frame.size[0]) * layout.scale) / 2) / layout.scale
     margin = MARGIN / layout.scale
-    frame = sheet.frame.grown(margin, margin, margin, margin)
+    frame = sheet.frame.grown(beside, beside, margin, margin)
     tile = frame.size * layout.scale
     head = HEAD if all(fits(panel, tile[0]) for panel in sheet.panels) else HEAD + SECOND_LINE
-    least = LEAST * MILLIMETRE
-    width = max(layout.columns * tile[0] + GUTTER * (layout.columns - 1), least)
+    width = layout.columns * tile[0] + gutters
     height = layout.rows * (tile[1] + head) + FOOT
     figure = new_figure(width, height, options.theme.paper, options.resolution)
-    spare = (width - layout.columns * tile[0] - GUTTER * (layout.columns - 1)) / 2
     boxes = []
     for index, panel in enumerate(sheet.panels):
         row, column = divmod(index, layout.columns)
-        left = spare + column * (tile[0] + GUTTER)
+        left = column * (tile[0] + GUTTER)
         bottom = height - (row + 1) * (tile[1] + head)
         axes = add_axes(figure, left, bottom, tile[0], tile[1])
         draw_title(figure, panel, left, bottom + tile[1] + 3.0, head, options.theme)

@@ -266,7 +266,12 @@ def draw_distributed(pen: Pen, rod: Rod, unit_name: str) -> Note:
     radius = max(float(piece.radii.max()) for piece in rod.pieces)
     stations = np.linspace(0.0, along[-1], count)
     tips = np.stack([np.interp(stations, along, flat[:, axis]) for axis in (0, 1)], axis=1)
-    tips = tips - (radius + pen.point) * direction
+    chord = unit(flat[-1] - flat[0])
+    if abs(float(direction @ chord)) > 0.9:
+        # Along the member the arrows stand beside it, or they would hide it.
+        tips = tips + (radius + 6.0 * pen.point * pen.scale) * turned(chord)
+    else:
+        tips = tips - (radius + pen.point) * direction
     tails = tips - 11.0 * pen.point * pen.scale * direction
     for tail, tip in zip(tails, tips):
         arrow(pen, tail, tip, 0.9)
