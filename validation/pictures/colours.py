@@ -32,7 +32,9 @@ class Theme:
     ghost_opacity: float
     muscle: str
     member: str
+    # Lines along the edges of what is seen; on dark paper they must not swallow thin members.
     edge: str
+    edge_opacity: float
 
 
 LIGHT = Theme(
@@ -48,6 +50,7 @@ LIGHT = Theme(
     muscle="#d9a48f",
     member="#8fa9c4",
     edge="#15181c",
+    edge_opacity=0.75,
 )
 DARK = Theme(
     paper="#0d1117",
@@ -62,6 +65,7 @@ DARK = Theme(
     muscle="#d9a48f",
     member="#8fa9c4",
     edge="#05070a",
+    edge_opacity=0.35,
 )
 
 # Compression blue, tension red; both ends and the middle keep clear of white and of black, so that they can be told

@@ -78,15 +78,16 @@ def draw_panel(axes: Axes, sheet: Sheet, panel: Panel, frame: Frame, scale: floa
 def paint(axes: Axes, sheet: Sheet, panel: Panel, frame: Frame, scale: float, options: Options) -> render.Taken:
     """The network itself, over the unloaded one."""
     theme, plane = options.theme, sheet.run.plane
+    edge = (theme.edge, theme.edge_opacity)
     pixels = scale * options.resolution / POINTS
     radii = np.concatenate([piece.radii for rod in panel.scene.rods for piece in rod.pieces])
     jump = 0.8 * float(np.median(radii))
     taken = render.render(
-        surfaces.network(panel.scene, sheet.colouring, theme, plane), sheet.view, frame, pixels, theme.edge, jump
+        surfaces.network(panel.scene, sheet.colouring, theme, plane), sheet.view, frame, pixels, edge, jump
     )
     extent = (frame.low[0], frame.high[0], frame.low[1], frame.high[1])
     if options.ghost and panel.state.step is not None:
-        ghost = render.render(surfaces.ghost(sheet.unloaded, theme, plane), sheet.view, frame, pixels, theme.edge, jump)
+        ghost = render.render(surfaces.ghost(sheet.unloaded, theme, plane), sheet.view, frame, pixels, edge, jump)
         axes.imshow(
             render.faded(ghost.image, theme.ghost_opacity),
             extent=extent,

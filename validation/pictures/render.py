@@ -44,16 +44,18 @@ class Taken:
         return bool(self.heights[row, column] <= place @ self.view.towards + 1.5 * radius)
 
 
-def render(surface: Surface, view: View, frame: Frame, pixels: float, edge: str, edge_jump: float) -> Taken:
+def render(
+    surface: Surface, view: View, frame: Frame, pixels: float, edge: tuple[str, float], edge_jump: float
+) -> Taken:
     """A picture of a frame at so many pixels a unit of the network.
 
-    `edge` is the colour of lines where the depth jumps by more than `edge_jump`.
+    `edge` is the colour and the opacity of lines where the depth jumps by more than `edge_jump`.
     """
     size = np.maximum(np.round(frame.size * pixels), 1).astype(int)
     finer = max(1, min(FINER, LARGEST // int(size.max())))
     colour, heights = take(surface, view, frame, size * finer)
     image = np.dstack([colour, np.isfinite(heights).astype(np.float64)])
-    image = with_edges(image, heights, np.array(to_rgb(edge)), edge_jump, finer)
+    image = with_edges(image, heights, edge, edge_jump, finer)
     return Taken(shrunk(image, finer), heights[finer // 2 :: finer, finer // 2 :: finer], frame, view)
 
 
@@ -116,7 +118,7 @@ def grab(plotter: pyvista.Plotter, size: npt.NDArray[np.int_], depth: bool) -> n
     return np.asarray(flat.reshape(shape)[::-1], dtype=np.float64)
 
 
-def with_edges(image: Image, heights: Array, colour: Array, jump: float, finer: int) -> Image:
+def with_edges(image: Image, heights: Array, edge: tuple[str, float], jump: float, finer: int) -> Image:
     """Lines where what is seen ends, and where it stands before something else."""
     seen = np.isfinite(heights)
     filled = np.where(seen, heights, heights[seen].min(initial=0.0) - 10 * jump)
@@ -132,7 +134,7 @@ def with_edges(image: Image, heights: Array, colour: Array, jump: float, finer: 
         for axis in (0, 1):
             for by in (-shift, shift):
                 thick = np.maximum(thick, np.roll(strength, by, axis=axis))
-    opaque = 0.75 * thick
+    colour, opaque = np.array(to_rgb(edge[0])), edge[1] * thick
     out = image.copy()
     before = image[..., 3]
     out[..., 3] = np.maximum(before, opaque)
