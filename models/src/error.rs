@@ -10,6 +10,7 @@ pub struct Source {
     pub name: String,
     /// Where it was read from; empty for a text that is no file.
     pub path: PathBuf,
+    /// What was read.
     pub text: String,
 }
 
@@ -26,8 +27,11 @@ impl Source {
 /// A place in a source: byte range `start..end` of the source with index `file`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Span {
+    /// Index of the source.
     pub file: usize,
+    /// First byte.
     pub start: usize,
+    /// Byte behind the last one.
     pub end: usize,
 }
 
@@ -50,16 +54,19 @@ impl InputError {
         Self { message: message.into(), span: None, label: None, help: None }
     }
 
+    /// The error with its place.
     pub fn at(mut self, span: Span) -> Self {
         self.span = Some(span);
         self
     }
 
+    /// The error with a few words to stand under its place.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = Some(label.into());
         self
     }
 
+    /// The error with what to do about it.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self

@@ -16,17 +16,23 @@ use crate::section::{Shape, Stiffening, annulus};
 /// Data of a muscle. Pressures are in its own unit, everything else in the units of the file.
 #[derive(Clone, Debug)]
 pub struct Muscle {
+    /// As the network file has it.
     pub name: String,
+    /// Its place there.
     pub span: Span,
     /// Undeformed outer diameter.
     pub diameter: f64,
+    /// Thickness of the undeformed wall.
     pub wall: f64,
+    /// Length of each of the ends that do not contract.
     pub end_length: f64,
     /// Unit of the pressures, as the user wrote it.
     pub pressure_unit: String,
     /// Mass per volume of the undeformed tube.
     pub density: f64,
+    /// Of the tube's material, 0.5 where nothing is said.
     pub poissons_ratio: f64,
+    /// Which deformations its rod has.
     pub stiffening: Stiffening,
     /// By increasing pressure; at least one.
     pub rows: Vec<Row>,
@@ -35,7 +41,9 @@ pub struct Muscle {
 /// One row of a muscle's table, or the values interpolated at a pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
+    /// In the muscle's own unit.
     pub pressure: f64,
+    /// Modulus E of the middle segment, in the file's unit of stress.
     pub youngs_modulus: f64,
     /// Modulus E₁ of the end segments; that of the middle unless the table gives it.
     pub end_modulus: f64,
@@ -133,7 +141,9 @@ pub enum Part {
 /// The section of a muscle's segment as it follows the pressure.
 #[derive(Clone, Debug)]
 pub struct MuscleLaw {
+    /// Whose segment it is.
     pub muscle: std::sync::Arc<Muscle>,
+    /// An end or the middle.
     pub part: Part,
 }
 

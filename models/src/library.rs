@@ -3,6 +3,7 @@
 /// A muscle file that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct LibraryMuscle {
+    /// The name that network files know it by.
     pub name: &'static str,
     /// The file, TOML, with its sources in comments.
     pub text: &'static str,

@@ -23,6 +23,7 @@ pub struct Mesh {
 /// A part of a segment with elements of one length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
+    /// Index among the segments of its member.
     pub segment: usize,
     /// Unloaded length.
     pub length: f64,

@@ -19,11 +19,15 @@ pub type MemberId = usize;
 /// A network of muscles and members with its supports, its steps and the numbers wanted from it.
 #[derive(Clone, Debug)]
 pub struct Model {
+    /// As the file has it; may be empty.
     pub title: String,
+    /// Of all bare numbers here.
     pub units: Units,
+    /// Whether the network is solved in the plane or in space.
     pub dimension: Dimension,
     /// Why the network is solved in space, where it is: a sentence to show to a user.
     pub why_space: Option<String>,
+    /// Where a plane network's stability is judged.
     pub stability: Stability,
     /// Strain of a bar that is no muscle above which a person is warned.
     pub strain_limit: f64,
@@ -31,15 +35,23 @@ pub struct Model {
     pub parameters: Vec<(String, f64)>,
     /// Those that were set from outside, as written there.
     pub settings: Vec<(String, String)>,
+    /// In the order of the file; [`NodeId`] counts them.
     pub nodes: Vec<Node>,
+    /// Kinds of muscle, each for any number of members.
     pub muscles: Vec<Arc<Muscle>>,
+    /// In the order of the file.
     pub members: Vec<Member>,
+    /// What the ground holds from the beginning.
     pub supports: Vec<structure::Support>,
+    /// Rigid bodies.
     pub bodies: Vec<Body>,
+    /// In the order of the file.
     pub springs: Vec<Spring>,
     /// The steps of the file; empty where it has none, and the network is solved for its prestress alone.
     pub steps: Vec<Step>,
+    /// The numbers wanted by name.
     pub probes: Probes,
+    /// What is remarkable about the file.
     pub warnings: Vec<Warning>,
     /// The texts that spans refer to: the network file first.
     pub sources: Vec<Source>,
@@ -76,19 +88,26 @@ impl Units {
 /// A named point.
 #[derive(Clone, Debug)]
 pub struct Node {
+    /// As the file has it.
     pub name: String,
     /// Unloaded position.
     pub position: [f64; 3],
+    /// Its place in the file.
     pub span: Span,
 }
 
 /// A physical bar between two nodes.
 #[derive(Clone, Debug)]
 pub struct Member {
+    /// As the file has it.
     pub name: String,
+    /// Its place in the file.
     pub span: Span,
+    /// Start and end.
     pub nodes: [NodeId; 2],
+    /// The name by which steps address it together with others.
     pub group: Option<String>,
+    /// Muscle, actuated or passive.
     pub kind: MemberKind,
     /// Unloaded length along the centre line.
     pub length: f64,
@@ -98,6 +117,7 @@ pub struct Member {
     pub segments: Vec<Segment>,
     /// Connection of the start and of the end to the node.
     pub releases: [Release; 2],
+    /// Kind of its elements.
     pub formulation: Formulation,
     /// Order of the elements asked for in the file.
     pub order: Option<usize>,
@@ -119,6 +139,7 @@ pub enum MemberKind {
 pub struct Segment {
     /// Unloaded length.
     pub length: f64,
+    /// Its section, and how that follows the control.
     pub material: SegmentLaw,
     /// Twist and curvatures about axes 1, 2, 3 of the unloaded rod (1/length).
     pub initial_curvature: [f64; 3],
@@ -140,6 +161,7 @@ pub enum SegmentLaw {
 /// A section with the strains that an actuation of one induces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedLaw {
+    /// Stiffnesses and masses; constant.
     pub section: Section,
     /// Radius of the round bar drawn for it: outer radius; of a rectangle sqrt(width height/π); of stiffnesses
     /// given outright 2 sqrt(EI/EA), which is right for a solid circle.
@@ -155,26 +177,35 @@ pub struct FixedLaw {
 /// Nodes that move as one.
 #[derive(Clone, Debug)]
 pub struct Body {
+    /// As the file has it.
     pub name: String,
+    /// Its place in the file.
     pub span: Span,
     /// All nodes of the body; the reference is the first.
     pub nodes: Vec<NodeId>,
+    /// The node whose motion is that of the body.
     pub reference: NodeId,
+    /// At the reference, in the file's unit of mass (tonnes or kilograms).
     pub mass: f64,
 }
 
 /// A spring to the ground or between two nodes.
 #[derive(Clone, Debug)]
 pub struct Spring {
+    /// As the file has it.
     pub name: String,
+    /// Its place in the file.
     pub span: Span,
+    /// What it connects, and its stiffness.
     pub spring: structure::Spring,
 }
 
 /// One step: what moves, and where to.
 #[derive(Clone, Debug)]
 pub struct Step {
+    /// As the file has it, or a number.
     pub name: String,
+    /// Its place in the file.
     pub span: Span,
     /// Absolute values at the end of the step; what is not named stays.
     pub targets: Vec<(Target, f64)>,
@@ -182,7 +213,9 @@ pub struct Step {
     pub changes: Vec<structure::Change>,
     /// At least so many increments.
     pub increments: Option<usize>,
+    /// How the path is followed.
     pub method: structure::Method,
+    /// Which branch is followed beyond a bifurcation.
     pub branch: structure::Branch,
     /// Where an arc-length step ends before its ramp does; rotations in radians.
     pub stop: Option<structure::Stop>,
@@ -193,10 +226,15 @@ pub struct Step {
 pub enum Target {
     /// Pressure of a muscle (in its pressure unit) or actuation of a member.
     Control(MemberId),
+    /// Dead force on a node.
     Force(NodeId, usize),
+    /// Dead moment on a node.
     Moment(NodeId, usize),
+    /// Force that turns with its node.
     FollowerForce(NodeId, usize),
+    /// Moment that turns with its node.
     FollowerMoment(NodeId, usize),
+    /// Acceleration, in the file's units.
     Gravity(usize),
     /// Force per unloaded length.
     Distributed(MemberId, usize),

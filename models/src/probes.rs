@@ -14,6 +14,7 @@ use crate::section::Shape;
 /// The probes of a network, in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Probes {
+    /// As the file has them.
     pub names: Vec<String>,
     pub(crate) probes: Vec<Probe>,
     /// Indices of all probes, each after those that it needs.
@@ -113,6 +114,7 @@ pub enum Quantity {
 /// A member whose section forces a probe looks at.
 #[derive(Clone, Debug)]
 pub struct Along {
+    /// Index of the member.
     pub member: usize,
     /// Index among the members whose sections are wanted.
     pub index: usize,
@@ -245,10 +247,12 @@ impl ProbeKind {
 }
 
 impl Probes {
+    /// Whether nothing is wanted by name.
     pub fn is_empty(&self) -> bool {
         self.probes.is_empty()
     }
 
+    /// Number of probes.
     pub fn len(&self) -> usize {
         self.probes.len()
     }

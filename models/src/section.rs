@@ -21,6 +21,7 @@ pub struct Stiffening {
 /// Geometry of a cross section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
+    /// In the file's unit of length squared.
     pub area: f64,
     /// Second moments of area about axes 2 and 3.
     pub second_moments: [f64; 2],

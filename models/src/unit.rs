@@ -15,7 +15,9 @@ pub type Exponents = [i32; 4];
 /// A unit: what one of it is in metres, kilograms, seconds and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
+    /// What one of it is in SI units.
     pub factor: f64,
+    /// Of length, mass, time and angle.
     pub exponents: Exponents,
 }
 
@@ -83,6 +85,7 @@ impl Kind {
         }
     }
 
+    /// Exponents of its quantities.
     pub fn exponents(self) -> Exponents {
         match self {
             Self::Pure => [0, 0, 0, 0],

@@ -20,7 +20,9 @@ pub struct Expression {
 /// A name in an expression, or a name after a step: `stroke@inflate`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
+    /// Of a parameter, or of another probe.
     pub name: String,
+    /// Name of the step behind the @.
     pub step: Option<String>,
     /// Bytes of the text.
     pub place: Range<usize>,
@@ -75,13 +77,16 @@ const FUNCTIONS: [(&str, Function); 13] = [
 /// What is wrong with an expression, and where in its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExpressionError {
+    /// What is wrong, without a full stop.
     pub message: String,
+    /// Bytes of the expression's text.
     pub place: Range<usize>,
 }
 
 /// A number in the units of the file (angles in degrees), and what is known of what it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
+    /// In the units of the file, angles in degrees.
     pub value: f64,
     /// `None` for a bare number, which may be anything.
     pub measure: Option<Measure>,
@@ -90,7 +95,9 @@ pub struct Quantity {
 /// What a number measures, as far as units say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measure {
+    /// Of length, mass, time and angle.
     pub exponents: Exponents,
+    /// How sure these are.
     pub certainty: Certainty,
     /// A bare number was added: whose unit it was meant in is not said.
     pub is_mixed: bool,

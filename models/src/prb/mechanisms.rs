@@ -94,11 +94,15 @@ impl Prb {
 /// of the link from B, both welded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gripper {
+    /// The muscle that pulls the apex.
     pub muscle: Prb,
+    /// The post that carries the jaw.
     pub post: Prb,
+    /// The link from the apex to the jaw.
     pub link: Prb,
     /// Length of the jaw beyond the post.
     pub jaw: f64,
+    /// Distance of the post from the apex, along x.
     pub offset: f64,
 }
 

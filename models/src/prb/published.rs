@@ -30,6 +30,7 @@ pub struct Design {
 /// What Eq. 5 gives, in the units of the dissertation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
+    /// Part of the length between the two torsion springs.
     pub gamma: f64,
     /// K_th in units of [`TORSION_UNIT`].
     pub torsion: f64,

@@ -28,6 +28,7 @@ struct Entry {
 }
 
 impl NetworkFile {
+    /// A file with a title and nothing in it.
     pub fn new(title: &str) -> Self {
         Self { title: title.to_owned(), ..Self::default() }
     }
@@ -66,6 +67,7 @@ impl NetworkFile {
         self.line("members", name, format!("{{ nodes = [\"{}\", \"{}\"], {rest} }}", nodes[0], nodes[1]), "");
     }
 
+    /// A support: its node, what it holds, and a comment or `""`.
     pub fn support(&mut self, node: impl Into<String>, held: &str, remark: &str) {
         self.line("supports", node, held, remark);
     }

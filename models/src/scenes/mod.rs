@@ -38,10 +38,13 @@ pub use self::parameter::{Bound, Default, Dimension, Parameter, Range, Refused, 
 /// A network of the dissertation.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
+    /// The word that it is asked for by.
     pub name: &'static str,
+    /// The title of its network.
     pub title: &'static str,
     /// What is given, inferred and assumed, and what the text contradicts itself in.
     pub remarks: &'static str,
+    /// What may be set.
     pub parameters: &'static [Parameter],
     build: fn(&Settings, &mut NetworkFile) -> Result<(), Refused>,
 }

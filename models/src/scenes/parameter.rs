@@ -16,9 +16,11 @@ pub type Refused = Box<InputError>;
 /// A parameter of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
+    /// The name that it is set by.
     pub name: &'static str,
     /// What it is, in a few words.
     pub what: &'static str,
+    /// Its value unless set.
     pub default: Default,
 }
 
@@ -36,28 +38,37 @@ pub enum Default {
 /// Kind of a quantity, which gives its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
+    /// In mm.
     Length,
+    /// In degrees.
     Angle,
     /// In psi, the unit of the muscles' tables.
     Pressure,
+    /// In N.
     Force,
 }
 
 /// Bounds of a quantity; a bound that is open does not belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
+    /// Where it begins.
     pub low: Bound,
+    /// Where it ends.
     pub high: Bound,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
+    /// There is none.
     None,
+    /// The quantity does not reach it.
     Open(f64),
+    /// The quantity may be equal to it.
     Closed(f64),
 }
 
 impl Parameter {
+    /// A parameter with its name, what it is, and its default.
     pub const fn new(name: &'static str, what: &'static str, default: Default) -> Self {
         Self { name, what, default }
     }
@@ -92,6 +103,7 @@ impl Parameter {
 }
 
 impl Dimension {
+    /// Its unit, as network files have it.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Length => "mm",
@@ -121,6 +133,7 @@ impl Dimension {
 }
 
 impl Range {
+    /// Whether a value lies within the bounds.
     pub fn holds(self, value: f64) -> bool {
         let above = match self.low {
             Bound::None => true,
@@ -281,6 +294,7 @@ impl Settings {
         }
     }
 
+    /// Value of a parameter that is a count.
     pub fn count(&self, name: &str) -> usize {
         match self.value(name) {
             Value::Count(count) => *count,
@@ -288,6 +302,7 @@ impl Settings {
         }
     }
 
+    /// Value of a parameter that is a choice.
     pub fn word(&self, name: &str) -> &'static str {
         match self.value(name) {
             Value::Word(word) => word,
