@@ -177,8 +177,8 @@ def draw(page, folder):
         if kind == "copy":
             shutil.copyfile(folder / what[0], target)
         elif kind == "shapes":
-            view = ROOT / "validation" / "view.py"
-            subprocess.run([sys.executable, view, folder / what[0], "-o", target], check=True, stdout=subprocess.DEVNULL)
+            view = ROOT / "validation" / "view.sh"
+            subprocess.run([view, folder / what[0], "-o", target], check=True, stdout=subprocess.DEVNULL)
         else:
             curve(folder / what[0], target, *what[1:])
 
