@@ -261,7 +261,9 @@ fn a_held_chain_snaps_where_its_stable_states_end() {
 /// Along its arc a chain comes to the same end, from whatever number of increments.
 #[test]
 fn the_arc_of_a_chain_ends_with_all_units_snapped() {
-    for (count, increments) in [(2, 1), (2, 25), (3, 1), (3, 25), (4, 1), (4, 25)] {
+    let few = [(2, 1), (2, 25), (3, 1), (3, 25), (4, 1), (4, 25)];
+    let many = [(5, 2), (5, 60), (5, 200), (6, 1), (6, 50), (6, 60), (6, 100), (6, 200)];
+    for (count, increments) in few.into_iter().chain(many) {
         let units = Unit::all(count);
         for pushed in [Pushed::Force(0.8), Pushed::Displacement(4.2 * count as f64)] {
             let step = solve(count, "arc_length", pushed, increments);

@@ -178,7 +178,10 @@ impl<const D: usize> Path<'_, D> {
             // At a fold a pivot changes its sign, though it may be small enough to pass for neutral.
             let same = point.inertia.negative == walk.negative;
             let touched = turned && aside == 0 && walk.touches && same;
-            if (turned || events > 1) && !short && !touched {
+            let together = |path: &mut Self, walk: &Walk, tally: &mut Tally| {
+                conservative && aside == 0 && path.are_together(ramp, walk, &point, s, tally)
+            };
+            if !short && !touched && (turned || events > 1 && !together(self, walk, tally)) {
                 walk.next = 0.4 * s;
                 continue;
             }
@@ -202,6 +205,36 @@ impl<const D: usize> Path<'_, D> {
             };
             return Ok((point, passed));
         }
+    }
+
+    /// Whether all pivots that change their signs between the state LAST and the present one, a stride `s` away, do so at one
+    /// place, as those of equal parts of a network do.
+    ///
+    /// Shorter strides would not separate them, and lead to where every tangent is singular. The states in between are
+    /// interpolated, which keeps what is equal.
+    fn are_together(&mut self, ramp: &Ramp, walk: &Walk, point: &Point, s: f64, tally: &mut Tally) -> bool {
+        let far = point.inertia.negative;
+        self.system.save(NEXT);
+        let mut bracket = [0.0, 1.0];
+        let mut together = true;
+        while together && (bracket[1] - bracket[0]) * s > SHORT * walk.first {
+            let middle = 0.5 * (bracket[0] + bracket[1]);
+            ramp.apply(&mut self.system, walk.fraction + middle * (point.fraction - walk.fraction));
+            self.system.predict(LAST, NEXT, middle - 1.0);
+            tally.factorizations += 1;
+            let negative = self.system.assemble(false).negative;
+            if negative == far {
+                bracket[1] = middle;
+            } else {
+                bracket[0] = middle;
+                together = negative == walk.negative;
+            }
+        }
+        self.system.restore(NEXT);
+        ramp.apply(&mut self.system, point.fraction);
+        self.system.assemble(false);
+        tally.factorizations += 1;
+        together
     }
 
     /// The singular points between the saved states LAST and NEXT, at these fractions; the state is left at the last
