@@ -215,12 +215,16 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
             format!("step '{name}' ends at a bifurcation, at {reached} of its ramp")
         }
         Cause::Interrupted => format!("step '{name}' was interrupted at {reached} of its ramp"),
-        Cause::StepTooSmall | Cause::IllConditioned => {
+        Cause::StepTooSmall | Cause::IllConditioned | Cause::Overheld { .. } => {
             format!("step '{name}' finds no equilibrium beyond {reached} of its ramp")
         }
     };
     let inside = step.critical_points.last().and_then(|point| point.member);
-    let place = match (inside, failure.worst_node) {
+    let overheld = match failure.cause {
+        Cause::Overheld { member } => Some(member),
+        _ => None,
+    };
+    let place = match (overheld.or(inside), failure.worst_node) {
         (Some(member), _) => format!("member {}", shown(&model.members[member].name)),
         (None, Some(node)) => node_name(model, node),
         (None, None) => "a node".to_owned(),
@@ -269,6 +273,10 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
                 .to_owned()
         }
         Cause::IllConditioned => "stiff and soft parts differ by more than double precision can hold".to_owned(),
+        Cause::Overheld { .. } => format!(
+            "{place} cannot be stretched, and what holds its ends does not let them come nearer: it could not bend, and no \
+             finite axial force carries what acts across it"
+        ),
         Cause::Interrupted => return None,
     })
 }
@@ -302,6 +310,9 @@ fn advice(failure: &Failure, place: &str) -> Option<String> {
             "look at the units of the stiffest section and the stiffest spring; a rigid body, a support or \
              stretch = false holds exactly what a very large stiffness holds badly"
                 .to_owned()
+        }
+        Cause::Overheld { .. } => {
+            format!("let {place} be stretched (leave out stretch = false), or let one of its ends slide along it")
         }
         Cause::Interrupted => return None,
     })

@@ -83,6 +83,8 @@ pub enum Note {
     TouchedSingular { fraction: f64 },
     /// A moment in space has no potential: a node that it turns over and over takes energy from it without end.
     EndlessMoment { node: NodeId },
+    /// Nothing determines the axial forces of these members, which cannot be stretched.
+    Undetermined { members: Vec<MemberId> },
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
     /// Stability could only be judged in the plane: a moment about z has no potential for rotations out of it.
@@ -300,5 +302,10 @@ pub enum Cause {
     Unbounded,
     /// Stiffness ratios exhaust double precision.
     IllConditioned,
+    /// No finite axial force of this member, which cannot be stretched, is in equilibrium: its ends cannot come as near as
+    /// they would where it bends.
+    Overheld {
+        member: MemberId,
+    },
     Interrupted,
 }

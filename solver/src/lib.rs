@@ -11,6 +11,7 @@ pub mod buckling;
 pub mod chain;
 pub mod dense;
 pub mod error;
+pub mod held;
 pub mod history;
 pub mod joints;
 pub mod lateral;

@@ -2,7 +2,9 @@
 //!
 //! Theory: docs/theory/mixed-points.md, Eq. 6.3 and 6.6.
 
+use crate::held::HeldForces;
 use crate::rounding;
+use crate::structure::MemberId;
 use crate::system::{Inertia, Residual, System};
 
 /// Slot for a state that is put aside within an iteration.
@@ -20,7 +22,7 @@ const AWAY: f64 = 2.0;
 const TIMES: f64 = 10.0;
 const WORST: f64 = 1e-2;
 /// Increments smaller than this are near, whatever their rate.
-const NEAR: f64 = 1e-2;
+pub const NEAR: f64 = 1e-2;
 /// Part of the first residual at which a state is known well enough to be compared.
 const COMPARED: f64 = 1e-2;
 
@@ -93,6 +95,8 @@ pub enum Why {
     Unstable(usize),
     /// The iteration came little nearer three times, or went away once: it may arrive anywhere.
     Wandered,
+    /// The axial force of this member, which cannot be stretched, grows without end.
+    Overheld(MemberId),
 }
 
 /// Where an iteration starts from.
@@ -141,6 +145,7 @@ impl Newton {
         let mut asked = 0;
         let mut slow = 0;
         let mut astray = false;
+        let mut held = HeldForces::of(system);
         for iterations in 1..=self.max_iterations {
             if system.is_stopped() {
                 let residual = Residual::default();
@@ -169,7 +174,8 @@ impl Newton {
                 enough || self.is_converged(last, before, residual) || self.is_rounding(system, last, before, residual);
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
-            if converged && system.violation() <= violation {
+            let is_held = || system.violation() <= violation && held.are_settled(system, self.held_part(start.aim));
+            if converged && is_held() {
                 return Ok(Convergence { iterations, factorizations, inertia, residual });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
@@ -198,6 +204,9 @@ impl Newton {
             }
             // How far parts swing with what carries them says little: what counts is what is left without.
             let own = system.own_size.largest();
+            if let Some(member) = held.follow(system, own <= NEAR) {
+                return lost(Why::Overheld(member));
+            }
             // The negation catches a NaN too.
             if !(own <= self.lost || own <= last) {
                 return lost(Why::Astray);
@@ -228,6 +237,17 @@ impl Newton {
         let twice = before <= self.increment || foreseen && last <= 0.1 * self.increment;
         let rounding = twice && (residual.largest() <= self.residual || still);
         last <= self.increment && (settled || rounding) || settled && foreseen
+    }
+
+    /// Part of the largest force that the axial forces of members that cannot be stretched may be off by: ten times what
+    /// the residual of a settled state may be, and as many times more as that may where an aim is lower.
+    pub fn held_part(&self, aim: Aim) -> f64 {
+        let lower = match aim {
+            Aim::Result => 1.0,
+            Aim::Passing => 1e4,
+            Aim::Rough | Aim::Comparison => 1e6,
+        };
+        (10.0 * lower * self.settled).min(COMPARED)
     }
 
     /// Whether two small increments left a residual that no iteration makes smaller: a short stiff member between places

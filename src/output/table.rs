@@ -11,13 +11,15 @@ use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, Status, StepHistory};
 use pennate_solver::structure::Dimension;
 
-use super::text::{Align, columns, duration, estimate, number, percent, shown};
+use super::text::{Align, columns, duration, estimate, list, number, percent, shown};
 use crate::explain::{force_unit, moment_unit};
 
 /// Steps that get a column of their own; of more the last ones.
 const STEP_COLUMNS: usize = 5;
 /// Rows of nodes at most, where there are no probes.
 const NODE_ROWS: usize = 20;
+/// Members that a remark names before it counts the rest.
+const MEMBERS: usize = 6;
 /// Part of what the network's size or forces suggest below which a number is rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -276,6 +278,15 @@ fn note_in_words(model: &Model, note: &Note) -> String {
         ),
         Note::TouchedSingular { fraction } => {
             format!("touched a singular state at {} and went on, its stability unchanged.", percent(*fraction))
+        }
+        Note::Undetermined { members } => {
+            let names: Vec<String> = members.iter().map(|&member| shown(&model.members[member].name)).collect();
+            format!(
+                "nothing determines the axial force of {}, which cannot be stretched and whose ends cannot come nearer: any \
+                 force that the joints pass on is in equilibrium, and what is shown, with the stability that depends on it, is \
+                 one of them. Let it be stretched, or let one end slide.",
+                list(&names, MEMBERS)
+            )
         }
         Note::StabilityInPlane => "stability is judged in the plane alone.".to_owned(),
         Note::NoPotentialOutOfPlane => {

@@ -17,6 +17,7 @@ mod condense;
 mod dashpots;
 mod element;
 mod geometry;
+mod held;
 mod lanes;
 mod lateral;
 mod layers;
@@ -32,6 +33,7 @@ use dashpots::Dashpots;
 pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, set_piece};
+pub use held::HeldForce;
 pub use measures::Measures;
 use size::Sizes;
 use transfer::{Field, InLanes};
@@ -127,6 +129,10 @@ pub trait Pack<const D: usize>: Send {
     fn energy(&self, lane: usize) -> f64;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
+    /// The axial force of what cannot be stretched; `None` where all of a member can.
+    fn held_force(&self, lane: usize) -> Option<HeldForce>;
+    /// Adds to that force.
+    fn add_held_force(&mut self, lane: usize, by: f64);
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
     /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
     /// [`Pack::set_end`] and [`Pack::unroll`].
@@ -460,6 +466,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn violation(&self) -> f64 {
         self.violation_impl()
+    }
+
+    fn held_force(&self, lane: usize) -> Option<HeldForce> {
+        self.held_force_impl(lane)
+    }
+
+    fn add_held_force(&mut self, lane: usize, by: f64) {
+        self.add_held_force_impl(lane, by);
     }
 
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]) {

@@ -8,7 +8,8 @@
 //! Theory: docs/theory/continuation.md, Eq. 8.2 to 8.4.
 
 use super::follow::{LAST, Ramp};
-use crate::newton::{Lost, Newton, Why};
+use crate::held::HeldForces;
+use crate::newton::{Aim, Lost, NEAR, Newton, Why};
 use crate::system::{Inertia, Residual, System};
 
 /// Slot of the state beyond a singular point.
@@ -161,6 +162,7 @@ impl<const D: usize> Tracer<'_, D> {
         let (mut last, mut before) = (f64::INFINITY, f64::INFINITY);
         // What a change of the fraction does between the ends of members follows an iteration later.
         let mut changed = f64::INFINITY;
+        let mut held = HeldForces::of(self.system);
         for iterations in 1..=newton.max_iterations {
             let (linearized, solved) = self.system.linearize(fraction, ahead(fraction), &mut apply);
             self.factorizations += 1;
@@ -173,7 +175,11 @@ impl<const D: usize> Tracer<'_, D> {
             let gap = n.along(&self.system.motions_since(LAST), fraction - from) - s;
             let gain = n.along(&linearized.rate_motions, 1.0);
             let converged = changed <= newton.foreseen && newton.is_converged(last, before, residual);
-            if converged && self.system.violation() <= newton.violation {
+            let is_held = || {
+                let settled = held.are_settled(self.system, newton.held_part(Aim::Result));
+                settled && self.system.violation() <= newton.violation
+            };
+            if converged && is_held() {
                 let (inertia, rate) = (linearized.inertia, linearized.rate_motions);
                 let near = fraction;
                 let (distance, scatter, slope) = (s, 0.0, None);
@@ -207,6 +213,9 @@ impl<const D: usize> Tracer<'_, D> {
             let size = system.move_by(&solution, true).largest().max(change.abs());
             if !(size <= newton.lost || size <= last) {
                 return lost(Why::Astray);
+            }
+            if let Some(member) = held.follow(system, size <= NEAR) {
+                return lost(Why::Overheld(member));
             }
             before = last;
             last = size;

@@ -55,7 +55,10 @@ impl<const D: usize> Path<'_, D> {
         let mut ends = None;
         let mut points = Vec::new();
         let mut again = 0;
-        if let Some(mut walk) = self.walk(ramp, fraction, 0.5 * BRACKET, tally) {
+        // A member that is held at both ends is no singular point, and shorter strides change nothing.
+        let overheld = matches!(rough.failure.cause, Cause::Overheld { .. });
+        let walk = if overheld { None } else { self.walk(ramp, fraction, 0.5 * BRACKET, tally) };
+        if let Some(mut walk) = walk {
             for _ in 0..STRIDES {
                 let begin = walk.clone();
                 let Ok((_, passed)) = self.stride(&mut walk, ramp, tally) else { break };

@@ -136,6 +136,8 @@ impl<const D: usize> Path<'_, D> {
         self.system.save(LAST);
         let conservative = self.is_conservative(ramp);
         let mut retries = 0;
+        // Why the last increments failed, where a member is held at both ends.
+        let mut overheld = None;
         loop {
             let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
             let target = if fraction + step >= 1.0 - 1e-12 { 1.0 } else { fraction + step };
@@ -260,6 +262,7 @@ impl<const D: usize> Path<'_, D> {
                         fraction = target;
                         last_increment = step;
                         retries = 0;
+                        overheld = None;
                         tally.accepted += 1;
                         if is_step {
                             self.accept(record, fraction, &found, &tally);
@@ -284,11 +287,14 @@ impl<const D: usize> Path<'_, D> {
                         continue;
                     }
                 }
-                Err(lost) => {
+                Err(mut lost) => {
                     tally.iterations += lost.iterations;
                     tally.factorizations += lost.factorizations;
                     self.system.restore(LAST);
                     increment = 0.4 * step;
+                    if let Why::Overheld(_) = lost.why {
+                        overheld = Some(lost.why);
+                    }
                     if lost.why == Why::Astray && self.system.own_first > WILD {
                         increment = increment.min(TAME / self.system.own_first * step);
                     }
@@ -313,6 +319,10 @@ impl<const D: usize> Path<'_, D> {
                         record.status = Status::Interrupted;
                         self.settle(record, fraction, &tally);
                         return false;
+                    }
+                    // What grew without end under more load does not settle under less, where forces are in balance.
+                    if lost.why == Why::Slow && lost.residual.largest() <= self.newton.residual {
+                        lost.why = overheld.unwrap_or(lost.why);
                     }
                     let fold = last_rate > FOLD * first_rate && tally.accepted > 1;
                     self.rough_end(target, &lost, fold)

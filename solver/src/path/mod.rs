@@ -219,6 +219,7 @@ impl<'a, const D: usize> Path<'a, D> {
                 record.notes.push(Note::EndlessMoment { node });
             }
             self.keep_end(&record);
+            self.note_undetermined(&mut record);
             if record.stability != self.stability {
                 record.notes.push(Note::NoPotentialOutOfPlane);
             }

@@ -4,6 +4,7 @@ use super::arc::NEXT;
 use super::follow::{BEFORE, LAST, Ramp, Tally};
 use super::trace::Passed;
 use super::{Count, Path};
+use crate::held;
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Increment, Note, Status, StepHistory};
 use crate::newton::{Convergence, DETOUR, Lost, Why};
 use crate::results;
@@ -74,12 +75,12 @@ impl<const D: usize> Path<'_, D> {
     /// What a step ends with where no equilibrium was found.
     pub(super) fn rough_end(&mut self, target: f64, lost: &Lost, fold: bool) -> Rough {
         let node = self.system.topology.references.get(lost.residual.worst_joint).copied();
-        let cause = if fold {
-            Cause::LimitPoint
-        } else if lost.why == Why::Singular {
-            Cause::IllConditioned
-        } else {
-            Cause::StepTooSmall
+        let fold = fold && !matches!(lost.why, Why::Overheld(_));
+        let cause = match lost.why {
+            _ if fold => Cause::LimitPoint,
+            Why::Overheld(member) => Cause::Overheld { member },
+            Why::Singular => Cause::IllConditioned,
+            _ => Cause::StepTooSmall,
         };
         let status = if fold { Status::LimitPoint } else { Status::NotConverged };
         let point = fold.then(|| self.rough_point(CriticalKind::LimitPoint, target, false));
@@ -91,6 +92,17 @@ impl<const D: usize> Path<'_, D> {
             cause,
         };
         Rough { status, point, failure }
+    }
+
+    /// Notes the members that cannot be stretched and whose axial force nothing determines at the end of a step.
+    pub(super) fn note_undetermined(&mut self, record: &mut StepHistory) {
+        if record.increments.is_empty() || !self.system.holds_strains() {
+            return;
+        }
+        let members = held::undetermined(&mut self.system);
+        if !members.is_empty() {
+            record.notes.push(Note::Undetermined { members });
+        }
     }
 
     /// A singular point near the last assembly, as far as an increment tells.

@@ -7,7 +7,7 @@ use super::doubt::{MANY, SAME};
 use super::follow::{BEFORE, LAST, Ramp, Tally};
 use super::{Count, Path};
 use crate::history::{CriticalKind, CriticalPoint};
-use crate::newton::{DETOUR, Lost};
+use crate::newton::{DETOUR, Lost, Why};
 use crate::packs::{self, Auxiliary};
 use crate::system::System;
 
@@ -143,7 +143,10 @@ impl<const D: usize> Path<'_, D> {
                 Ok(point) => point,
                 Err(lost) => {
                     walk.next = again(s, walk.first);
-                    if walk.next < SHORTEST_ARC * walk.first {
+                    // What is held at both ends is so in shorter strides too.
+                    let overheld = matches!(lost.why, Why::Overheld(_));
+                    let least = if overheld { SHORT } else { SHORTEST_ARC };
+                    if walk.next < least * walk.first {
                         return Err(lost);
                     }
                     continue;

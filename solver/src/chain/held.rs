@@ -1,0 +1,52 @@
+//! The axial force of a member that cannot be stretched: a number of its own, which no strain gives.
+
+use pennate_elements::beam::Beam;
+use pennate_elements::real::Real;
+
+use super::Chain;
+
+/// The axial force of the parts of a member that cannot be stretched, in the mean over their length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldForce {
+    pub force: f64,
+    /// Force that an iteration adds for a unit of the strain that is left.
+    pub auxiliary: f64,
+    /// Unloaded length of these parts.
+    pub length: f64,
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// `None` where every part of the member can be stretched.
+    pub(super) fn held_force_impl(&self, lane: usize) -> Option<HeldForce> {
+        if self.moduli.iter().all(|moduli| moduli.held[0].lane(lane) == 0.0) {
+            return None;
+        }
+        let (mut length, mut force, mut compliance) = (0.0, 0.0, 0.0);
+        for (e, piece) in self.pieces.iter().enumerate() {
+            let moduli = &self.moduli[self.segment_of[e]];
+            if moduli.held[0].lane(lane) == 0.0 {
+                continue;
+            }
+            let own = piece.length.lane(lane);
+            length += own;
+            compliance += own / moduli.stiffness[0].lane(lane);
+            for g in 0..P {
+                force += own * self.table.weights[g] * self.state.stress[e * P + g][0].lane(lane);
+            }
+        }
+        Some(HeldForce { force: force / length, auxiliary: length / compliance, length })
+    }
+
+    /// Adds the same to the axial force of all parts that cannot be stretched.
+    pub(super) fn add_held_force_impl(&mut self, lane: usize, by: f64) {
+        for e in 0..self.pieces.len() {
+            if self.moduli[self.segment_of[e]].held[0].lane(lane) == 0.0 {
+                continue;
+            }
+            for stress in &mut self.state.stress[e * P..(e + 1) * P] {
+                let force = stress[0].lane(lane) + by;
+                stress[0].set_lane(lane, force);
+            }
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Axial forces that no strain gives: those of members that cannot be stretched.
+//!
+//! Such a force N is a multiplier. An iteration adds to it the auxiliary stiffness k times the stretch that is left (the
+//! method of multipliers: Bertsekas, Constrained Optimization and Lagrange Multiplier Methods, 1982, chapter 2). With F, the
+//! stretch by which the rest of the network gives way to a unit of N, the error of N falls by 1/(1 + k F) an iteration: to
+//! nothing, but where the rest is nearly as stiff as the auxiliary stiffness, or stiffer. There the response of what an
+//! iteration adds to what it began with is known from the iterations so far, and a secant through them leads to where
+//! nothing is added any more (Anderson, J. ACM 12, 1965; Walker & Ni, SIAM J. Numer. Anal. 49, 2011).
+//!
+//! Two cases have no answer. Where F is zero nothing determines N: a straight member between two nodes that cannot come
+//! nearer. And under a load across it such a member has no equilibrium: it could bend only if its ends came nearer, F falls
+//! as the square of what N lets it bend, and every secant leads to a larger N.
+
+use crate::newton::DETOUR;
+use crate::structure::MemberId;
+use crate::system::System;
+
+/// What an iteration adds is slow to vanish where it is more than this part of what the one before added.
+const SLOW: f64 = 0.1;
+/// An iteration takes back no more than all, and this, of what the forces changed by.
+const ALL: f64 = 1.5;
+/// Iterations that a secant is drawn through at most.
+const DEPTH: usize = 6;
+/// Responses smaller than this part of the largest are rounding, and so are all where they are this part of what is added.
+const RESPONSE: f64 = 1e-9;
+/// A secant that adds more than this part of the force, with its sign, so many times in a row leads to no finite force: where
+/// the response is linear the first one leaves next to nothing to the second.
+const GROWS: f64 = 0.1;
+const TIMES: usize = 6;
+/// Strain that is rounding: so many units in the last place of the places of the ends, over the length of the member.
+const PLACES: f64 = 16.0;
+/// Part of the largest force that such a strain may stand for where something determines the force.
+const RESOLVED: f64 = 1e-2;
+/// Strain whose force, with the auxiliary stiffness, is tried on a member to see whether anything answers to it; iterations
+/// in which what answers takes most of it back; and the part by which the last one must change it then.
+const TRIED: f64 = 1e-9;
+const ANSWERS: usize = 4;
+const ANSWERED: f64 = 1e-6;
+/// The part of what was tried that must be left for nothing to have answered.
+const LEFT: f64 = 1e-2;
+
+/// Forces that an iteration began with, and what it added to them.
+#[derive(Clone, Debug)]
+struct Tried {
+    forces: Vec<f64>,
+    added: Vec<f64>,
+}
+
+/// The axial forces of the members that cannot be stretched, along an iteration.
+#[derive(Debug, Default)]
+pub struct HeldForces {
+    members: Vec<MemberId>,
+    /// What the present iteration begins with.
+    forces: Vec<f64>,
+    /// Iterations so far, as near as they tell of the next, the oldest first.
+    tried: Vec<Tried>,
+    /// Whether secants lead on.
+    hastened: bool,
+    /// How many of them in a row asked for much more of the same.
+    grown: usize,
+    /// Part of a change of the forces that the last of them took back.
+    response: f64,
+}
+
+impl HeldForces {
+    pub fn of<const D: usize>(system: &System<D>) -> Self {
+        if !system.holds_strains() {
+            return Self::default();
+        }
+        let holds = |&member: &MemberId| {
+            let slot = &system.members[member];
+            system.packs[slot.pack].held_force(slot.lane).is_some()
+        };
+        let members: Vec<MemberId> = (0..system.members.len()).filter(holds).collect();
+        let forces = read(system, &members);
+        Self { members, forces, ..Self::default() }
+    }
+
+    /// Takes note of what an iteration added, and hastens the forces where that is slow to vanish.
+    ///
+    /// `near` tells whether the iteration was so small that the next one will be like it. Gives the member whose force grows
+    /// without end, where there is one.
+    pub fn follow<const D: usize>(&mut self, system: &mut System<D>, near: bool) -> Option<MemberId> {
+        if self.members.is_empty() {
+            return None;
+        }
+        let reached = read(system, &self.members);
+        let added: Vec<f64> = reached.iter().zip(&self.forces).map(|(a, b)| a - b).collect();
+        if !near {
+            (self.hastened, self.grown) = (false, 0);
+            self.tried.clear();
+        }
+        if self.tried.len() == DEPTH {
+            self.tried.remove(0);
+        }
+        self.tried.push(Tried { forces: std::mem::replace(&mut self.forces, reached), added });
+        self.forget_what_differs();
+        let [.., before, last] = self.tried.as_slice() else { return None };
+        let rounded = (0..self.members.len()).all(|index| self.is_rounding(system, index));
+        self.hastened |= !rounded && largest(&last.added).1 > SLOW * largest(&before.added).1;
+        if !self.hastened {
+            return None;
+        }
+        let moved = farthest(&last.forces, &before.forces);
+        if moved > 0.0 {
+            self.response = farthest(&last.added, &before.added) / moved;
+        }
+        if rounded {
+            let index = largest(&before.added).0;
+            return (!self.is_resolved(system, index)).then(|| self.members[index]);
+        }
+        let Some(shift) = self.secant() else {
+            // Nothing answers: the ends of the member are farther apart, or nearer, than it is long.
+            self.grown += 1;
+            let index = largest(&last.added).0;
+            return (self.grown >= TIMES).then(|| self.members[index]);
+        };
+        let (index, most) = largest(&shift);
+        let grows = shift[index] * self.forces[index] > 0.0 && most > GROWS * self.forces[index].abs();
+        self.grown = if grows { self.grown + 1 } else { 0 };
+        if self.grown >= TIMES {
+            return Some(self.members[index]);
+        }
+        for (index, &by) in shift.iter().enumerate() {
+            add(system, self.members[index], by);
+            self.forces[index] += by;
+        }
+        None
+    }
+
+    /// Drops what tells nothing of the next iteration.
+    ///
+    /// An iteration takes back a part of what it finds too much, between none and all of it: what changes by more than the forces
+    /// did is that the network moved.
+    fn forget_what_differs(&mut self) {
+        let [.., before, last] = self.tried.as_slice() else { return };
+        if farthest(&last.added, &before.added) > ALL * farthest(&last.forces, &before.forces) {
+            let others = self.tried.len() - 1;
+            self.tried.drain(..others);
+            (self.hastened, self.grown) = (false, 0);
+        }
+    }
+
+    /// What leads from the forces of the last iteration to where nothing would be added any more.
+    fn secant(&self) -> Option<Vec<f64>> {
+        let (rows, last) = (self.members.len(), self.tried.last()?);
+        // More differences than forces would contradict each other.
+        let columns = (self.tried.len() - 1).min(rows);
+        let pairs = &self.tried[self.tried.len() - columns - 1..];
+        let change = |of: fn(&Tried) -> &[f64]| {
+            nalgebra::DMatrix::from_fn(rows, columns, |i, j| of(&pairs[j + 1])[i] - of(&pairs[j])[i])
+        };
+        let (begun, added) = (change(|tried| &tried.forces), change(|tried| &tried.added));
+        let svd = added.clone().svd(true, true);
+        let most = svd.singular_values.max();
+        if !(most > RESPONSE * largest(&last.added).1) {
+            return None;
+        }
+        let target = nalgebra::DVector::from_column_slice(&last.added);
+        let weights = svd.solve(&target, RESPONSE * most).ok()?;
+        let shift = -(begun + added) * weights;
+        shift.iter().all(|by| by.is_finite()).then(|| shift.iter().copied().collect())
+    }
+
+    /// Whether the forces would change by no more than this part of the largest force in the network.
+    pub fn are_settled<const D: usize>(&self, system: &System<D>, part: f64) -> bool {
+        let Some(last) = self.tried.last() else { return true };
+        let scale = force_scale(system);
+        (0..self.members.len()).all(|index| {
+            let added = last.added[index].abs();
+            let left = match self.tried.as_slice() {
+                [.., before, last] => {
+                    // Where an iteration takes back the part s of an error, the rest of it is left.
+                    let response = (last.added[index] - before.added[index]).abs();
+                    let s = response / (last.forces[index] - before.forces[index]).abs();
+                    if self.hastened { added / s } else { added * (1.0 - s).abs() / s }
+                }
+                _ => added,
+            };
+            // A force that did not change tells nothing of its response.
+            let left = if left.is_nan() { added } else { left };
+            let rounded = self.is_rounding(system, index) && (!self.hastened || self.is_resolved(system, index));
+            left <= part * scale || rounded
+        })
+    }
+
+    /// Whether what the last iteration added is what rounding makes of the stretch.
+    fn is_rounding<const D: usize>(&self, system: &System<D>, index: usize) -> bool {
+        self.tried.last().is_none_or(|last| last.added[index].abs() <= self.rounding(system, index))
+    }
+
+    /// Whether the response to a force is so large that rounding leaves some digits of the force.
+    fn is_resolved<const D: usize>(&self, system: &System<D>, index: usize) -> bool {
+        self.rounding(system, index) <= RESOLVED * self.response * force_scale(system)
+    }
+
+    /// Force that an iteration adds for what rounding makes of the stretch.
+    fn rounding<const D: usize>(&self, system: &System<D>, index: usize) -> f64 {
+        let slot = &system.members[self.members[index]];
+        let held = system.packs[slot.pack].held_force(slot.lane);
+        let strain = |length: f64| PLACES * f64::EPSILON * (system.size / length).max(1.0);
+        held.map_or(0.0, |held| strain(held.length) * held.auxiliary)
+    }
+}
+
+/// Members that cannot be stretched whose axial force nothing determines at the present state, which is an equilibrium.
+///
+/// A little more force is tried on all of them; iterations take back what anything answers to.
+pub fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
+    let HeldForces { members, forces, .. } = HeldForces::of(system);
+    if members.is_empty() {
+        return Vec::new();
+    }
+    system.save(DETOUR);
+    let mut most = 0.0f64;
+    for (index, &member) in members.iter().enumerate() {
+        let slot = &system.members[member];
+        let Some(held) = system.packs[slot.pack].held_force(slot.lane) else { continue };
+        // Not the same on all: forces that are undetermined together may be so in one proportion alone.
+        let by = TRIED * held.auxiliary * (1.0 + 0.3 * (index as f64).sin());
+        most = most.max(by);
+        add(system, member, by);
+    }
+    let pending = system.equations.has_general();
+    let since = |system: &System<D>| -> Vec<f64> {
+        read(system, &members).iter().zip(&forces).map(|(now, then)| now - then).collect()
+    };
+    let mut left = since(system);
+    let mut change = vec![f64::INFINITY; left.len()];
+    for _ in 0..ANSWERS {
+        system.assemble(pending);
+        if system.advance(pending).is_none() {
+            break;
+        }
+        let now = since(system);
+        change = now.iter().zip(&left).map(|(now, before)| now - before).collect();
+        left = now;
+        if largest(&left).1 <= LEFT * most {
+            break;
+        }
+    }
+    system.restore(DETOUR);
+    system.assemble(pending);
+    let stays = largest(&change).1 <= ANSWERED * largest(&left).1;
+    let kept = |&index: &usize| stays && left[index].abs() > LEFT * most;
+    (0..members.len()).filter(kept).map(|index| members[index]).collect()
+}
+
+fn read<const D: usize>(system: &System<D>, members: &[MemberId]) -> Vec<f64> {
+    let force = |&member: &MemberId| {
+        let slot = &system.members[member];
+        system.packs[slot.pack].held_force(slot.lane).map_or(0.0, |held| held.force)
+    };
+    members.iter().map(force).collect()
+}
+
+fn add<const D: usize>(system: &mut System<D>, member: MemberId, by: f64) {
+    let slot = &system.members[member];
+    let (pack, lane) = (slot.pack, slot.lane);
+    system.packs[pack].add_held_force(lane, by);
+}
+
+/// The largest force of the last assembly; where there are moments alone, what counts as no less beside them.
+fn force_scale<const D: usize>(system: &System<D>) -> f64 {
+    system.force_scale.max(1e-3 * system.moment_scale / system.size)
+}
+
+/// Largest difference of two numbers of the same place.
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Where the number of largest size stands, and that size.
+fn largest(values: &[f64]) -> (usize, f64) {
+    let sizes = values.iter().map(|value| value.abs()).enumerate();
+    sizes.fold((0, 0.0), |most, size| if size.1 > most.1 { size } else { most })
+}

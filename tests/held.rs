@@ -1,0 +1,60 @@
+//! Axial forces of members that cannot be stretched: found, said to be undetermined, or said not to exist.
+
+use std::path::Path;
+
+use pennate_models::{Mesh, discretize, read};
+use pennate_solver::history::{Cause, History, Note, Status};
+use pennate_solver::options::Options;
+
+fn solve(case: &str, settings: &[(&str, &str)], increments: Option<usize>) -> History {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(case);
+    let settings: Vec<_> = settings.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    let model = read(&file, &settings).expect("a network");
+    let (structure, mut steps) = discretize(&model, &Mesh::initial(&model, 1e-6));
+    steps.iter_mut().for_each(|step| step.min_increments = increments);
+    pennate_solver::solve(&structure, &steps, &Options::default(), &mut |_| true).expect("no mechanism")
+}
+
+/// Straight between two clamps it cannot bend, and no axial force carries what acts across it; that is no limit point.
+#[test]
+fn a_bar_held_at_both_ends_under_a_load_across_has_no_equilibrium() {
+    for across in ["0.01", "1", "-100"] {
+        for increments in [None, Some(100)] {
+            let history = solve("overheld.toml", &[("across", across)], increments);
+            let step = &history.steps[0];
+            assert_eq!(step.status, Status::NotConverged, "{across} {increments:?}");
+            assert_eq!(step.failure.as_ref().expect("a cause").cause, Cause::Overheld { member: 0 });
+            // A load that turns the bar by less than 1e-4 bends it by less than rounding can tell from no stretch at all.
+            assert!(
+                step.critical_points.is_empty() && step.fraction < 0.1,
+                "{across} {increments:?}: {}",
+                step.fraction
+            );
+        }
+    }
+}
+
+/// Without a load across any axial force is in equilibrium.
+#[test]
+fn the_force_of_a_bar_held_at_both_ends_is_undetermined() {
+    let history = solve("overheld.toml", &[("across", "0")], None);
+    let step = &history.steps[0];
+    assert_eq!(step.status, Status::Converged);
+    assert!(step.notes.contains(&Note::Undetermined { members: vec![0] }), "{:?}", step.notes);
+}
+
+/// The wire gives way by less than the auxiliary stiffness of the bar does, down to a ten-thousandth of it: the force is that of
+/// the wire all the same, after few iterations.
+#[test]
+fn a_stiff_wire_determines_the_force_of_a_bar_that_cannot_be_stretched() {
+    for (stiffness, value) in [("1e3", 1e3), ("1e5", 1e5), ("1e7", 1e7), ("1e8", 1e8)] {
+        let history = solve("taut_row.toml", &[("EA", stiffness)], None);
+        let step = &history.steps[0];
+        assert_eq!(step.status, Status::Converged, "{stiffness}: {:?}", step.failure);
+        assert!(step.notes.is_empty(), "{stiffness}: {:?}", step.notes);
+        assert!(step.iterations <= 12, "{stiffness}: {} iterations", step.iterations);
+        let force = step.increments.last().expect("a state").state.members[0].axial_force;
+        let expected = value * 1e-3 / 100.0;
+        assert!((force - expected).abs() < 1e-7 * expected, "{stiffness}: {force} for {expected}");
+    }
+}
