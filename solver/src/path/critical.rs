@@ -1,6 +1,7 @@
 //! Where stability is lost: the exact point, and the way on.
 
 use super::arc::{Direction, Metric, NEXT, Tracer};
+use super::doubt::SAME;
 use super::follow::{BRACKET, Course, LAST, Ramp, SHORTEST, Tally};
 use super::jump::Landing;
 use super::report::{Rough, cause_of, status_of};
@@ -181,9 +182,11 @@ impl<const D: usize> Path<'_, D> {
             let passes = located && !point.sideways && !(self.base.potential && beyond.potential);
             if course.branch == Branch::Primary || passes {
                 self.system.restore(NEXT);
+                ramp.apply(&mut self.system, ends[1]);
                 self.keep(beyond);
                 let last = ends[1] - ends[0];
-                return Some(After::GoOn { at: ends[1], next: (2.0 * last).max(BRACKET), last: Some(last) });
+                let at = self.back_to_end(ramp, record, ends[1], tally);
+                return Some(After::GoOn { at, next: (2.0 * last).max(BRACKET), last: Some(last) });
             }
             if !point.sideways {
                 self.system.save(DETOUR);
@@ -196,8 +199,11 @@ impl<const D: usize> Path<'_, D> {
                 && self.inside.is_empty()
                 && let Some(at) = self.switch(ramp, point.fraction, tally)
             {
-                let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
-                self.accept(record, at, &found, tally);
+                if at <= 1.0 {
+                    let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
+                    self.accept(record, at, &found, tally);
+                }
+                let at = self.back_to_end(ramp, record, at, tally);
                 let next = (4.0 * (at - point.fraction)).clamp(2.0 * SHORTEST, 1.0);
                 return Some(After::GoOn { at, next, last: None });
             }
@@ -232,6 +238,32 @@ impl<const D: usize> Path<'_, D> {
             self.system.assemble(false);
         }
         None
+    }
+
+    /// From a state that a singular point led to, at this fraction, back to the end of the ramp if it lies beyond; the fraction
+    /// where the state is then.
+    fn back_to_end(&mut self, ramp: &Ramp, record: &mut StepHistory, at: f64, tally: &mut Tally) -> f64 {
+        if at <= 1.0 {
+            return at;
+        }
+        self.system.save(LAST);
+        ramp.apply(&mut self.system, 1.0);
+        let found = self.newton.solve(&mut self.system, Start::nearby());
+        tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+        let near = BESIDE * (at - 1.0) * self.system.moved() + SAME;
+        let found = found.ok().filter(|_| self.system.distance(LAST).largest() <= near);
+        let Some(found) = found else {
+            self.system.restore(LAST);
+            ramp.apply(&mut self.system, at);
+            self.system.assemble(false);
+            let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
+            self.accept(record, at, &found, tally);
+            return at;
+        };
+        self.base = self.count(&found.inertia);
+        self.system.save(LAST);
+        self.accept(record, 1.0, &found, tally);
+        1.0
     }
 
     /// From a singular point, the present state, to a stable equilibrium right beyond it; the fraction there.
