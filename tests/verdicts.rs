@@ -2,7 +2,7 @@
 
 mod network;
 
-use network::{attempt, solve};
+use network::{assert_near, attempt, solve};
 use pennate_solver::history::{Note, Status};
 use pennate_solver::structure::Dimension;
 
@@ -99,4 +99,83 @@ fn supports_hold_out_of_the_plane_what_they_stand_for() {
     let mirror = "A = [\"ux\", \"uy\", \"rx\", \"rz\"], B = [\"uy\", \"rx\", \"rz\"]";
     assert_eq!(column(mirror, 0.97), holds);
     assert_eq!(column(mirror, 1.03), buckles);
+}
+
+/// A cantilever under `load` along its axis, followed straight on; in the plane, or in space with a section that is or is not as
+/// stiff about one axis as about the other, and that can be sheared or not.
+fn pushed(dimension: &str, second: f64, shear: &str, load: f64) -> (Option<bool>, bool) {
+    let text = format!(
+        "format = \"pennate/1\"\ndimension = \"{dimension}\"\nnodes = {{ A = [0, 0], B = [10, 0] }}\n\
+         sections.s = {{ stiffness = {{ EA = 1e4, {shear}GJ = 1, EI2 = {second}, EI3 = 1 }} }}\n\
+         members.m = {{ nodes = [\"A\", \"B\"], section = \"s\" }}\nsupports = {{ A = \"clamped\" }}\n\
+         [[steps]]\nforce = {{ B = [-{load:e}, 0, 0] }}\nbranch = \"primary\"\n"
+    );
+    let solved = solve(&text);
+    let step = &solved.history.steps[0];
+    (step.stable, step.notes.contains(&Note::WithinRounding))
+}
+
+/// The load between these two where a condition that holds at the first of them ends.
+fn edge(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// As near to a critical load as rounding can tell there is no verdict, and that is said; next to it there is one.
+///
+/// The large stiffness in place of one that is infinite, against shear, costs digits.
+#[test]
+fn within_rounding_of_a_critical_load_there_is_no_verdict() {
+    let euler = std::f64::consts::PI.powi(2) / 400.0;
+    let soft = "GA2 = 1e3, GA3 = 1e3, ";
+    let cases = [("plane", 20.0, soft, 1e-9), ("space", 20.0, soft, 1e-9), ("space", 1.0, soft, 1e-9)];
+    for (dimension, second, shear, wide) in cases.into_iter().chain([("plane", 1.0, "", 1e-6)]) {
+        let verdict = |load: f64| pushed(dimension, second, shear, load);
+        let stable = edge(0.99 * euler, 1.01 * euler, |load| verdict(load).0 == Some(true));
+        let unstable = edge(stable, 1.01 * euler, |load| verdict(load).0 != Some(false));
+        let (critical, width) = (0.5 * (stable + unstable), (unstable - stable) / euler);
+        assert!(width < wide, "{dimension} {second} {shear}: nothing is known within {width:.1e} of the load");
+        for times in [1.0 - 1e-13, 1.0, 1.0 + 1e-13] {
+            assert_eq!(verdict(times * critical), (None, true), "{dimension} {second} {shear}, {width:.1e}");
+        }
+        assert_eq!(verdict((1.0 - 10.0 * wide) * critical), (Some(true), false), "{dimension} {second} {shear}");
+        assert_eq!(verdict((1.0 + 10.0 * wide) * critical), (Some(false), false), "{dimension} {second} {shear}");
+    }
+}
+
+/// A round strut that has buckled in space turns freely about its axis: that has no part in the verdict.
+#[test]
+fn a_motion_that_needs_no_force_leaves_the_verdict() {
+    let text = "format = \"pennate/1\"\ndimension = \"space\"\nnodes = { A = [0, 0, 0], B = [10, 0, 0] }\n\
+        sections.s = { stiffness = { EA = 1e4, GJ = 1, EI2 = 1, EI3 = 1 } }\n\
+        members.m = { nodes = [\"A\", \"B\"], section = \"s\" }\nsupports = { A = \"clamped\" }\n\
+        [[steps]]\nforce = { B = [-0.03, 0, 0] }\n";
+    let solved = solve(text);
+    let step = &solved.history.steps[0];
+    assert_eq!(step.stable, Some(true), "{:?}", step.notes);
+    assert!(!step.notes.contains(&Note::WithinRounding));
+}
+
+/// A critical load right before the end of a step leaves the step to end at its loads, not at that point and not beyond.
+#[test]
+fn a_step_that_ends_right_after_a_critical_load_ends_at_its_own() {
+    let euler = std::f64::consts::PI.powi(2) / 400.0;
+    for branch in ["primary", "stable"] {
+        for beyond in [1e-4, 5e-4, 1.5e-3] {
+            let load = (1.0 + beyond) * euler;
+            let solved = solve(&format!(
+                "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [0, 0], B = [10, 0] }}\n\
+                 sections.s = {{ stiffness = {{ EA = 1e4, GA2 = 1e3, EI3 = 1 }} }}\n\
+                 members.m = {{ nodes = [\"A\", \"B\"], section = \"s\" }}\nsupports = {{ A = \"clamped\" }}\n\
+                 [[steps]]\nforce = {{ B = [-{load:e}, 0] }}\nbranch = \"{branch}\"\n"
+            ));
+            let step = &solved.history.steps[0];
+            assert_eq!(step.stable, Some(branch == "stable"), "{branch} {beyond:e}");
+            assert_eq!(step.increments.last().expect("a state").fraction, 1.0, "{branch} {beyond:e}");
+            assert_near(solved.force("A").x, load, 1e-9 * load);
+        }
+    }
 }

@@ -53,7 +53,8 @@ pub struct StepHistory {
     pub missing: Vec<f64>,
     /// How fast the last state accepted may vary along the elements of every member, where an estimate was asked for.
     pub variations: Vec<Vec<Variation>>,
-    /// Whether the last state is stable; `None` where loads have no potential.
+    /// Whether the last state is stable; `None` where loads have no potential, and where rounding hides the sign of the lowest
+    /// stiffness ([`Note::WithinRounding`]).
     pub stable: Option<bool>,
     /// In which space that was judged.
     pub stability: Dimension,
@@ -85,6 +86,8 @@ pub enum Note {
     EndlessMoment { node: NodeId },
     /// Nothing determines the axial forces of these members, which cannot be stretched.
     Undetermined { members: Vec<MemberId> },
+    /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
+    WithinRounding,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
     /// Stability could only be judged in the plane: a moment about z has no potential for rotations out of it.

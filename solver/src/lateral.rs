@@ -14,6 +14,9 @@ use crate::path::OutOfPlane;
 use crate::reduce;
 use crate::system::{Inertia, System};
 
+/// Pivots of the lateral tangent that are larger, over the diagonal entry they came from, have the sign that they show.
+const SMALL: f64 = 1e-9;
+
 /// The lateral equations of a plane network.
 pub struct Lateral {
     system: System<3>,
@@ -35,6 +38,21 @@ impl Lateral {
 
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
     fn in_space(&mut self, plane: &mut System<3>) -> Option<usize> {
+        let space = self.lift(plane)?;
+        let own = plane.inertia().negative;
+        let mut negative = space.inertia().negative;
+        #[cfg(feature = "trace")]
+        eprintln!("in space {negative} negative, {own} in the plane, softest {:e}", space.softest_stiffness());
+        if negative > own {
+            negative = negative.min(space.certain_negative());
+            #[cfg(feature = "trace")]
+            eprintln!("{negative} of them certain");
+        }
+        Some(negative.saturating_sub(own))
+    }
+
+    /// The spatial network, assembled at the equilibrium of the plane one.
+    fn lift(&mut self, plane: &System<3>) -> Option<&mut System<6>> {
         let space = self.space.get_or_insert_with(|| {
             let structure = Arc::clone(&plane.structure);
             // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
@@ -54,16 +72,8 @@ impl Lateral {
         let exact = Newton { increment: 1e-9, ..Newton::default() };
         exact.solve(space, Start::nearby()).ok()?;
         space.hold(rows);
-        let own = plane.inertia().negative;
-        let mut negative = space.assemble(false).negative;
-        #[cfg(feature = "trace")]
-        eprintln!("in space {negative} negative, {own} in the plane, softest {:e}", space.softest_stiffness());
-        if negative > own {
-            negative = negative.min(space.certain_negative());
-            #[cfg(feature = "trace")]
-            eprintln!("{negative} of them certain");
-        }
-        Some(negative.saturating_sub(own))
+        space.assemble(false);
+        Some(space)
     }
 }
 
@@ -116,6 +126,15 @@ impl OutOfPlane<3> for Lateral {
         system.add_springs_and_loads(Some(plane));
         system.finish(&mut inertia);
         (inertia, system.has_potential())
+    }
+
+    /// The lateral tangent keeps no track of its rounding: where a pivot of it is small, the spatial network is asked.
+    fn hidden_signs(&mut self, plane: &mut System<3>) -> usize {
+        let (inertia, potential) = self.inertia(plane);
+        if !potential || inertia.smallest > SMALL {
+            return 0;
+        }
+        self.lift(plane).map_or(0, System::hidden_signs)
     }
 
     fn softest(&mut self) -> Vec<f64> {

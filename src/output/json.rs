@@ -5,13 +5,14 @@ use std::io::{self, Write};
 use pennate_analysis::accuracy::Accuracy;
 use pennate_analysis::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 use pennate_models::Model;
-use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, Rounding, StepHistory};
+use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, Note, Rounding, StepHistory};
 use pennate_solver::structure::Dimension;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
 use super::origin::Origin;
+use super::text::WITHIN_ROUNDING;
 
 /// Writes the results of a run; `pictures` are the names of those that were written beside it.
 ///
@@ -63,6 +64,9 @@ struct Step<'a> {
     iterations: usize,
     factorizations: usize,
     stable: Option<bool>,
+    /// Why there is no verdict where loads have a potential.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    undecided: Option<&'static str>,
     stability: &'static str,
     negative_pivots: Option<usize>,
     residual: Option<f64>,
@@ -223,6 +227,7 @@ impl<'a> Step<'a> {
             iterations: step.iterations,
             factorizations: step.factorizations,
             stable: step.stable,
+            undecided: step.notes.contains(&Note::WithinRounding).then_some(WITHIN_ROUNDING),
             stability: dimension_name(step.stability),
             negative_pivots: step.stable.map(|_| step.negative_pivots),
             residual: state.map(|state| state.residual),

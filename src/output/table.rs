@@ -11,7 +11,7 @@ use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, Status, StepHistory};
 use pennate_solver::structure::Dimension;
 
-use super::text::{Align, columns, duration, estimate, list, number, percent, shown};
+use super::text::{Align, WITHIN_ROUNDING, columns, duration, estimate, list, number, percent, shown};
 use crate::explain::{force_unit, moment_unit};
 
 /// Steps that get a column of their own; of more the last ones.
@@ -89,6 +89,7 @@ fn steps(solution: &Solution) -> String {
 fn stability(dimension: Dimension, step: &StepHistory) -> String {
     let verdict = match step.stable {
         _ if step.increments.is_empty() => return "-".to_owned(),
+        None if step.notes.contains(&Note::WithinRounding) => return format!("not known: {WITHIN_ROUNDING}"),
         None => return "not defined: the loads have no potential".to_owned(),
         Some(true) => "yes".to_owned(),
         Some(false) => format!("NO, {}", counted(step.negative_pivots, "negative pivot")),
@@ -287,6 +288,9 @@ fn note_in_words(model: &Model, note: &Note) -> String {
                  one of them. Let it be stretched, or let one end slide.",
                 list(&names, MEMBERS)
             )
+        }
+        Note::WithinRounding => {
+            "the end is a singular state, as far as rounding can tell: whether it is stable is not known.".to_owned()
         }
         Note::StabilityInPlane => "stability is judged in the plane alone.".to_owned(),
         Note::NoPotentialOutOfPlane => {

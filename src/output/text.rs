@@ -2,6 +2,9 @@
 
 use unicode_width::UnicodeWidthStr;
 
+/// What a table, a sweep and the results say of a state whose stability rounding hides.
+pub const WITHIN_ROUNDING: &str = "within rounding of a singular state";
+
 /// A name on one line: control characters are spelled out.
 pub fn shown(name: &str) -> String {
     let spell = |letter: char| match letter.is_control() {

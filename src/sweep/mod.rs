@@ -13,11 +13,11 @@ use pennate_analysis::solution::{ProbeTable, Solution, stable, status_name};
 use pennate_analysis::sweep::{Answer, Case, Parameter, Plan};
 use pennate_models::error::InputError;
 use pennate_models::{Document, InputErrors, Model};
-use pennate_solver::history::Status;
+use pennate_solver::history::{Note, Status};
 
 use crate::explain;
 use crate::output::files::{WriteError, make_directory};
-use crate::output::text::shown;
+use crate::output::text::{WITHIN_ROUNDING, shown};
 
 use self::table::{Columns, Earlier, Journal, Manifest, Row};
 
@@ -282,6 +282,10 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Row {
     let unstable = solution.steps().find(|(_, step)| step.status == Status::Converged && step.stable == Some(false));
     if let (Some((name, _)), true) = (unstable, row.reason.is_empty()) {
         row.reason = format!("step '{}' ends in an unstable state", shown(name));
+    }
+    let undecided = solution.steps().find(|(_, step)| step.notes.contains(&Note::WithinRounding));
+    if let (Some((name, _)), true) = (undecided, row.reason.is_empty()) {
+        row.reason = format!("step '{}' ends {WITHIN_ROUNDING}", shown(name));
     }
     row
 }

@@ -28,6 +28,7 @@ mod held;
 mod jump;
 mod report;
 mod trace;
+mod verdict;
 
 use follow::{Course, Ramp};
 pub use guide::Guide;
@@ -44,6 +45,8 @@ pub trait OutOfPlane<const D: usize> {
     fn confirmed(&mut self, plane: &mut System<D>, known: usize) -> (Inertia, bool);
     /// The same without a second look.
     fn inertia(&mut self, plane: &mut System<D>) -> (Inertia, bool);
+    /// See [`System::hidden_signs`]: those of the network free to leave its plane.
+    fn hidden_signs(&mut self, plane: &mut System<D>) -> usize;
     /// The softest motion of the last of these.
     fn softest(&mut self) -> Vec<f64>;
     /// See [`System::singular_test`].
@@ -82,6 +85,8 @@ pub struct Path<'a, const D: usize> {
     inside: Vec<MemberId>,
     /// Pivots of the unloaded structure, as long as its assembly is the last one.
     at_rest: Option<Inertia>,
+    /// Whether rounding hides the sign of the lowest stiffness at the end of the last step.
+    undecided: bool,
 }
 
 /// Negative pivots in the equations and out of the plane, and the sign of the full determinant.
@@ -126,6 +131,7 @@ impl<'a, const D: usize> Path<'a, D> {
             base: Count::default(),
             inside: Vec::new(),
             at_rest: None,
+            undecided: false,
         };
         for support in &structure.supports {
             for component in 0..6 {
@@ -174,6 +180,7 @@ impl<'a, const D: usize> Path<'a, D> {
                         steps.is_empty().then_some(&Course::default()),
                         0.0,
                     );
+                    self.judge_end(&ramp, &mut record);
                 }
             }
             if let (Some(step), true) = (steps.get(index), going) {
@@ -211,9 +218,11 @@ impl<'a, const D: usize> Path<'a, D> {
                             self.follow(&ramp, &mut record, &mut watch, Some(&course), 0.0)
                         }
                     };
+                self.judge_end(&ramp, &mut record);
             } else if steps.is_empty() && !prestressed {
                 let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
                 going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()), 0.0);
+                self.judge_end(&ramp, &mut record);
             }
             if let Some(node) = self.system.endless_moment() {
                 record.notes.push(Note::EndlessMoment { node });

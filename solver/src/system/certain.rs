@@ -12,13 +12,16 @@
 use pennate_elements::beam::Ends;
 use pennate_elements::small::norm;
 
-use super::System;
 use super::scatter::add_local;
+use super::{MemberSlot, System};
 use crate::linear::Pivots;
 use crate::reduce;
 
 /// Rounding of a stiffness, over the largest of the terms that it is the difference of: a unit in their last place.
 const LAST_PLACE: f64 = f64::EPSILON;
+/// Pivot within a member, over the diagonal entry it came from, whose sign rounding may hide: the elimination of some ten
+/// elements leaves ten units in the last place in each of its ten operations.
+const HIDDEN: f64 = 100.0 * f64::EPSILON;
 
 impl<const D: usize> System<D> {
     /// Negative pivots of the last assembly that neither rounding nor the residual explains.
@@ -26,20 +29,37 @@ impl<const D: usize> System<D> {
     /// Costs two factorizations; the factors are those of the tangent again afterwards.
     pub fn certain_negative(&mut self) -> usize {
         let interior: usize = self.members.iter().map(|slot| self.packs[slot.pack].pivots(slot.lane).0).sum();
-        interior + self.released_negative + self.in_doubt(|_, pivots| pivots.negative)
+        interior + self.released_negative + self.in_doubt(1.0, |_, pivots| pivots.negative)
+    }
+
+    /// Motions of which rounding and the residual hide the sign of the stiffness at the last assembly, if none is negative for
+    /// certain; zero where one is.
+    ///
+    /// Costs two factorizations, and two more where there are any; the factors are those of the tangent again afterwards.
+    pub fn hidden_signs(&mut self) -> usize {
+        let lowest = |slot: &MemberSlot| self.packs[slot.pack].pivots(slot.lane).1;
+        let within = self.members.iter().filter(|slot| lowest(slot) <= HIDDEN).count();
+        let possible = within + self.in_doubt(-1.0, |_, pivots| pivots.negative + pivots.neutral);
+        if possible > 0 && self.certain_negative() == 0 { possible } else { 0 }
     }
 
     /// What rounding and residual may change the value of [`System::singular_test`] by at the last assembly.
     pub fn doubt(&mut self, b: &[f64]) -> Option<f64> {
         let here = self.singular_test(b)?;
-        let there = self.in_doubt(|system, _| system.singular_test(b))?;
+        let there = self.in_doubt(1.0, |system, _| system.singular_test(b))?;
         Some(there - here)
     }
 
-    /// Looks at the factors of the tangent with what may have been taken from it.
-    fn in_doubt<R>(&mut self, look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
+    /// Looks at the factors of the tangent with so many times what may have been taken from it.
+    fn in_doubt<R>(&mut self, times: f64, look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
         let values = self.linear.values.clone();
+        let own: Vec<f64> = (0..self.linear.size()).map(|i| self.linear.diagonal(i).abs()).collect();
+        self.linear.clear();
+        self.linear.shift(LAST_PLACE, &own);
         self.add_doubt();
+        for (doubt, value) in self.linear.values.iter_mut().zip(&values) {
+            *doubt = value + times * *doubt;
+        }
         let pivots = self.linear.factorize();
         let seen = look(self, pivots);
         self.linear.values = values;
@@ -47,11 +67,8 @@ impl<const D: usize> System<D> {
         seen
     }
 
-    /// Adds to the tangent what rounding and residual may have taken from it.
+    /// Adds what rounding of members and the residual may have taken from the tangent.
     fn add_doubt(&mut self) {
-        let size = self.linear.size();
-        let own: Vec<f64> = (0..size).map(|i| self.linear.diagonal(i).abs()).collect();
-        self.linear.shift(LAST_PLACE, &own);
         let active = self.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
         for index in 0..self.members.len() {

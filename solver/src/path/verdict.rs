@@ -1,0 +1,55 @@
+//! Whether rounding hides if the end of a step is stable.
+
+use super::Path;
+use super::follow::Ramp;
+use crate::history::{Note, Status, StepHistory};
+use crate::newton::{DETOUR, Start};
+use crate::structure::Dimension;
+
+/// Part of the ramp before the end of a step where a motion that needs no force needs none either; the stiffness that a load
+/// is about to take away is there, by a thousandth of what the load takes in all.
+const BEFORE_END: f64 = 1e-3;
+
+impl<const D: usize> Path<'_, D> {
+    /// Takes back the verdict on the end of a step where rounding hides the sign of the lowest stiffness.
+    ///
+    /// A motion that needs no force at all (a buckled round strut turns freely about its axis) has no sign to hide, neither
+    /// at the end nor a little before: it counts as neither, and takes no part in the verdict.
+    pub(super) fn judge_end(&mut self, ramp: &Ramp, record: &mut StepHistory) {
+        let before = std::mem::take(&mut self.undecided);
+        if record.increments.is_empty() || record.stable != Some(true) {
+            return;
+        }
+        let end = record.fraction;
+        if record.status != Status::Converged {
+            ramp.apply(&mut self.system, end);
+            self.system.assemble(false);
+        }
+        let hidden = self.hidden_signs(record.stability);
+        if hidden == 0 {
+            return;
+        }
+        self.system.save(DETOUR);
+        ramp.apply(&mut self.system, end - BEFORE_END);
+        let found = self.newton.solve(&mut self.system, Start::nearby()).is_ok();
+        let free = if found { self.hidden_signs(record.stability) } else { 0 };
+        self.system.restore(DETOUR);
+        ramp.apply(&mut self.system, end);
+        self.system.assemble(false);
+        if hidden > free || before {
+            self.undecided = true;
+            record.stable = None;
+            record.notes.retain(|note| *note != Note::TouchedSingular { fraction: end });
+            record.notes.push(Note::WithinRounding);
+        }
+    }
+
+    /// Motions of which rounding hides the sign of the stiffness at the last assembly.
+    fn hidden_signs(&mut self, space: Dimension) -> usize {
+        let own = self.system.hidden_signs();
+        match &mut self.lateral {
+            Some(lateral) if space == Dimension::Space => own.max(lateral.hidden_signs(&mut self.system)),
+            _ => own,
+        }
+    }
+}
