@@ -14,7 +14,7 @@ use crate::interpolation::Table;
 use crate::local_law::{Exact, LocalLaw};
 use crate::real::Real;
 use crate::rotation;
-use crate::small::{M3, V3, add, axpy, scale, sub, zeros};
+use crate::small::{self, M3, V3, add, axpy, scale, sub, zeros};
 use crate::space;
 
 /// A plane beam with one local law: components ux, uy and the angle.
@@ -438,11 +438,13 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
         turned
     }
 
+    #[inline]
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {
-        let [x, y, angle] = pose.map(|x| x.lane(lane));
+        let [x, y, angle] = small::lane(pose, lane);
         Placement { displacement: [x, y, 0.0], rotation: rotation::exp([0.0, 0.0, angle]), angle }
     }
 
+    #[inline]
     fn set_pose(pose: &mut Pose<T>, lane: usize, placement: &Placement) {
         pose[0].set_lane(lane, placement.displacement[0]);
         pose[1].set_lane(lane, placement.displacement[1]);

@@ -9,6 +9,26 @@ use crate::real::Real;
 pub type V3<T> = [T; 3];
 pub type M3<T> = [[T; 3]; 3];
 
+/// One lane of numbers that lie side by side.
+#[inline]
+pub fn lane<T: Real, const N: usize>(a: &[T; N], lane: usize) -> [f64; N] {
+    let mut own = [0.0; N];
+    for i in 0..N {
+        own[i] = a[i].lane(lane);
+    }
+    own
+}
+
+/// One lane of a matrix or of several vectors.
+#[inline]
+pub fn lanes<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N], index: usize) -> [[f64; M]; N] {
+    let mut own = [[0.0; M]; N];
+    for i in 0..N {
+        own[i] = lane(&a[i], index);
+    }
+    own
+}
+
 #[inline(always)]
 pub fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
     (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])

@@ -21,7 +21,7 @@ use crate::local_law::{Exact, LocalLaw, Softening};
 use crate::real::Real;
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
-    M3, V3, add, apply, axpy, cross, diagonal, dot, madd, mscale, mul, mul_skew, outer, plus_outer, rotate,
+    self, M3, V3, add, apply, axpy, cross, diagonal, dot, madd, mscale, mul, mul_skew, outer, plus_outer, rotate,
     rotate_symmetric, scale, scale_rows, skew, skew_tmul, sub, tapply, tmul, tmul_symmetric, transpose, zeros,
 };
 
@@ -582,14 +582,16 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         4.0 * (0.5 * turned.sqrt()).asin()
     }
 
+    #[inline]
     fn pose(pose: &Pose<T>, lane: usize) -> Placement {
         Placement {
-            displacement: pose.displacement.map(|x| x.lane(lane)),
-            rotation: pose.rotation.map(|x| x.lane(lane)),
+            displacement: small::lane(&pose.displacement, lane),
+            rotation: small::lane(&pose.rotation, lane),
             angle: 0.0,
         }
     }
 
+    #[inline]
     fn set_pose(pose: &mut Pose<T>, lane: usize, placement: &Placement) {
         for (component, value) in pose.displacement.iter_mut().zip(placement.displacement) {
             component.set_lane(lane, value);
@@ -600,7 +602,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
     }
 
     fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 6], lane: usize) -> Placement {
-        let axes = piece.axes.map(|row| row.map(|x| x.lane(lane)));
+        let axes = small::lanes(&piece.axes, lane);
         let (u, c) = split(&local);
         let carried = turn_less_identity(first.rotation, tapply(&axes, &reference));
         let shifted = rotation::turn(first.rotation, tapply(&axes, &u));

@@ -125,6 +125,7 @@ impl Symmetric {
     }
 
     /// Where the entry lies in `values`; `None` above the diagonal or outside the pattern.
+    #[inline]
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
         let pattern = &self.analysis.pattern;
         let range = pattern.col_ptr()[column]..pattern.col_ptr()[column + 1];

@@ -110,8 +110,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 }
             };
             for i in 0..Self::INNER_NODES {
-                let local = self.state.local[element * P + i];
-                let local = std::array::from_fn(|d| local[d].lane(lane));
+                let local = lanes::lane(&self.state.local[element * P + i], lane);
                 let reference = lanes::lane_of(&self.reference(element, i), lane);
                 take(self.table.integrals[i], B::interior(piece, &first, reference, local, lane).displacement);
             }

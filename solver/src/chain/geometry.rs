@@ -4,7 +4,10 @@ use pennate_elements::beam::Piece;
 use pennate_elements::interpolation::{Table, gauss, node};
 use pennate_elements::real::Real;
 use pennate_elements::rotation;
-use pennate_elements::small::{M3, V3, apply, axpy, scale};
+use pennate_elements::small::{M3, V3, apply, axpy, scale, tmul, zeros};
+
+use super::{ChainMesh, SegmentMesh};
+use crate::structure::Fibres;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Curve<T, const P: usize> {
@@ -31,10 +34,12 @@ impl Bent {
 
     pub fn curve<const P: usize>(&self) -> Curve<f64, P> {
         let (points, _) = gauss::<P>();
-        Curve {
-            frames: std::array::from_fn(|g| self.frame(points[g] * self.length)),
-            nodes: std::array::from_fn(|i| self.position(node(i + 1, P) * self.length)),
+        let mut curve = Curve { frames: [zeros(); P], nodes: [[0.0; 3]; P] };
+        for i in 0..P {
+            curve.frames[i] = self.frame(points[i] * self.length);
+            curve.nodes[i] = self.position(node(i + 1, P) * self.length);
         }
+        curve
     }
 
     pub fn piece<const P: usize>(&self, axes: &M3<f64>) -> Piece<f64> {
@@ -54,7 +59,81 @@ impl Bent {
     }
 }
 
-pub(super) fn set_piece<T: Real>(piece: &mut Piece<T>, lane: usize, value: &Piece<f64>) {
+/// What the elements of the members of a pack are before anything acts on them.
+pub(super) struct Geometry<T, const P: usize> {
+    pub pieces: Vec<Piece<T>>,
+    /// Empty for straight members.
+    pub curves: Vec<Curve<T, P>>,
+    /// Segment of every element.
+    pub segment_of: Vec<usize>,
+    /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
+    pub fibres: Vec<[T; 3]>,
+    pub total_length: T,
+}
+
+impl<T: Real, const P: usize> Geometry<T, P> {
+    /// The last member is repeated in the lanes where there are fewer.
+    pub fn new(meshes: &[ChainMesh]) -> Self {
+        let first = &meshes[0];
+        let mut segment_of = Vec::new();
+        for (index, segment) in first.segments.iter().enumerate() {
+            segment_of.resize(segment_of.len() + segment.elements, index);
+        }
+        let elements = segment_of.len();
+        let curved = is_curved(meshes);
+        let mut pieces = vec![Piece::default(); elements];
+        let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
+        let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
+        let mut total_length = T::zero();
+        let mut fibres = vec![[T::zero(); 3]; first.segments.len()];
+        for lane in 0..T::LANES {
+            let mesh = &meshes[lane.min(meshes.len() - 1)];
+            set_fibres(&mut fibres, lane, mesh);
+            let mut axes = mesh.axes;
+            let mut total = 0.0;
+            for (e, &segment) in segment_of.iter().enumerate() {
+                let SegmentMesh { length, elements, curvature, .. } = mesh.segments[segment];
+                let length = length / elements as f64;
+                total += length;
+                let bent = Bent { length, curvature };
+                set_piece(&mut pieces[e], lane, &bent.piece::<P>(&axes));
+                if curved {
+                    let curve = bent.curve::<P>();
+                    for g in 0..P {
+                        for i in 0..3 {
+                            curves[e].nodes[g][i].set_lane(lane, curve.nodes[g][i]);
+                            for j in 0..3 {
+                                curves[e].frames[g][i][j].set_lane(lane, curve.frames[g][i][j]);
+                            }
+                        }
+                    }
+                }
+                axes = tmul(&bent.frame(length), &axes);
+            }
+            total_length.set_lane(lane, total);
+        }
+        Self { pieces, curves, segment_of, fibres, total_length }
+    }
+}
+
+fn is_curved(meshes: &[ChainMesh]) -> bool {
+    meshes.iter().flat_map(|mesh| &mesh.segments).any(|segment| segment.curvature != [0.0; 3])
+}
+
+pub(super) fn members_of(meshes: &[ChainMesh]) -> Vec<usize> {
+    meshes.iter().map(|mesh| mesh.member).collect()
+}
+
+fn set_fibres<T: Real>(fibres: &mut [[T; 3]], lane: usize, mesh: &ChainMesh) {
+    for (own, segment) in fibres.iter_mut().zip(&mesh.segments) {
+        let Fibres { distance: [second, third], corner } = segment.fibres;
+        own[0].set_lane(lane, second);
+        own[1].set_lane(lane, third);
+        own[2].set_lane(lane, f64::from(u8::from(corner)));
+    }
+}
+
+fn set_piece<T: Real>(piece: &mut Piece<T>, lane: usize, value: &Piece<f64>) {
     piece.length.set_lane(lane, value.length);
     for i in 0..3 {
         piece.chord[i].set_lane(lane, value.chord[i]);

@@ -8,7 +8,7 @@
 use pennate_elements::beam::{Beam, Condensed, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
-use pennate_elements::small::{M3, V3, add, axpy, scale, sub, tmul, zeros};
+use pennate_elements::small::{M3, V3, add, axpy, scale, sub, zeros};
 
 use crate::history::{MemberShape, SectionForces, Variation};
 use crate::structure::Fibres;
@@ -32,7 +32,7 @@ mod variation;
 use dashpots::Dashpots;
 pub use element::ElementState;
 pub(crate) use geometry::Bent;
-use geometry::{Curve, set_piece};
+use geometry::{Curve, Geometry, members_of};
 pub use held::HeldForce;
 pub use measures::Measures;
 use size::Sizes;
@@ -264,48 +264,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Chains of as many members as `T` has lanes (the last is repeated where there are fewer), all of equal mesh.
     pub fn new(meshes: &[ChainMesh]) -> Self {
-        let first = &meshes[0];
-        let segment_of: Vec<usize> =
-            first.segments.iter().enumerate().flat_map(|(i, s)| std::iter::repeat_n(i, s.elements)).collect();
+        let Geometry { pieces, curves, segment_of, fibres, total_length } = Geometry::<T, P>::new(meshes);
         let elements = segment_of.len();
-        let curved = meshes.iter().flat_map(|m| &m.segments).any(|s| s.curvature != [0.0; 3]);
-        let mut pieces = vec![Piece::default(); elements];
-        let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
-        let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
-        let mut total_length = T::zero();
-        let mut fibres = vec![[T::zero(); 3]; first.segments.len()];
-        for lane in 0..T::LANES {
-            let mesh = &meshes[lane.min(meshes.len() - 1)];
-            for (own, segment) in fibres.iter_mut().zip(&mesh.segments) {
-                let Fibres { distance: [second, third], corner } = segment.fibres;
-                own[0].set_lane(lane, second);
-                own[1].set_lane(lane, third);
-                own[2].set_lane(lane, f64::from(u8::from(corner)));
-            }
-            let mut axes = mesh.axes;
-            let mut total = 0.0;
-            for (e, &segment) in segment_of.iter().enumerate() {
-                let SegmentMesh { length, elements, curvature, .. } = mesh.segments[segment];
-                let length = length / elements as f64;
-                total += length;
-                let bent = Bent { length, curvature };
-                set_piece(&mut pieces[e], lane, &bent.piece::<P>(&axes));
-                if curved {
-                    let curve = bent.curve::<P>();
-                    for g in 0..P {
-                        for i in 0..3 {
-                            curves[e].nodes[g][i].set_lane(lane, curve.nodes[g][i]);
-                            for j in 0..3 {
-                                curves[e].frames[g][i][j].set_lane(lane, curve.frames[g][i][j]);
-                            }
-                        }
-                    }
-                }
-                axes = tmul(&bent.frame(length), &axes);
-            }
-            total_length.set_lane(lane, total);
-        }
-        let segments = first.segments.len();
+        let segments = meshes[0].segments.len();
         let state = ChainState {
             nodes: vec![B::Pose::default(); elements + 1],
             local: vec![[T::zero(); D]; elements * P],
@@ -315,7 +276,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let o = T::zero();
         let factor = NodeFactor { left: zeros(), next: zeros(), rest: [o; D] };
         Self {
-            members: meshes.iter().map(|m| m.member).collect(),
+            members: members_of(meshes),
             table: Table::new(),
             pieces,
             curves,
@@ -387,8 +348,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn element_length(&self, lane: usize, segment: usize) -> f64 {
-        let first = self.segment_of.partition_point(|&s| s < segment);
-        self.pieces[first].length.lane(lane)
+        self.pieces[first_of(&self.segment_of, segment)].length.lane(lane)
     }
 
     fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
@@ -581,16 +541,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn elements_of(&self, segment: usize) -> (usize, usize) {
-        let first = self.segment_of.partition_point(|&s| s < segment);
-        (first, self.segment_of.partition_point(|&s| s <= segment) - first)
+        let first = first_of(&self.segment_of, segment);
+        (first, first_of(&self.segment_of, segment + 1) - first)
     }
 
     fn spans(&self, lane: usize) -> Vec<f64> {
-        let ends = self.pieces.iter().scan(0.0, |at, piece| {
-            *at += piece.length.lane(lane);
-            Some(*at)
-        });
-        std::iter::once(0.0).chain(ends).collect()
+        let mut ends = Vec::with_capacity(self.pieces.len() + 1);
+        let mut at = 0.0;
+        ends.push(at);
+        for piece in &self.pieces {
+            at += piece.length.lane(lane);
+            ends.push(at);
+        }
+        ends
     }
 
     fn variations(&self, lane: usize) -> Vec<Variation> {
@@ -673,6 +636,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces> {
         self.sections_impl(lane, origin, force, moment)
     }
+}
+
+/// First element of a segment; the number of all elements where there is no such segment.
+fn first_of(segment_of: &[usize], segment: usize) -> usize {
+    segment_of.partition_point(|&s| s < segment)
 }
 
 fn copy<Pose: Copy, T: Copy, const D: usize>(from: &ChainState<Pose, T, D>, to: &mut ChainState<Pose, T, D>) {

@@ -201,7 +201,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn initial_curvature(&self, e: usize, lane: usize) -> V3<f64> {
         let Some(curve) = self.curves.get(e) else { return [0.0; 3] };
         let s = self.table.points[0] * self.pieces[e].length.lane(lane);
-        let frame = curve.frames[0].map(|row| lanes::lane(&row, lane));
+        let frame = lanes(&curve.frames[0], lane);
         let axis = [frame[2][1] - frame[1][2], frame[0][2] - frame[2][0], frame[1][0] - frame[0][1]];
         let sine = 0.5 * norm(axis);
         let cosine = 0.5 * (frame[0][0] + frame[1][1] + frame[2][2] - 1.0);

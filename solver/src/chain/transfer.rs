@@ -131,10 +131,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             .zip(stress.downcast_ref::<Vec<[T; D]>>());
         let Some(((nodes, local), stress)) = kinds else { return false };
         let order = coarse.order();
-        let weights = [
-            std::array::from_fn(|i| node_weights(order, node(i + 1, P))),
-            std::array::from_fn(|i| point_weights(coarse.points(), self.table.points[i])),
-        ];
+        let weights = self.weights_of(order, coarse.points());
         T::run(Enrich { chain: self, order, nodes, local, stress, weights });
         true
     }
@@ -143,18 +140,23 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         InLanes { nodes: &self.state.nodes, local: &self.state.local, stress: &self.state.stress }
     }
 
+    /// Weights of the nodes and of the Gauss points of another order, at every node and point of this one.
+    fn weights_of(&self, order: usize, points: &[f64]) -> [[[f64; MOST]; P]; 2] {
+        let mut weights = [[[0.0; MOST]; P]; 2];
+        for i in 0..P {
+            weights[0][i] = node_weights(order, node(i + 1, P));
+            weights[1][i] = point_weights(points, self.table.points[i]);
+        }
+        weights
+    }
+
     /// Takes over the state of a member of the same elements and another order.
     fn enrich(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
         for index in 0..self.state.nodes.len() {
             B::set_pose(&mut self.state.nodes[index], lane, &coarse.element_end(from, index));
         }
         let order = coarse.order();
-        let mut at_nodes = [[0.0; MOST]; P];
-        let mut at_points = [[0.0; MOST]; P];
-        for i in 0..P {
-            at_nodes[i] = node_weights(order, node(i + 1, P));
-            at_points[i] = point_weights(coarse.points(), self.table.points[i]);
-        }
+        let [at_nodes, at_points] = self.weights_of(order, coarse.points());
         for e in 0..self.frames.len() {
             let field = coarse.field(from, e);
             for i in 0..P {
@@ -219,7 +221,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn unloaded(&self, lane: usize, element: usize, s: f64) -> V3<f64> {
         let piece = &self.pieces[element];
         if self.curves.is_empty() {
-            return scale(s, piece.chord.map(|x| x.lane(lane)));
+            return scale(s, lanes::lane(&piece.chord, lane));
         }
         let bent = Bent { length: piece.length.lane(lane), curvature: self.initial_curvature(element, lane) };
         bent.position(s * bent.length)

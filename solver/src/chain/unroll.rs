@@ -44,7 +44,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     #[inline(always)]
     fn predict_all(&mut self, slots: [usize; 2], ratio: T) {
-        let [a, b] = slots.map(|slot| &self.saved[slot]);
+        let [a, b] = [&self.saved[slots[0]], &self.saved[slots[1]]];
         for i in 0..self.state.local.len() {
             self.state.local[i] = add(b.local[i], scale(ratio, sub(b.local[i], a.local[i])));
             self.state.stress[i] = add(b.stress[i], scale(ratio, sub(b.stress[i], a.stress[i])));
@@ -81,9 +81,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut chord: V3<f64> = [0.0; 3];
         for (e, piece) in self.pieces.iter().enumerate() {
             let local = lanes::lane(&self.state.local[e * P + P - 1], lane);
-            let own = piece.chord.map(|x| x.lane(lane));
+            let own = lanes::lane(&piece.chord, lane);
             last = B::interior(piece, &last, own, local, lane);
-            chord = add(chord, tapply(&piece.axes.map(|row| row.map(|x| x.lane(lane))), &own));
+            chord = add(chord, tapply(&lanes::lanes(&piece.axes, lane), &own));
         }
         if end == 1 {
             return last;

@@ -18,6 +18,7 @@ pub struct JointState {
 
 impl JointState {
     /// Displacement of a point of the joint.
+    #[inline]
     pub fn point(&self, arm: V3<f64>) -> V3<f64> {
         add(self.place.displacement, rotation::turn_less_identity(self.place.rotation, arm))
     }

@@ -86,10 +86,11 @@ impl<const D: usize> System<D> {
                 sections.made_of = Some(made_of);
                 sections.noise = [0.0; 2];
                 let chain = &mut self.packs[slot.pack];
+                let member_length = member.length();
                 for (segment, description) in member.segments.iter().enumerate() {
                     let section = structure.laws[description.law].at(made_of.control);
                     let length = chain.element_length(slot.lane, segment);
-                    let lengths = [length, member.length()];
+                    let lengths = [length, member_length];
                     let moduli = packs::moduli(&section, chain.formulation(), lengths, &slot.turn, self.auxiliary);
                     self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
                     sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
