@@ -91,6 +91,7 @@ pub struct Local<T, const D: usize, const P: usize> {
 }
 
 impl<T: Real, const D: usize, const P: usize> Local<T, D, P> {
+    #[inline(always)]
     pub fn zero() -> Self {
         let o = T::zero();
         Self { tangent: [[[[o; D]; D]; P]; P], gradient: [[o; D]; P], mixed_end: [o; D], energy: o }

@@ -397,7 +397,12 @@ pub fn recover<const D: usize>(
     factor: &ReleaseFactor,
     nodes: &[[f64; 6]; 2],
 ) -> ([[f64; D]; 2], [f64; MAX_FREE]) {
-    let mut ends: [[f64; D]; 2] = std::array::from_fn(|e| std::array::from_fn(|i| nodes[e][active[i]]));
+    let mut ends = [[0.0; D]; 2];
+    for (end, node) in ends.iter_mut().zip(nodes) {
+        for i in 0..D {
+            end[i] = node[active[i]];
+        }
+    }
     let mut moves = [0.0; MAX_FREE];
     let count = factor.counts[0] + factor.counts[1];
     for a in 0..count {

@@ -38,8 +38,9 @@ impl<const D: usize> System<D> {
         let topology = self.topology.clone();
         // Increments of the ends, at the state before the move.
         for index in 0..self.members.len() {
-            let nodes = structure.members[index].nodes;
-            let moves: [[f64; 6]; 2] = nodes.map(|n| self.node_motion(&topology.links[n], &motions));
+            let [first, last] = structure.members[index].nodes;
+            let motion = |node: usize| self.node_motion(&topology.links[node], &motions);
+            let moves = [motion(first), motion(last)];
             let kinds = [&topology.ends[index][0], &topology.ends[index][1]];
             let slot = &mut self.members[index];
             let (ends, free) = reduce::recover(&active, kinds, &slot.factor, &moves);

@@ -1,0 +1,13 @@
+//! Paths, singular points, stability and spectra.
+
+#[path = "../network/mod.rs"]
+mod network;
+
+mod batch;
+mod buckling;
+mod chains;
+mod critical_points;
+mod guide;
+mod modes;
+mod verdict;
+mod verdicts;
