@@ -1,6 +1,0 @@
-//! Published problems, scenes and measured data.
-
-mod prb;
-mod published;
-mod scenes;
-mod strut;
