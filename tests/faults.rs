@@ -431,7 +431,9 @@ fn an_interrupt_keeps_the_steps_before_and_pictures() {
         let fraction = results["steps"][1]["fraction"].as_f64().unwrap();
         assert!(fraction > 0.0 && fraction < 1.0, "{fraction}");
         assert!(!output.stdout.is_empty());
+        if arguments[0].starts_with("--vtk") {
+            let pictures = well_formed(&fs::read_to_string(out.join("strut.pvd")).unwrap());
+            assert!(pictures.len() > 2 && pictures.iter().all(|file| out.join(file).is_file()), "{pictures:?}");
+        }
     }
-    let pictures = well_formed(&fs::read_to_string(out.join("strut.pvd")).unwrap());
-    assert!(pictures.len() > 2 && pictures.iter().all(|file| out.join(file).is_file()), "{pictures:?}");
 }
