@@ -51,6 +51,7 @@ ask() {
             answer "$into/buckle/$file" buckle "$file" -o @ --accuracy 0.5 --count 3
         fi
     done < <(grep -lrE '^ *"?format"? *[=:] *"pennate/1"' models validation tests --include='*.toml' --include='*.json' | sort)
+    answer "$into/schema" schema
     "$program" scene | sed -n 's/^\([a-z_0-9]\{1,\}\) .*/\1/p' >"$into/scenes"
     while read -r scene; do
         "$program" scene "$scene" >"$into/scene.toml"
