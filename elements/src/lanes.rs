@@ -3,6 +3,8 @@
 //! The only `unsafe` of the crate. Products that are added are rounded once, together with the sum, so that a member
 //! gets the same digits in a lane and alone up to rounding.
 
+#![allow(unsafe_code, reason = "instructions that not every processor has are unsafe to call")]
+
 #[cfg(target_arch = "x86_64")]
 use crate::real::Real;
 

@@ -5,6 +5,8 @@
 //! What is wrong is listed by its seed, and ends the program with status 1; `-- show SEED` prints the file of a seed, and
 //! `-- show SEED solve` the one to be solved.
 
+#![allow(unsafe_code, reason = "an allocator that counts")]
+
 mod corpus;
 mod mutate;
 mod trial;

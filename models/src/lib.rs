@@ -19,6 +19,8 @@
 //! # Ok::<(), pennate_models::InputErrors>(())
 //! ```
 
+#![warn(unreachable_pub)]
+
 use std::path::{Path, PathBuf};
 
 pub mod discretize;

@@ -7,7 +7,7 @@ use super::{Expression, ExpressionError, FUNCTIONS, Function, Operation, Referen
 const DEPTH_LIMIT: usize = 100;
 
 /// Compiles a text.
-pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
+pub(crate) fn parse(text: &str) -> Result<Expression, ExpressionError> {
     let tokens = tokenize(text)?;
     let out = Expression { operations: Vec::new(), names: Vec::new() };
     let mut parser = Parser { tokens, at: 0, end: text.len(), depth: 0, out };

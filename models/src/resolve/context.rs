@@ -16,49 +16,49 @@ use crate::unit::{self, Kind, Unit};
 const LIMIT: f64 = 1e100;
 
 /// The state of a reading.
-pub struct Context {
-    pub errors: Vec<InputError>,
-    pub warnings: Vec<Warning>,
-    pub sources: Vec<Source>,
+pub(crate) struct Context {
+    pub(crate) errors: Vec<InputError>,
+    pub(crate) warnings: Vec<Warning>,
+    pub(crate) sources: Vec<Source>,
     /// Where files that the network refers to are looked for.
-    pub directory: PathBuf,
-    pub units: Units,
+    pub(crate) directory: PathBuf,
+    pub(crate) units: Units,
     /// `None` where evaluating the parameter failed: no message about what depends on it.
-    pub parameters: HashMap<String, Option<Quantity>>,
-    pub parameter_names: Vec<String>,
+    pub(crate) parameters: HashMap<String, Option<Quantity>>,
+    pub(crate) parameter_names: Vec<String>,
     /// The path that a member is a part of, by the name of the member.
-    pub paths: HashMap<String, String>,
+    pub(crate) paths: HashMap<String, String>,
 }
 
 /// Names of one kind of thing, in the order of the file.
 #[derive(Clone, Debug, Default)]
-pub struct Names {
+pub(crate) struct Names {
     what: &'static str,
     order: Vec<String>,
     index: HashMap<String, usize>,
 }
 
 impl Names {
-    pub fn new<'a>(what: &'static str, names: impl Iterator<Item = &'a str>) -> Self {
+    pub(crate) fn new<'a>(what: &'static str, names: impl Iterator<Item = &'a str>) -> Self {
         let order: Vec<String> = names.map(str::to_owned).collect();
         let index = order.iter().enumerate().map(|(index, name)| (name.clone(), index)).collect();
         Self { what, order, index }
     }
 
-    pub fn get(&self, name: &str) -> Option<usize> {
+    pub(crate) fn get(&self, name: &str) -> Option<usize> {
         self.index.get(name).copied()
     }
 
-    pub fn of(&self, index: usize) -> &str {
+    pub(crate) fn of(&self, index: usize) -> &str {
         &self.order[index]
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &str> {
         self.order.iter().map(String::as_str)
     }
 
     /// Index of a name, or an error that says who refers to what is not there.
-    pub fn find(&self, name: &str, span: Span, owner: &str, cx: &mut Context) -> Option<usize> {
+    pub(crate) fn find(&self, name: &str, span: Span, owner: &str, cx: &mut Context) -> Option<usize> {
         let found = self.get(name);
         if found.is_none() && !cx.has_many_errors() {
             cx.error(
@@ -72,7 +72,7 @@ impl Names {
     }
 
     /// The two different names of a list; `help` says how it is written.
-    pub fn pair(
+    pub(crate) fn pair(
         &self,
         list: &Spanned<Vec<Spanned<String>>>,
         owner: &str,
@@ -108,7 +108,7 @@ fn plural(what: &str) -> String {
 }
 
 impl Context {
-    pub fn new(directory: PathBuf) -> Self {
+    pub(crate) fn new(directory: PathBuf) -> Self {
         Self {
             errors: Vec::new(),
             warnings: Vec::new(),
@@ -122,25 +122,25 @@ impl Context {
     }
 
     /// Whether more messages of one kind help nobody: looking for likely names takes time.
-    pub fn has_many_errors(&self) -> bool {
+    pub(crate) fn has_many_errors(&self) -> bool {
         self.errors.len() >= 100
     }
 
-    pub fn error(&mut self, error: InputError) {
+    pub(crate) fn error(&mut self, error: InputError) {
         self.errors.push(error);
     }
 
-    pub fn warn(&mut self, warning: Warning) {
+    pub(crate) fn warn(&mut self, warning: Warning) {
         self.warnings.push(warning);
     }
 
     /// Everything found wrong.
-    pub fn into_errors(self) -> InputErrors {
+    pub(crate) fn into_errors(self) -> InputErrors {
         InputErrors { errors: self.errors, sources: self.sources }
     }
 
     /// Place of a part of a text value; the whole value where escapes hide the part.
-    pub fn inside(&self, span: Span, text: &str, part: Range<usize>) -> Span {
+    pub(crate) fn inside(&self, span: Span, text: &str, part: Range<usize>) -> Span {
         let written = self.sources.get(span.file).and_then(|source| source.text.get(span.start..span.end));
         let Some(at) = written.and_then(|written| written.find(text)) else { return span };
         let start = span.start + at;
@@ -150,7 +150,7 @@ impl Context {
     }
 
     /// A quantity of a kind in the file's units; angles in radians.
-    pub fn number(&mut self, number: &Number, kind: Kind) -> Option<f64> {
+    pub(crate) fn number(&mut self, number: &Number, kind: Kind) -> Option<f64> {
         let value = match &number.value {
             Written::Bare(value) => *value,
             Written::Text(text) if text.trim_start().starts_with('=') => {
@@ -179,7 +179,7 @@ impl Context {
     }
 
     /// A pressure in a unit: bare numbers are in it, texts and parameters with another unit are converted.
-    pub fn pressure(&mut self, number: &Number, unit: &Unit) -> Option<f64> {
+    pub(crate) fn pressure(&mut self, number: &Number, unit: &Unit) -> Option<f64> {
         let value = match &number.value {
             Written::Bare(value) => *value,
             Written::Text(text) if text.trim_start().starts_with('=') => {
@@ -215,7 +215,7 @@ impl Context {
     }
 
     /// Contraction per pressure, in the inverse of a unit.
-    pub fn inverse_pressure(&mut self, number: &Number, unit: &Unit) -> Option<f64> {
+    pub(crate) fn inverse_pressure(&mut self, number: &Number, unit: &Unit) -> Option<f64> {
         match &number.value {
             Written::Text(text) if !text.trim_start().starts_with('=') => {
                 let (value, given) = self.quantity(text, number.span, Kind::InversePressure)?;
@@ -262,7 +262,7 @@ impl Context {
     }
 
     /// A count of something, written or worked out.
-    pub fn count(&mut self, counted: &Spanned<Counted>) -> Option<usize> {
+    pub(crate) fn count(&mut self, counted: &Spanned<Counted>) -> Option<usize> {
         let text = match &counted.value {
             Counted::Bare(count) => return Some(count.0),
             Counted::Expression(text) => text,
@@ -324,7 +324,7 @@ impl Context {
     }
 
     /// A quantity that must be greater than zero.
-    pub fn positive(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
+    pub(crate) fn positive(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
         let value = self.number(number, kind)?;
         if value >= LIMIT.recip() {
             return Some(value);
@@ -344,7 +344,7 @@ impl Context {
     }
 
     /// A quantity that must not be negative.
-    pub fn not_negative(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
+    pub(crate) fn not_negative(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
         let value = self.number(number, kind)?;
         if value >= 0.0 {
             return Some(value);
@@ -357,7 +357,7 @@ impl Context {
     }
 
     /// A list of two or three components; the third is zero where it is left out.
-    pub fn vector(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: &str) -> Option<[f64; 3]> {
+    pub(crate) fn vector(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: &str) -> Option<[f64; 3]> {
         if !(2..=3).contains(&list.value.len()) {
             let count = list.value.len();
             self.error(
@@ -371,7 +371,7 @@ impl Context {
     }
 
     /// A list of three components.
-    pub fn triple(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: &str) -> Option<[f64; 3]> {
+    pub(crate) fn triple(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: &str) -> Option<[f64; 3]> {
         if list.value.len() != 3 {
             let count = list.value.len();
             self.error(
@@ -384,7 +384,7 @@ impl Context {
     }
 
     /// A direction as a unit vector.
-    pub fn direction(&mut self, list: &Spanned<Vec<Number>>, what: &str) -> Option<Vector3<f64>> {
+    pub(crate) fn direction(&mut self, list: &Spanned<Vec<Number>>, what: &str) -> Option<Vector3<f64>> {
         let vector = Vector3::from(self.vector(list, Kind::Pure, what)?);
         let largest = vector.amax();
         if largest == 0.0 {
@@ -399,9 +399,9 @@ impl Context {
 }
 
 /// Place of what was set from outside.
-pub const SETTING: Span = Span { file: usize::MAX, start: 0, end: 0 };
+pub(crate) const SETTING: Span = Span { file: usize::MAX, start: 0, end: 0 };
 
 /// An error at a place; without one where the span is that of a setting.
-pub fn place(error: InputError, span: Span) -> InputError {
+pub(crate) fn place(error: InputError, span: Span) -> InputError {
     if span == SETTING { error } else { error.at(span) }
 }

@@ -9,7 +9,7 @@ use crate::input::read::Spanned;
 use crate::unit::Kind;
 
 /// Method, branch and stop of a step.
-pub fn course(step: &input::Step, nodes: &Names, cx: &mut Context) -> (Method, Branch, Option<Stop>) {
+pub(crate) fn course(step: &input::Step, nodes: &Names, cx: &mut Context) -> (Method, Branch, Option<Stop>) {
     let method = match &step.method {
         None | Some(Spanned { value: input::Method::Newton, .. }) => Method::Newton,
         Some(Spanned { value: input::Method::ArcLength, .. }) => Method::ArcLength,

@@ -3,14 +3,14 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Material axes as columns: tangent, axis 2, axis 3.
-pub type Frame = Matrix3<f64>;
+pub(crate) type Frame = Matrix3<f64>;
 
 /// Below this sine two directions count as parallel.
 const PARALLEL: f64 = 1e-6;
 
 /// Material axes for a unit tangent: axis 2 is `orientation` made normal to it; by default global z × tangent,
 /// and global y where the tangent is along z. `None` where the orientation is along the tangent.
-pub fn frame(tangent: Vector3<f64>, orientation: Option<Vector3<f64>>) -> Option<Frame> {
+pub(crate) fn frame(tangent: Vector3<f64>, orientation: Option<Vector3<f64>>) -> Option<Frame> {
     let towards = orientation.map(|direction| direction.normalize()).unwrap_or_else(|| {
         let across = Vector3::z().cross(&tangent);
         if across.norm() < PARALLEL { Vector3::y() } else { across.normalize() }
@@ -24,21 +24,21 @@ pub fn frame(tangent: Vector3<f64>, orientation: Option<Vector3<f64>>) -> Option
 }
 
 /// The columns of a frame as arrays.
-pub fn columns(frame: &Frame) -> [[f64; 3]; 3] {
+pub(crate) fn columns(frame: &Frame) -> [[f64; 3]; 3] {
     std::array::from_fn(|axis| frame.column(axis).into_owned().into())
 }
 
 /// A circular arc by its start.
 #[derive(Clone, Copy, Debug)]
-pub struct Arc {
-    pub tangent: Vector3<f64>,
+pub(crate) struct Arc {
+    pub(crate) tangent: Vector3<f64>,
     /// Curvature vector in global axes: along the normal of the plane of the arc.
-    pub curvature: Vector3<f64>,
-    pub length: f64,
+    pub(crate) curvature: Vector3<f64>,
+    pub(crate) length: f64,
 }
 
 /// The arc from `start` through a point to `end`; `None` where the three are in one line.
-pub fn arc(start: Vector3<f64>, point: Vector3<f64>, end: Vector3<f64>) -> Option<Arc> {
+pub(crate) fn arc(start: Vector3<f64>, point: Vector3<f64>, end: Vector3<f64>) -> Option<Arc> {
     let (first, second, chord) = (point - start, end - point, end - start);
     let across = first.cross(&chord);
     let doubled_area = across.norm();
@@ -55,7 +55,7 @@ pub fn arc(start: Vector3<f64>, point: Vector3<f64>, end: Vector3<f64>) -> Optio
 }
 
 /// Moves along a rod of constant curvature: returns the way travelled, in global axes, and the frame at its end.
-pub fn travel(frame: &Frame, curvature: Vector3<f64>, length: f64) -> (Vector3<f64>, Frame) {
+pub(crate) fn travel(frame: &Frame, curvature: Vector3<f64>, length: f64) -> (Vector3<f64>, Frame) {
     let angle = curvature.norm() * length;
     let along = Vector3::x() * length;
     if angle == 0.0 {

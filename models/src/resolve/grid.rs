@@ -5,13 +5,13 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 /// Nodes by cell: what is within reach lies in the same cell or beside it.
-pub struct Grid {
+pub(crate) struct Grid {
     reach: f64,
     cells: HashMap<[u64; 3], Vec<usize>>,
 }
 
 impl Grid {
-    pub fn new(reach: f64) -> Self {
+    pub(crate) fn new(reach: f64) -> Self {
         Self { reach, cells: HashMap::new() }
     }
 
@@ -23,12 +23,12 @@ impl Grid {
         })
     }
 
-    pub fn add(&mut self, place: Vector3<f64>, node: usize) {
+    pub(crate) fn add(&mut self, place: Vector3<f64>, node: usize) {
         self.cells.entry(key(self.cell(place))).or_default().push(node);
     }
 
     /// The nodes that may be within reach of a place, all that are among them.
-    pub fn near(&self, place: Vector3<f64>) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn near(&self, place: Vector3<f64>) -> impl Iterator<Item = usize> + '_ {
         let middle = self.cell(place);
         // Numbers of which the next is the same have no other cell beside them.
         let steps = move |axis: usize| {

@@ -13,13 +13,13 @@ use crate::unit::Kind;
 
 /// The bodies, and which of them each node belongs to.
 #[derive(Default)]
-pub struct Bodies {
-    pub bodies: Vec<Body>,
-    pub of_node: Vec<Option<usize>>,
+pub(crate) struct Bodies {
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) of_node: Vec<Option<usize>>,
 }
 
 impl Bodies {
-    pub fn resolve(
+    pub(crate) fn resolve(
         bodies: Option<&Map<Spanned<input::RigidBody>>>,
         names: &Names,
         count: usize,
@@ -51,7 +51,7 @@ impl Bodies {
     }
 
     /// The node whose rotation is that of a node: the reference of its body.
-    pub fn turns_with(&self, node: usize) -> usize {
+    pub(crate) fn turns_with(&self, node: usize) -> usize {
         self.of_node[node].map_or(node, |body| self.bodies[body].reference)
     }
 }
@@ -86,7 +86,7 @@ fn body(named: &Named<Spanned<input::RigidBody>>, names: &Names, cx: &mut Contex
 }
 
 /// Which of the six components are held.
-pub fn fixed(fix: &Fix) -> [bool; 6] {
+pub(crate) fn fixed(fix: &Fix) -> [bool; 6] {
     let mut fixed = [false; 6];
     match fix {
         Fix::Word(SupportWord::Clamped) => fixed = [true; 6],
@@ -97,7 +97,7 @@ pub fn fixed(fix: &Fix) -> [bool; 6] {
 }
 
 /// The supports, each with the place of its definition.
-pub fn supports(
+pub(crate) fn supports(
     supports: Option<&Map<Spanned<input::Support>>>,
     names: &Names,
     bodies: &Bodies,
@@ -144,7 +144,7 @@ pub fn supports(
 /// Makes pins of a plane network what they are there: pins about z, which hold rotations about x and y.
 ///
 /// Nothing of that counts in the plane; it is heeded where stability is judged out of it.
-pub fn pin_about_z(written: Option<&Map<Spanned<input::Support>>>, names: &Names, supports: &mut [Support]) {
+pub(crate) fn pin_about_z(written: Option<&Map<Spanned<input::Support>>>, names: &Names, supports: &mut [Support]) {
     let is_pin = |support: &input::Support| {
         let (input::Support::Fix(fix) | input::Support::Turned(input::TurnedSupport { fix, .. })) = support;
         matches!(fix, Fix::Word(SupportWord::Pinned))
@@ -163,7 +163,7 @@ fn support_axes(x: Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// The springs of the network.
-pub fn springs(
+pub(crate) fn springs(
     springs: Option<&Map<Spanned<input::Spring>>>,
     names: &Names,
     nodes: &[Option<Node>],

@@ -15,32 +15,32 @@ use crate::unit::Kind;
 const FIT: f64 = 1e-6;
 
 /// A segment before its length is known to fit.
-pub struct Draft {
+pub(crate) struct Draft {
     /// `None` for the parts of a muscle, which follow from the length of the member.
-    pub length: Option<f64>,
-    pub material: SegmentLaw,
-    pub initial_curvature: Option<[f64; 3]>,
-    pub elements: Option<usize>,
+    pub(crate) length: Option<f64>,
+    pub(crate) material: SegmentLaw,
+    pub(crate) initial_curvature: Option<[f64; 3]>,
+    pub(crate) elements: Option<usize>,
 }
 
 /// The unloaded member: frames at start and end, segments of their final lengths.
-pub struct Shape {
-    pub frame: Frame,
-    pub end_frame: Frame,
-    pub segments: Vec<Segment>,
+pub(crate) struct Shape {
+    pub(crate) frame: Frame,
+    pub(crate) end_frame: Frame,
+    pub(crate) segments: Vec<Segment>,
 }
 
 /// A member between two points.
-pub struct Line<'a> {
-    pub owner: &'a str,
-    pub named: &'a Named<Spanned<input::Member>>,
-    pub start: Vector3<f64>,
-    pub end: Vector3<f64>,
+pub(crate) struct Line<'a> {
+    pub(crate) owner: &'a str,
+    pub(crate) named: &'a Named<Spanned<input::Member>>,
+    pub(crate) start: Vector3<f64>,
+    pub(crate) end: Vector3<f64>,
 }
 
 impl Line<'_> {
     /// The shape of the member, made to fit between its points.
-    pub fn shape(
+    pub(crate) fn shape(
         &self,
         drafts: Vec<Draft>,
         kind: MemberKind,

@@ -19,7 +19,7 @@ const THREAD: f64 = 2.5e4;
 const DISC: f64 = 10.0;
 
 /// A word about a modulus that no material has.
-pub fn modulus(value: f64, what: &str, span: Span, cx: &mut Context) {
+pub(crate) fn modulus(value: f64, what: &str, span: Span, cx: &mut Context) {
     let pascal = value * Unit::file_pressure(cx.units);
     if (MODULI[0]..=MODULI[1]).contains(&pascal) {
         return;
@@ -35,7 +35,7 @@ pub fn modulus(value: f64, what: &str, span: Span, cx: &mut Context) {
 }
 
 /// A word about a density that no material has.
-pub fn density(value: f64, what: &str, span: Span, cx: &mut Context) {
+pub(crate) fn density(value: f64, what: &str, span: Span, cx: &mut Context) {
     let (factor, unit) = match cx.units {
         Units::MmNMpa => (1e12, "tonne/mm^3"),
         Units::MNPa => (1.0, "kg/m^3"),
@@ -53,7 +53,7 @@ pub fn density(value: f64, what: &str, span: Span, cx: &mut Context) {
 }
 
 /// A word about gravity that is the Earth's in another unit.
-pub fn gravity(vector: [f64; 3], span: Span, cx: &mut Context) {
+pub(crate) fn gravity(vector: [f64; 3], span: Span, cx: &mut Context) {
     let (factor, unit, earth) = match cx.units {
         Units::MmNMpa => (1e-3, "mm/s^2", 9810.0),
         Units::MNPa => (1.0, "m/s^2", 9.81),
@@ -72,7 +72,7 @@ pub fn gravity(vector: [f64; 3], span: Span, cx: &mut Context) {
 }
 
 /// A word about members that are far thinner or far thicker than long: one of each kind.
-pub fn proportions(members: &[Option<Member>], cx: &mut Context) {
+pub(crate) fn proportions(members: &[Option<Member>], cx: &mut Context) {
     let unit = cx.units.symbols()[0];
     let thickness = |member: &Member| {
         let shapes = member.segments.iter().filter_map(|segment| match &segment.material {

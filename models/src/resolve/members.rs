@@ -16,24 +16,24 @@ use crate::unit::Kind;
 
 /// The members, and which of them lack stiffnesses that a solution in space needs.
 #[derive(Default)]
-pub struct Members {
+pub(crate) struct Members {
     /// `None` where the definition is wrong.
-    pub members: Vec<Option<Member>>,
+    pub(crate) members: Vec<Option<Member>>,
     /// Member, names of the missing stiffnesses, place.
-    pub planar_only: Vec<(usize, Vec<&'static str>, Span)>,
+    pub(crate) planar_only: Vec<(usize, Vec<&'static str>, Span)>,
 }
 
 /// What members refer to.
-pub struct Surroundings<'a> {
-    pub names: &'a Names,
-    pub nodes: &'a [Option<Node>],
-    pub properties: &'a Properties,
+pub(crate) struct Surroundings<'a> {
+    pub(crate) names: &'a Names,
+    pub(crate) nodes: &'a [Option<Node>],
+    pub(crate) properties: &'a Properties,
     /// Of members that do not ask for one.
-    pub formulation: Word,
+    pub(crate) formulation: Word,
 }
 
 impl Members {
-    pub fn resolve(members: &Map<Spanned<input::Member>>, around: &Surroundings<'_>, cx: &mut Context) -> Self {
+    pub(crate) fn resolve(members: &Map<Spanned<input::Member>>, around: &Surroundings<'_>, cx: &mut Context) -> Self {
         let mut all = Self::default();
         for (index, named) in members.iter().enumerate() {
             let mut missing = Vec::new();

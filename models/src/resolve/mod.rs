@@ -38,7 +38,7 @@ use crate::input::{DimensionWord, Formulation, Network, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
 use crate::unit::Kind;
 
-pub use self::muscles::language;
+pub(crate) use self::muscles::language;
 
 /// The format that this reader knows.
 const FORMAT: &str = "pennate/1";
@@ -47,7 +47,7 @@ const FORMAT: &str = "pennate/1";
 ///
 /// # Errors
 /// Everything found wrong.
-pub fn read(
+pub(crate) fn read(
     source: Source,
     language: Language,
     directory: &Path,

@@ -13,7 +13,7 @@ use crate::unit::Kind;
 const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
 
 impl StepReader<'_, '_> {
-    pub fn motions(&mut self, entries: Option<&Map<Spanned<Motion>>>, key: &'static str) {
+    pub(crate) fn motions(&mut self, entries: Option<&Map<Spanned<Motion>>>, key: &'static str) {
         for named in entries.into_iter().flatten() {
             let node = self.node(named, key);
             let values = self.motion(named, key);
@@ -83,7 +83,7 @@ impl StepReader<'_, '_> {
         Some(values)
     }
 
-    pub fn hold_or_free(&mut self, entries: Option<&Map<Spanned<input::Fix>>>, key: &'static str) {
+    pub(crate) fn hold_or_free(&mut self, entries: Option<&Map<Spanned<input::Fix>>>, key: &'static str) {
         for named in entries.into_iter().flatten() {
             let Some(node) = self.node(named, key) else { continue };
             let components = fixed(&named.value.value);

@@ -17,15 +17,15 @@ use crate::{hsim, library};
 
 /// A muscle with the unit of its pressures.
 #[derive(Clone, Debug)]
-pub struct MuscleData {
-    pub muscle: Arc<hsim::Muscle>,
-    pub unit: Unit,
+pub(crate) struct MuscleData {
+    pub(crate) muscle: Arc<hsim::Muscle>,
+    pub(crate) unit: Unit,
 }
 
 /// Finds the data of a muscle, called by its first argument, by what the file says of them.
 type Reader = fn(&str, &Spanned<String>, &mut Context) -> Option<input::Muscle>;
 
-pub fn muscle(named: &Named<Spanned<input::Muscle>>, cx: &mut Context) -> Option<MuscleData> {
+pub(crate) fn muscle(named: &Named<Spanned<input::Muscle>>, cx: &mut Context) -> Option<MuscleData> {
     let data = &named.value.value;
     let (origin, place, read): (_, _, Reader) = match (&data.file, &data.library) {
         (Some(file), None) => ("file", file, read_muscle_file),
@@ -148,7 +148,7 @@ fn read_source(source: Source, language: Language, cx: &mut Context) -> Option<i
 }
 
 /// The language of a text, by the extension of its file; without a known one by its first letter.
-pub fn language(path: &Path, text: &str) -> Language {
+pub(crate) fn language(path: &Path, text: &str) -> Language {
     match path.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("json") => Language::Json,
         Some(extension) if extension.eq_ignore_ascii_case("toml") => Language::Toml,

@@ -11,13 +11,13 @@ use crate::unit;
 
 impl Context {
     /// Values of the parameters that could be evaluated, in the order of the file.
-    pub fn parameter_values(&self) -> Vec<(String, f64)> {
+    pub(crate) fn parameter_values(&self) -> Vec<(String, f64)> {
         let value = |name: &String| Some((name.clone(), self.parameters.get(name)?.as_ref()?.value));
         self.parameter_names.iter().filter_map(value).collect()
     }
 
     /// Takes in the parameters of the file, replaced by those set from outside.
-    pub fn set_parameters(&mut self, parameters: &Map<Number>, settings: &[(String, String)]) {
+    pub(crate) fn set_parameters(&mut self, parameters: &Map<Number>, settings: &[(String, String)]) {
         let mut numbers: Vec<(String, Number)> =
             parameters.iter().map(|named| (named.name.clone(), named.value.clone())).collect();
         for (name, text) in settings {
@@ -150,7 +150,7 @@ impl Context {
     }
 
     /// Value of an expression "= …" of the parameters.
-    pub fn expression(&mut self, text: &str, span: Span) -> Option<Quantity> {
+    pub(crate) fn expression(&mut self, text: &str, span: Span) -> Option<Quantity> {
         let start = text.find('=').map_or(0, |at| at + 1);
         let inner = |cx: &Self, place: Range<usize>| cx.inside(span, text, start + place.start..start + place.end);
         let expression = match Expression::parse(&text[start..]) {

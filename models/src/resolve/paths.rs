@@ -15,7 +15,7 @@ use crate::input::{Arc, Member, Network, Releases};
 use crate::unit::Kind;
 
 /// The network with plain members; `None` where it has them already, or where something is wrong.
-pub fn expand(network: &Network, cx: &mut Context) -> Option<Network> {
+pub(crate) fn expand(network: &Network, cx: &mut Context) -> Option<Network> {
     let short = |member: &Named<Spanned<Member>>| {
         let member = &member.value.value;
         member.path.is_some() || matches!(member.arc, Some(Spanned { value: Arc::Rise(_), .. }))

@@ -25,7 +25,7 @@ const LIMIT: usize = 100_000;
 const MERGE: f64 = 1e-9;
 
 /// The network with all its patterns carried out; `None` where one of them is wrong.
-pub fn expand(network: &Network, cx: &mut Context) -> Option<Network> {
+pub(crate) fn expand(network: &Network, cx: &mut Context) -> Option<Network> {
     let mut network = network.clone();
     let mut numbers = Numbers::default();
     for pattern in network.patterns.take().unwrap_or_default() {

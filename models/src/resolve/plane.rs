@@ -15,10 +15,10 @@ use crate::probes::Probes;
 const FLAT: f64 = 1e-9;
 
 /// What leaves the plane, in words, and where it is defined.
-pub type Reason = (String, Span);
+pub(crate) type Reason = (String, Span);
 
 /// The first thing that keeps a network out of the plane; `None` where it can be solved there.
-pub fn leaves_plane(
+pub(crate) fn leaves_plane(
     nodes: &[Node],
     members: &[Member],
     supports: &[(Support, Span)],
@@ -39,7 +39,7 @@ pub fn leaves_plane(
 }
 
 /// A stiffness wanted out of the plane is that of the network in space.
-pub fn probe_leaves(probes: &Probes, written: Option<&Map<Spanned<input::Probe>>>) -> Option<Reason> {
+pub(crate) fn probe_leaves(probes: &Probes, written: Option<&Map<Spanned<input::Probe>>>) -> Option<Reason> {
     let out = |of: &ComplianceOf| of.along[2..5].iter().any(|&part| part != 0.0);
     let wanted = probes.compliances();
     let names = (0..probes.len()).filter(|&probe| probes.is_stiffness(probe));

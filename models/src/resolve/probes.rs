@@ -16,20 +16,20 @@ use crate::model::{FixedLaw, Member, Node, PRESTRESS, SegmentLaw, Step};
 use crate::probes::{Along, AxialPlace, Matter, Operand, Probe, Probes, Quantity};
 
 /// What probes refer to.
-pub struct Observed<'a> {
-    pub nodes: &'a [Option<Node>],
-    pub node_names: &'a Names,
-    pub member_names: &'a Names,
-    pub members: &'a [Option<Member>],
+pub(crate) struct Observed<'a> {
+    pub(crate) nodes: &'a [Option<Node>],
+    pub(crate) node_names: &'a Names,
+    pub(crate) member_names: &'a Names,
+    pub(crate) members: &'a [Option<Member>],
     /// Members by the name of their group.
-    pub groups: &'a HashMap<&'a str, Vec<usize>>,
-    pub properties: &'a Properties,
-    pub bodies: &'a Bodies,
-    pub steps: &'a [Step],
+    pub(crate) groups: &'a HashMap<&'a str, Vec<usize>>,
+    pub(crate) properties: &'a Properties,
+    pub(crate) bodies: &'a Bodies,
+    pub(crate) steps: &'a [Step],
 }
 
 /// Resolves the probes; whether they are those of a plane network is set later.
-pub fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observed<'_>, cx: &mut Context) -> Probes {
+pub(crate) fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observed<'_>, cx: &mut Context) -> Probes {
     let entries: Vec<&Named<Spanned<input::Probe>>> = map.into_iter().flatten().collect();
     let names = Names::new("probe", entries.iter().map(|named| named.name.as_str()));
     let step_names: Vec<&str> = match observed.steps {

@@ -13,15 +13,15 @@ use crate::unit::Kind;
 
 /// An elastic material. `None` in the list where its definition is wrong.
 #[derive(Clone, Copy, Debug)]
-pub struct Material {
-    pub youngs_modulus: f64,
-    pub shear_modulus: f64,
-    pub density: f64,
+pub(crate) struct Material {
+    pub(crate) youngs_modulus: f64,
+    pub(crate) shear_modulus: f64,
+    pub(crate) density: f64,
 }
 
 /// A section as defined, before it meets a material.
 #[derive(Clone, Debug)]
-pub enum Profile {
+pub(crate) enum Profile {
     Shape(Shape, Stiffening),
     /// Stiffnesses given outright, and which of those are missing that a solution in space needs.
     Given(Section, Vec<&'static str>),
@@ -29,25 +29,25 @@ pub enum Profile {
 
 /// A section in a material.
 #[derive(Clone, Debug)]
-pub struct Law {
-    pub section: Section,
-    pub radius: f64,
-    pub shape: Option<Shape>,
-    pub missing: Vec<&'static str>,
+pub(crate) struct Law {
+    pub(crate) section: Section,
+    pub(crate) radius: f64,
+    pub(crate) shape: Option<Shape>,
+    pub(crate) missing: Vec<&'static str>,
 }
 
 /// Materials, sections and muscles by index.
-pub struct Properties {
-    pub material_names: Names,
-    pub materials: Vec<Option<Material>>,
-    pub section_names: Names,
-    pub sections: Vec<Option<Profile>>,
-    pub muscle_names: Names,
-    pub muscles: Vec<Option<MuscleData>>,
+pub(crate) struct Properties {
+    pub(crate) material_names: Names,
+    pub(crate) materials: Vec<Option<Material>>,
+    pub(crate) section_names: Names,
+    pub(crate) sections: Vec<Option<Profile>>,
+    pub(crate) muscle_names: Names,
+    pub(crate) muscles: Vec<Option<MuscleData>>,
 }
 
 impl Properties {
-    pub fn resolve(network: &input::Network, cx: &mut Context) -> Self {
+    pub(crate) fn resolve(network: &input::Network, cx: &mut Context) -> Self {
         fn names<T>(what: &'static str, map: &Option<Map<T>>) -> Names {
             Names::new(what, map.iter().flat_map(Map::iter).map(|named| named.name.as_str()))
         }
@@ -65,7 +65,7 @@ impl Properties {
     }
 
     /// The stiffness of a section in a material, where both are known.
-    pub fn law(
+    pub(crate) fn law(
         &self,
         section: &Spanned<String>,
         material: Option<&Spanned<String>>,
@@ -158,7 +158,7 @@ fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option
     Some(Material { youngs_modulus: youngs_modulus?, shear_modulus: shear_modulus?, density: density? })
 }
 
-pub fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut Context) -> Option<f64> {
+pub(crate) fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut Context) -> Option<f64> {
     let ratio = cx.number(number, Kind::Pure)?;
     if ratio > -1.0 && ratio <= 0.5 {
         return Some(ratio);
@@ -172,7 +172,7 @@ pub fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut Context
 }
 
 /// An error where a wall leaves no bore.
-pub fn check_wall(outer: f64, wall: f64, what: &str, span: Span, cx: &mut Context) -> Option<()> {
+pub(crate) fn check_wall(outer: f64, wall: f64, what: &str, span: Span, cx: &mut Context) -> Option<()> {
     if wall < outer {
         return Some(());
     }

@@ -18,21 +18,21 @@ use crate::model::{Member, MemberKind, Step, Target};
 use crate::unit::Kind;
 
 /// What steps refer to.
-pub struct Actors<'a> {
-    pub nodes: &'a Names,
-    pub member_names: &'a Names,
-    pub members: &'a [Option<Member>],
+pub(crate) struct Actors<'a> {
+    pub(crate) nodes: &'a Names,
+    pub(crate) member_names: &'a Names,
+    pub(crate) members: &'a [Option<Member>],
     /// Members by the name of their group.
-    pub groups: &'a HashMap<&'a str, Vec<usize>>,
-    pub properties: &'a Properties,
-    pub bodies: &'a Bodies,
-    pub rotations: &'a [JointRotation],
+    pub(crate) groups: &'a HashMap<&'a str, Vec<usize>>,
+    pub(crate) properties: &'a Properties,
+    pub(crate) bodies: &'a Bodies,
+    pub(crate) rotations: &'a [JointRotation],
     /// Whether anything has a mass.
-    pub has_mass: bool,
+    pub(crate) has_mass: bool,
 }
 
 /// Resolves the steps; `held` says which components supports hold.
-pub fn steps(
+pub(crate) fn steps(
     steps: &[Spanned<input::Step>],
     actors: &Actors<'_>,
     mut held: Vec<[bool; 6]>,
@@ -71,16 +71,16 @@ pub fn steps(
 }
 
 /// The reading of one step.
-pub struct StepReader<'a, 'b> {
-    pub actors: &'a Actors<'a>,
-    pub cx: &'b mut Context,
-    pub name: &'a str,
+pub(crate) struct StepReader<'a, 'b> {
+    pub(crate) actors: &'a Actors<'a>,
+    pub(crate) cx: &'b mut Context,
+    pub(crate) name: &'a str,
     /// Components that something holds at the end of the step.
-    pub held: &'b mut Vec<[bool; 6]>,
-    pub targets: Vec<(Target, f64)>,
-    pub changes: Vec<Change>,
+    pub(crate) held: &'b mut Vec<[bool; 6]>,
+    pub(crate) targets: Vec<(Target, f64)>,
+    pub(crate) changes: Vec<Change>,
     /// Components changed in this step, and by which key.
-    pub changed: HashMap<(usize, usize), &'static str>,
+    pub(crate) changed: HashMap<(usize, usize), &'static str>,
 }
 
 impl StepReader<'_, '_> {
@@ -231,7 +231,7 @@ impl StepReader<'_, '_> {
     }
 
     /// The node that an entry is about.
-    pub fn node(&mut self, named: &Named<impl Sized>, key: &str) -> Option<usize> {
+    pub(crate) fn node(&mut self, named: &Named<impl Sized>, key: &str) -> Option<usize> {
         let owner = format!("{key} of step '{}'", self.name);
         self.actors.nodes.find(&named.name, named.span, &owner, self.cx)
     }

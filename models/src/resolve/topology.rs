@@ -13,7 +13,7 @@ use crate::model::{Member, Node, Spring, Step, Target};
 
 /// What a node has of a rotation of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum JointRotation {
+pub(crate) enum JointRotation {
     Full,
     /// Every end there is released.
     None,
@@ -23,7 +23,7 @@ pub enum JointRotation {
 
 impl JointRotation {
     /// Whether a moment or a rotation about this axis finds nothing to turn.
-    pub fn lacks(self, axis: Vector3<f64>) -> bool {
+    pub(crate) fn lacks(self, axis: Vector3<f64>) -> bool {
         match self {
             Self::Full => false,
             Self::None => axis != Vector3::zeros(),
@@ -33,17 +33,17 @@ impl JointRotation {
 }
 
 /// The parts of a network that topology is about.
-pub struct Parts<'a> {
-    pub nodes: &'a [Option<Node>],
-    pub members: &'a [Option<Member>],
-    pub springs: &'a [Spring],
-    pub bodies: &'a Bodies,
-    pub supports: &'a [(Support, Span)],
+pub(crate) struct Parts<'a> {
+    pub(crate) nodes: &'a [Option<Node>],
+    pub(crate) members: &'a [Option<Member>],
+    pub(crate) springs: &'a [Spring],
+    pub(crate) bodies: &'a Bodies,
+    pub(crate) supports: &'a [(Support, Span)],
 }
 
 impl Parts<'_> {
     /// The rotation that each node has.
-    pub fn rotations(&self) -> Vec<JointRotation> {
+    pub(crate) fn rotations(&self) -> Vec<JointRotation> {
         let mut rotations = vec![JointRotation::None; self.nodes.len()];
         let mut join = |node: usize, end: JointRotation| {
             rotations[node] = match (rotations[node], end) {
@@ -90,7 +90,7 @@ impl Parts<'_> {
     }
 
     /// Components that supports hold.
-    pub fn held(&self) -> Vec<[bool; 6]> {
+    pub(crate) fn held(&self) -> Vec<[bool; 6]> {
         let mut held = vec![[false; 6]; self.nodes.len()];
         for (support, _) in self.supports {
             held[support.node] = support.fixed;
@@ -98,7 +98,7 @@ impl Parts<'_> {
         held
     }
 
-    pub fn check(&self, steps: &[Step], cx: &mut Context) {
+    pub(crate) fn check(&self, steps: &[Step], cx: &mut Context) {
         // A part that could not be read would make other parts look loose.
         if self.members.iter().any(Option::is_none) || self.nodes.iter().any(Option::is_none) {
             return;

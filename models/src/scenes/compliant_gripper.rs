@@ -4,7 +4,7 @@ use super::file::NetworkFile;
 use super::{Default, Parameter, Refused, Scene, Settings, parts};
 
 /// Half of a gripper, symmetric about x = 0: the muscle pulls the apex down, a strip carries that to the jaw.
-pub const COMPLIANT_GRIPPER: Scene = Scene {
+pub(crate) const COMPLIANT_GRIPPER: Scene = Scene {
     name: "compliant_gripper",
     title: "compliant gripper, one half",
     remarks: "\

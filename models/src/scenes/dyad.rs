@@ -4,7 +4,7 @@ use super::file::NetworkFile;
 use super::{Default, Parameter, Refused, Scene, Settings};
 
 /// Two muscles between fixed anchors and an apex, which they pull towards the line of the anchors.
-pub const DYAD: Scene = Scene {
+pub(crate) const DYAD: Scene = Scene {
     name: "dyad",
     title: "pennate dyad",
     remarks: "\

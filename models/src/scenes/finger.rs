@@ -4,7 +4,7 @@ use super::file::NetworkFile;
 use super::{Default, Parameter, Refused, Scene, Settings, parts};
 
 /// Dyads in an inverted chain pull one side of a compliant spine; a zigzag of muscles stiffens the other.
-pub const FINGER: Scene = Scene {
+pub(crate) const FINGER: Scene = Scene {
     name: "finger",
     title: "bending finger",
     remarks: "\

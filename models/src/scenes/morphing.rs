@@ -4,7 +4,7 @@ use super::file::NetworkFile;
 use super::{Parameter, Refused, Scene, Settings, parts};
 
 /// Points A, B and C of a surface, moved down, not at all, and up.
-pub const MORPHING: Scene = Scene {
+pub(crate) const MORPHING: Scene = Scene {
     name: "morphing",
     title: "shape-morphing mechanism",
     remarks: "\

@@ -5,7 +5,7 @@ use super::parameter::{Bound, Default, Dimension, Range};
 use super::{Parameter, Refused, Scene, Settings, parts};
 
 /// A rotor on a bearing, turned by muscles that are pinned to its rim.
-pub const MOTOR: Scene = Scene {
+pub(crate) const MOTOR: Scene = Scene {
     name: "motor",
     title: "soft rotary motor",
     remarks: "\

@@ -5,7 +5,7 @@ use super::parameter::{Bound, Default, Dimension, Range};
 use super::{Parameter, Refused, Scene, Settings};
 
 /// A muscle contracts, then bends under a load at its tip.
-pub const MUSCLE: Scene = Scene {
+pub(crate) const MUSCLE: Scene = Scene {
     name: "muscle",
     title: "silicone muscle, clamped at one end",
     remarks: "\

@@ -11,7 +11,7 @@ const COLUMNS: Parameter = Parameter::new("m", "columns side by side", Default::
 const TEST: Parameter = Parameter::new("test", "output bar free, or held", Default::Choice(&["free", "blocked"]));
 
 /// Every dyad is grounded and all pull the output bar: forces add.
-pub const CONVENTIONAL: Scene = Scene {
+pub(crate) const CONVENTIONAL: Scene = Scene {
     name: "conventional",
     title: "conventional network of pennate dyads",
     remarks: "\
@@ -23,7 +23,7 @@ pub const CONVENTIONAL: Scene = Scene {
 };
 
 /// Stages in a chain: strokes add, columns add their forces.
-pub const INVERTED: Scene = Scene {
+pub(crate) const INVERTED: Scene = Scene {
     name: "inverted",
     title: "inverted network of pennate dyads",
     remarks: "\
@@ -35,7 +35,7 @@ pub const INVERTED: Scene = Scene {
 };
 
 /// The inverted network with two muscles wherever it has one.
-pub const HYBRID: Scene = Scene {
+pub(crate) const HYBRID: Scene = Scene {
     name: "hybrid",
     title: "hybrid network of pennate dyads",
     remarks: "\

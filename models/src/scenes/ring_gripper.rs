@@ -4,7 +4,7 @@ use super::file::NetworkFile;
 use super::{Default, Parameter, Refused, Scene, Settings, parts};
 
 /// Two muscles at a ring, six wires from the ring to a fixed circle; twisted farther, the cage narrows.
-pub const RING_GRIPPER: Scene = Scene {
+pub(crate) const RING_GRIPPER: Scene = Scene {
     name: "ring_gripper",
     title: "3D gripper of a ring and a cage of wires",
     remarks: "\

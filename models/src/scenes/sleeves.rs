@@ -15,7 +15,7 @@ const fn angle(value: f64) -> Parameter {
 }
 
 /// The sleeve that shortens along its axis.
-pub const STROKE: Scene = Scene {
+pub(crate) const STROKE: Scene = Scene {
     name: "sleeve_stroke",
     title: "compression sleeve 1: stroke along the axis",
     remarks: "\
@@ -35,7 +35,7 @@ pub const STROKE: Scene = Scene {
 };
 
 /// The sleeve that is held at its ends and squeezes what is in it.
-pub const COMPRESSION: Scene = Scene {
+pub(crate) const COMPRESSION: Scene = Scene {
     name: "sleeve_compression",
     title: "compression sleeve 2: radial compression",
     remarks: "\

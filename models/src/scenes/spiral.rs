@@ -5,7 +5,7 @@ use super::parameter::{Bound, Default, Dimension, Range};
 use super::{Parameter, Refused, Scene, Settings, parts};
 
 /// A stack of cells between rigid rings; eight muscles tilt the upper ring of each.
-pub const SPIRAL: Scene = Scene {
+pub(crate) const SPIRAL: Scene = Scene {
     name: "spiral",
     title: "spiral gripper",
     remarks: "\

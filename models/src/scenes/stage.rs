@@ -5,7 +5,7 @@ use super::parameter::{Bound, Default, Dimension, Range};
 use super::{Parameter, Refused, Scene, Settings};
 
 /// A plate on three dyads, lowered by even pressure, tilted by uneven pressure.
-pub const STAGE: Scene = Scene {
+pub(crate) const STAGE: Scene = Scene {
     name: "stage",
     title: "tip-tilt stage",
     remarks: "\

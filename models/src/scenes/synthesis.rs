@@ -7,7 +7,7 @@ const WIRE: Parameter = Parameter::length("wire", 1.5, 0.0, "diameter of the wir
 const PRESSURE: Parameter = Parameter::pressure("pressure", 25.0, 25.0, "pressure");
 
 /// The output moves against the input.
-pub const INVERTER: Scene = Scene {
+pub(crate) const INVERTER: Scene = Scene {
     name: "inverter",
     title: "compliant inverter with embedded muscles",
     remarks: "\
@@ -24,7 +24,7 @@ pub const INVERTER: Scene = Scene {
 };
 
 /// Two jaws, of which one half is modelled.
-pub const WIRE_GRIPPER: Scene = Scene {
+pub(crate) const WIRE_GRIPPER: Scene = Scene {
     name: "wire_gripper",
     title: "compliant gripper with embedded muscles",
     remarks: "\

@@ -5,7 +5,7 @@ use super::parameter::{Bound, Default, Dimension, Range};
 use super::{Parameter, Refused, Scene, Settings, parts};
 
 /// A wheel whose three farthest points move inwards, until six points carry it.
-pub const WHEEL: Scene = Scene {
+pub(crate) const WHEEL: Scene = Scene {
     name: "wheel",
     title: "shape-morphing wheel",
     remarks: "\
