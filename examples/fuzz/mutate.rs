@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use serde_json::{Map, Value, json};
 
-use crate::corpus::{Corpus, toml_text};
+use super::corpus::{Corpus, toml_text};
 
 /// Numbers at which something ends.
 const NUMBERS: [f64; 28] = [

@@ -2,8 +2,8 @@
 
 use pennate_solver::structure::{Branch, Change, Dimension, Formulation, Method, Release, Step, Stop};
 
-use crate::random::{LENGTH, Network, Recipe, network};
-use crate::shapes::shape;
+use super::random::{LENGTH, Network, Recipe, network};
+use super::shapes::shape;
 
 /// Nodes of most networks at most.
 const SMALL_NETWORK: usize = 16;

@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use pennate_solver::history::Equilibrium;
 use pennate_solver::structure::{Dimension, Drive, Release, Segment, Spring};
 
-use crate::random::{Network, Vector};
-use crate::shapes::unloaded;
+use super::random::{Network, Vector};
+use super::shapes::unloaded;
 
 /// Steps of an integration along a member.
 const STEPS: usize = 200;
@@ -117,7 +117,7 @@ fn joints(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usi
         total.0 += force;
         total.1 += moment + (poses.place(node) - poses.place(at)).cross(&force);
     }
-    moment_scale = moment_scale.max(force_scale * crate::random::LENGTH);
+    moment_scale = moment_scale.max(force_scale * super::random::LENGTH);
     totals.values().fold(0.0, |worst, (f, m)| worst.max(f.norm() / force_scale).max(m.norm() / moment_scale))
 }
 

@@ -40,20 +40,26 @@ const ANSWERED: f64 = 1e-6;
 const LEFT: f64 = 1e-2;
 
 /// Forces that an iteration began with, and what it added to them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Tried {
     forces: Vec<f64>,
     added: Vec<f64>,
 }
 
 /// The axial forces of the members that cannot be stretched, along an iteration.
+///
+/// A system keeps it from one solve to the next for its memory: what it holds is of one solve.
 #[derive(Debug, Default)]
 pub struct HeldForces {
     members: Vec<MemberId>,
     /// What the present iteration begins with.
     forces: Vec<f64>,
+    /// What it came to.
+    reached: Vec<f64>,
     /// Iterations so far, as near as they tell of the next, the oldest first.
     tried: Vec<Tried>,
+    /// Memory of iterations that were dropped.
+    spare: Vec<Tried>,
     /// Whether secants lead on.
     hastened: bool,
     /// How many of them in a row asked for much more of the same.
@@ -63,17 +69,31 @@ pub struct HeldForces {
 }
 
 impl HeldForces {
-    pub fn of<const D: usize>(system: &System<D>) -> Self {
+    /// Begins with the forces of the present state.
+    pub fn begin<const D: usize>(&mut self, system: &System<D>) {
+        self.members.clear();
+        self.drop_oldest(self.tried.len());
+        (self.hastened, self.grown, self.response) = (false, 0, 0.0);
         if !system.holds_strains() {
-            return Self::default();
+            return;
         }
         let holds = |&member: &MemberId| {
             let slot = &system.members[member];
             system.packs[slot.pack].held_force(slot.lane).is_some()
         };
-        let members: Vec<MemberId> = (0..system.members.len()).filter(holds).collect();
-        let forces = read(system, &members);
-        Self { members, forces, ..Self::default() }
+        self.members.extend((0..system.members.len()).filter(holds));
+        read(system, &self.members, &mut self.forces);
+        // Once for all solves: an iteration takes no memory.
+        self.tried.reserve(DEPTH);
+        self.spare.resize_with(DEPTH, Tried::default);
+        for spare in &mut self.spare {
+            spare.forces.reserve(self.members.len());
+            spare.added.reserve(self.members.len());
+        }
+    }
+
+    fn drop_oldest(&mut self, count: usize) {
+        self.spare.extend(self.tried.drain(..count));
     }
 
     /// Takes note of what an iteration added, and hastens the forces where that is slow to vanish.
@@ -84,16 +104,20 @@ impl HeldForces {
         if self.members.is_empty() {
             return None;
         }
-        let reached = read(system, &self.members);
-        let added: Vec<f64> = reached.iter().zip(&self.forces).map(|(a, b)| a - b).collect();
+        read(system, &self.members, &mut self.reached);
         if !near {
             (self.hastened, self.grown) = (false, 0);
-            self.tried.clear();
+            self.drop_oldest(self.tried.len());
         }
         if self.tried.len() == DEPTH {
-            self.tried.remove(0);
+            self.drop_oldest(1);
         }
-        self.tried.push(Tried { forces: std::mem::replace(&mut self.forces, reached), added });
+        let mut own = self.spare.pop().unwrap_or_default();
+        own.added.clear();
+        own.added.extend(self.reached.iter().zip(&self.forces).map(|(a, b)| a - b));
+        std::mem::swap(&mut own.forces, &mut self.forces);
+        std::mem::swap(&mut self.forces, &mut self.reached);
+        self.tried.push(own);
         self.forget_what_differs();
         let [.., before, last] = self.tried.as_slice() else { return None };
         let rounded = (0..self.members.len()).all(|index| self.is_rounding(system, index));
@@ -135,8 +159,7 @@ impl HeldForces {
     fn forget_what_differs(&mut self) {
         let [.., before, last] = self.tried.as_slice() else { return };
         if farthest(&last.added, &before.added) > ALL * farthest(&last.forces, &before.forces) {
-            let others = self.tried.len() - 1;
-            self.tried.drain(..others);
+            self.drop_oldest(self.tried.len() - 1);
             (self.hastened, self.grown) = (false, 0);
         }
     }
@@ -207,7 +230,9 @@ impl HeldForces {
 ///
 /// A little more force is tried on all of them; iterations take back what anything answers to.
 pub fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
-    let HeldForces { members, forces, .. } = HeldForces::of(system);
+    let mut held = HeldForces::default();
+    held.begin(system);
+    let HeldForces { members, forces, .. } = held;
     if members.is_empty() {
         return Vec::new();
     }
@@ -223,7 +248,9 @@ pub fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
     }
     let pending = system.equations.has_general();
     let since = |system: &System<D>| -> Vec<f64> {
-        read(system, &members).iter().zip(&forces).map(|(now, then)| now - then).collect()
+        let mut now = Vec::new();
+        read(system, &members, &mut now);
+        now.iter().zip(&forces).map(|(now, then)| now - then).collect()
     };
     let mut left = since(system);
     let mut change = vec![f64::INFINITY; left.len()];
@@ -246,12 +273,13 @@ pub fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
     (0..members.len()).filter(kept).map(|index| members[index]).collect()
 }
 
-fn read<const D: usize>(system: &System<D>, members: &[MemberId]) -> Vec<f64> {
+fn read<const D: usize>(system: &System<D>, members: &[MemberId], forces: &mut Vec<f64>) {
     let force = |&member: &MemberId| {
         let slot = &system.members[member];
         system.packs[slot.pack].held_force(slot.lane).map_or(0.0, |held| held.force)
     };
-    members.iter().map(force).collect()
+    forces.clear();
+    forces.extend(members.iter().map(force));
 }
 
 fn add<const D: usize>(system: &mut System<D>, member: MemberId, by: f64) {

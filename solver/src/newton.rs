@@ -138,6 +138,19 @@ impl Newton {
     ///
     /// The last factorization is at the equilibrium itself: it gives the residual there, the reactions and the pivots.
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start) -> Result<Convergence, Lost> {
+        let mut held = std::mem::take(&mut system.held_forces);
+        held.begin(system);
+        let result = self.iterate(system, start, &mut held);
+        system.held_forces = held;
+        result
+    }
+
+    fn iterate<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        start: Start,
+        held: &mut HeldForces,
+    ) -> Result<Convergence, Lost> {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
         let mut misfit = 0.0;
@@ -145,7 +158,6 @@ impl Newton {
         let mut asked = 0;
         let mut slow = 0;
         let mut astray = false;
-        let mut held = HeldForces::of(system);
         for iterations in 1..=self.max_iterations {
             if system.is_stopped() {
                 let residual = Residual::default();

@@ -1,6 +1,6 @@
 //! Runs the network files of a validation folder and compares every result with its reference.
 //!
-//! Shared by `tests/validation.rs` and `examples/validate.rs`; `validation/README.md` explains the files.
+//! Shared by `tests/validation/published.rs` and `examples/validate.rs`; `validation/README.md` explains the files.
 
 mod expected;
 mod scales;

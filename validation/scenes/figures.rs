@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::run::{solve, value};
+use super::run::{solve, value};
 
 /// Mesh error asked for, far below the last digit of any figure.
 const ACCURACY: f64 = 1e-6;

@@ -162,7 +162,8 @@ impl<const D: usize> Tracer<'_, D> {
         let (mut last, mut before) = (f64::INFINITY, f64::INFINITY);
         // What a change of the fraction does between the ends of members follows an iteration later.
         let mut changed = f64::INFINITY;
-        let mut held = HeldForces::of(self.system);
+        let mut held = HeldForces::default();
+        held.begin(self.system);
         for iterations in 1..=newton.max_iterations {
             let (linearized, solved) = self.system.linearize(fraction, ahead(fraction), &mut apply);
             self.factorizations += 1;

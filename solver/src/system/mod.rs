@@ -8,6 +8,7 @@ use pennate_elements::rotation::turn;
 use pennate_elements::small::{M3, V3, norm, scale, sub};
 
 use crate::chain::{Pack, SLOTS, Size};
+use crate::held::HeldForces;
 use crate::joints::{Active, EndKind, Equations, Held, HeldKind, JointState, Topology};
 use crate::linear::{Pivots, Symmetric};
 use crate::packs::{self, Auxiliary, Turn};
@@ -138,6 +139,8 @@ pub struct System<const D: usize> {
     pub rhs: Vec<f64>,
     motions: Vec<[f64; 6]>,
     skew: Skew,
+    /// Memory of the last solve; see [`HeldForces`].
+    pub held_forces: HeldForces,
     pub force_scale: f64,
     pub moment_scale: f64,
     pub size: f64,
@@ -242,6 +245,7 @@ impl<const D: usize> System<D> {
             packs,
             topology,
             structure,
+            held_forces: HeldForces::default(),
             force_scale: 0.0,
             moment_scale: 0.0,
             size,

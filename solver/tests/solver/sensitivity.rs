@@ -1,10 +1,8 @@
 //! Derivatives with respect to sections, against differences of whole solves.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{AXES, Fixed, cantilever, elastic};
+use crate::common::{AXES, Fixed, cantilever, elastic};
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::path;
 use pennate_solver::structure::{Dimension, Drive, SectionState, Segment, Structure};

@@ -8,11 +8,11 @@ use std::process::{Command, Stdio};
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use pennate_analysis::solution::Solution;
 
-#[path = "../validation/scenes/figures.rs"]
+#[path = "../../validation/scenes/figures.rs"]
 mod figures;
-#[path = "../validation/scenes/run.rs"]
+#[path = "../../validation/scenes/run.rs"]
 mod run;
-#[path = "../validation/scenes/tables.rs"]
+#[path = "../../validation/scenes/tables.rs"]
 mod tables;
 
 use run::{solve, value};

@@ -1,6 +1,6 @@
 //! The pseudo-rigid-body model against the high-fidelity data, and against itself.
 
-#[path = "../validation/hifi/muscle.rs"]
+#[path = "../../validation/hifi/muscle.rs"]
 mod hifi;
 
 use pennate_analysis::fit::data::{self, Case};

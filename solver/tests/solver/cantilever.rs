@@ -1,8 +1,6 @@
 //! Cantilevers with known answers.
 
-mod common;
-
-use common::{cantilever, elastic, solve_one};
+use crate::common::{cantilever, elastic, solve_one};
 use pennate_solver::history::Status;
 use pennate_solver::structure::{Dimension, Drive};
 use std::f64::consts::{PI, TAU};

@@ -1,6 +1,6 @@
 //! Fits of muscles to test data.
 
-#[path = "../validation/hifi/muscle.rs"]
+#[path = "../../validation/hifi/muscle.rs"]
 mod hifi;
 
 use std::fmt::Write;

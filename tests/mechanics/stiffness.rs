@@ -1,8 +1,6 @@
 //! Probes of stiffness against closed forms.
 
-mod network;
-
-use network::{ROD, model, solve};
+use crate::network::{ROD, model, solve};
 use pennate_analysis::solution::ProbeTable;
 use pennate_solver::history::Increment;
 

@@ -1,13 +1,13 @@
 //! Networks of `examples/hostile` that once ended elsewhere than in small increments, without a word.
 
-#[path = "../examples/hostile/case.rs"]
+#[path = "../../examples/hostile/case.rs"]
 mod case;
-#[path = "../examples/hostile/check.rs"]
+#[path = "../../examples/hostile/check.rs"]
 #[expect(dead_code, reason = "members are integrated by the example")]
 mod check;
-#[path = "../examples/hostile/random.rs"]
+#[path = "../../examples/hostile/random.rs"]
 mod random;
-#[path = "../examples/hostile/shapes.rs"]
+#[path = "../../examples/hostile/shapes.rs"]
 mod shapes;
 
 use case::case;

@@ -3,10 +3,8 @@
 //! A network that is turned in its plane and drawn larger is the same network, and every sum in its solve is rounded
 //! another way: what such copies differ by is what rounding does.
 
-mod network;
-
+use crate::network::solve;
 use nalgebra::{Rotation3, Vector3};
-use network::solve;
 use pennate_solver::history::{Equilibrium, Rounding};
 
 /// Turn in degrees and size of every copy.

@@ -106,7 +106,7 @@ fn the_schema_accepts_every_network_of_this_crate() {
 
 #[test]
 fn the_schema_accepts_every_form_of_every_key() {
-    check(&network(include_str!("every_key.toml"))).unwrap();
+    check(&network(include_str!("../every_key.toml"))).unwrap();
 }
 
 #[test]

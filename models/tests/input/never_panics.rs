@@ -77,14 +77,14 @@ const TOKENS: &[&str] = &[
 
 #[test]
 fn mangled_networks_are_errors_or_networks() {
-    let every_key = include_str!("every_key.toml").replace("dimension = \"space\"\n", "").replace(
+    let every_key = include_str!("../every_key.toml").replace("dimension = \"space\"\n", "").replace(
         "file = \"../muscles/silicone.toml\"",
         "diameter = 13\nwall = 2\ntable = [{ pressure = 1, E = 1, alpha = -0.1, R1 = 7, R2 = 8 }]",
     );
     let sources = [
         ("a.toml", every_key.as_str()),
-        ("b.toml", include_str!("../networks/dyad.toml")),
-        ("c.json", include_str!("../networks/dyad.json")),
+        ("b.toml", include_str!("../../networks/dyad.toml")),
+        ("c.json", include_str!("../../networks/dyad.json")),
     ];
     let mut noise = Noise(0x9E37_79B9_7F4A_7C15);
     for (name, source) in sources {

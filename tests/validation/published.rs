@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-#[path = "../validation/compare/mod.rs"]
+#[path = "../../validation/compare/mod.rs"]
 mod compare;
 
 use compare::{Case, Setting};

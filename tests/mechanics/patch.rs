@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use pennate_models::Mesh;
 use pennate_solver::structure::Formulation;
 
-mod network;
+use crate::network;
 
-use network::{Solved, Vector, assert_close, assert_near, model, solve_on};
+use crate::network::{Solved, Vector, assert_close, assert_near, model, solve_on};
 
 const LENGTH: f64 = 60.0;
 

@@ -1,6 +1,6 @@
 //! Laws that every network keeps, tried on random ones.
 
-#[path = "../examples/hostile/random.rs"]
+#[path = "../../examples/hostile/random.rs"]
 mod random;
 
 use nalgebra::{Matrix3, Rotation3};

@@ -1,10 +1,10 @@
 //! A short run of the fuzz: files that are wrong, or strange, or both.
 
-#[path = "../examples/fuzz/corpus.rs"]
+#[path = "../../examples/fuzz/corpus.rs"]
 mod corpus;
-#[path = "../examples/fuzz/mutate.rs"]
+#[path = "../../examples/fuzz/mutate.rs"]
 mod mutate;
-#[path = "../examples/fuzz/trial.rs"]
+#[path = "../../examples/fuzz/trial.rs"]
 mod trial;
 
 use std::path::Path;

@@ -12,7 +12,7 @@ use pennate_solver::structure::Formulation;
 use serde_json::Value;
 
 #[allow(dead_code, reason = "a part of the comparison is used here")]
-#[path = "../validation/compare/mod.rs"]
+#[path = "../../validation/compare/mod.rs"]
 mod compare;
 
 use compare::{Case, Setting};
@@ -130,8 +130,9 @@ fn iterations_are_those_of_exact_elements() {
     let slender = "validation/17_extreme_slenderness/slender.toml";
     let bend = "validation/04_bathe_bolourchi_bend/one_step.toml";
     for (file, most) in [("validation/01_roll_up/full_circle.toml", 6), (elastica, 62), (slender, 120), (bend, 22)] {
+        // The verdict on the end of a step takes one more.
         let count = |formulation| -> usize {
-            on(&read(file, formulation), 64).steps.iter().map(|step| step.factorizations).sum()
+            on(&read(file, formulation), 64).steps.iter().map(|step| step.factorizations - 1).sum()
         };
         let (exact, own) = (count(Formulation::Exact), count(Formulation::Corotational));
         println!("{file}: {own} factorizations, exact elements of order 1 {exact}");

@@ -1,8 +1,6 @@
 //! Where the stability of plane networks is judged, and what holds them out of their plane.
 
-mod network;
-
-use network::{assert_near, attempt, solve};
+use crate::network::{assert_near, attempt, solve};
 use pennate_solver::history::{Note, Status};
 use pennate_solver::structure::Dimension;
 

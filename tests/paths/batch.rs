@@ -4,7 +4,7 @@ use pennate_models::{Mesh, discretize, read_text};
 use pennate_solver::batch::{self, Design, Reason};
 use pennate_solver::options::Options;
 
-const DYAD: &str = include_str!("../models/networks/dyad.toml");
+const DYAD: &str = include_str!("../../models/networks/dyad.toml");
 
 /// The dyad at an angle, its joint pushed back in a second step; pressed through its anchors where `crushed`.
 fn dyad(beta: f64, crushed: bool) -> Design {

@@ -1,0 +1,14 @@
+//! Paths, singular points, stability and spectra.
+
+#[path = "../network/mod.rs"]
+mod network;
+
+mod batch;
+mod buckling;
+mod chains;
+mod critical_points;
+mod guide;
+mod held;
+mod modes;
+mod verdict;
+mod verdicts;

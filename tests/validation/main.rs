@@ -1,0 +1,6 @@
+//! Published problems, scenes and measured data.
+
+mod prb;
+mod published;
+mod scenes;
+mod strut;
