@@ -33,6 +33,8 @@ LEFT_OUT = ("validation/view.sh", "#")
 SMALL, ROUNDING = 1e-4, 1e-7
 # A row of the table of steps, up to its increments and iterations.
 STEP = re.compile(r"^(.* %) +(\d+) +(\d+) ")
+# A row of modes: its numbers. Two modes of one frequency may be any two of their motions, in any order.
+MODE = re.compile(r"^ +\d+((?: +[-+.e\d]+){2,3}) +(?=[a-z])")
 
 # Pictures by page: shapes of a folder, curves of columns of a history (- turns a sign), or a picture that the program drew.
 PICTURES = {
@@ -157,6 +159,9 @@ def same(ours, theirs):
     if all(steps):
         work = zip(*(map(int, step.groups()[1:]) for step in steps))
         return same(*(step[1] for step in steps)) and all(abs(a - b) <= max(2, 0.2 * a) for a, b in work)
+    modes = [MODE.match(line) for line in (ours, theirs)]
+    if all(modes):
+        ours, theirs = (mode[1] for mode in modes)
     if re.sub(r"[\s─-]+", "", NUMBER.sub("#", ours)) != re.sub(r"[\s─-]+", "", NUMBER.sub("#", theirs)):
         return False
     return all(close(float(a), float(b)) for a, b in zip(NUMBER.findall(ours), NUMBER.findall(theirs)))
