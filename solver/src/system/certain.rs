@@ -23,6 +23,11 @@ const LAST_PLACE: f64 = f64::EPSILON;
 /// elements leaves ten units in the last place in each of its ten operations.
 const HIDDEN: f64 = 100.0 * f64::EPSILON;
 
+/// Stiffness of the softest motion, over that of its components one by one and the cube of the number of nodes along a member,
+/// beyond which rounding hides no sign: the terms that a tangent is the difference of are larger than it by that cube at
+/// most, and each operation on them leaves a unit in the last place. Ten thousand of them are far more than there are.
+const CLEAR: f64 = 1e4 * f64::EPSILON;
+
 impl<const D: usize> System<D> {
     /// Negative pivots of the last assembly that neither rounding nor the residual explains.
     ///
@@ -35,10 +40,18 @@ impl<const D: usize> System<D> {
     /// Motions of which rounding and the residual hide the sign of the stiffness at the last assembly, if none is negative for
     /// certain; zero where one is.
     ///
-    /// Costs two factorizations, and two more where there are any; the factors are those of the tangent again afterwards.
+    /// Costs a few solves where the softest motion is stiff enough, else two factorizations, and two more where there are
+    /// any; the factors are those of the tangent again afterwards.
     pub fn hidden_signs(&mut self) -> usize {
         let lowest = |slot: &MemberSlot| self.packs[slot.pack].pivots(slot.lane).1;
         let within = self.members.iter().filter(|slot| lowest(slot) <= HIDDEN).count();
+        // The stiffness in place of an infinite one is larger than any bending stiffness.
+        if within == 0 && !self.holds_strains() {
+            let nodes = self.packs.iter().map(|pack| pack.elements() * pack.order()).max().unwrap_or(1) as f64;
+            if self.softest_stiffness() > CLEAR * nodes.powi(3) {
+                return 0;
+            }
+        }
         let possible = within + self.in_doubt(-1.0, |_, pivots| pivots.negative + pivots.neutral);
         if possible > 0 && self.certain_negative() == 0 { possible } else { 0 }
     }
