@@ -23,6 +23,8 @@ pub struct Lateral {
     held: Vec<Held>,
     /// The network in space, built where a sideways loss of stability has to be confirmed.
     space: Option<System<6>>,
+    /// What was found at a linearization of the plane network: its number, pivots, and whether the loads have a potential.
+    found: Option<(u64, Inertia, bool)>,
 }
 
 impl Lateral {
@@ -33,7 +35,7 @@ impl Lateral {
         let mut system = System::new(structure, topology, Vec::new(), [2, 3, 4], false);
         system.members = plane.members.clone();
         system.hold(held.clone());
-        Self { system, held, space: None }
+        Self { system, held, space: None, found: None }
     }
 
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
@@ -95,6 +97,41 @@ impl OutOfPlane<3> for Lateral {
     }
 
     fn inertia(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
+        if let Some((linearization, inertia, potential)) = self.found
+            && linearization == plane.linearizations()
+        {
+            return (inertia, potential);
+        }
+        let (inertia, potential) = self.assemble(plane);
+        self.found = Some((plane.linearizations(), inertia, potential));
+        (inertia, potential)
+    }
+
+    /// The lateral tangent keeps no track of its rounding: where a pivot of it is small, the spatial network is asked.
+    fn hidden_signs(&mut self, plane: &mut System<3>) -> usize {
+        let (inertia, potential) = self.inertia(plane);
+        if !potential || inertia.smallest > SMALL {
+            return 0;
+        }
+        self.lift(plane).map_or(0, System::hidden_signs)
+    }
+
+    fn softest(&mut self) -> Vec<f64> {
+        self.system.softest_motion()
+    }
+
+    fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
+        self.system.singular_test(b)
+    }
+
+    fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]> {
+        self.system.motions_of(solution)
+    }
+}
+
+impl Lateral {
+    /// Assembles and factorizes the lateral tangent at the last linearization of the plane network.
+    fn assemble(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
         let system = &mut self.system;
         system.state.joints.copy_from_slice(&plane.state.joints);
         system.state.releases.copy_from_slice(&plane.state.releases);
@@ -126,27 +163,6 @@ impl OutOfPlane<3> for Lateral {
         system.add_springs_and_loads(Some(plane));
         system.finish(&mut inertia);
         (inertia, system.has_potential())
-    }
-
-    /// The lateral tangent keeps no track of its rounding: where a pivot of it is small, the spatial network is asked.
-    fn hidden_signs(&mut self, plane: &mut System<3>) -> usize {
-        let (inertia, potential) = self.inertia(plane);
-        if !potential || inertia.smallest > SMALL {
-            return 0;
-        }
-        self.lift(plane).map_or(0, System::hidden_signs)
-    }
-
-    fn softest(&mut self) -> Vec<f64> {
-        self.system.softest_motion()
-    }
-
-    fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
-        self.system.singular_test(b)
-    }
-
-    fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]> {
-        self.system.motions_of(solution)
     }
 }
 

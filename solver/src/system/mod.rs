@@ -174,6 +174,8 @@ pub struct System<const D: usize> {
     released_neutral: usize,
     released_negative: usize,
     last_inertia: Inertia,
+    /// How often the state was linearized: what was found at the last linearization holds until the next.
+    linearizations: u64,
     /// Sum of the stiffness of members and springs on every component, and the same of the unloaded structure.
     stiffness: Vec<[f64; 6]>,
     rest_stiffness: Vec<[f64; 6]>,
@@ -269,6 +271,7 @@ impl<const D: usize> System<D> {
             released_neutral: 0,
             released_negative: 0,
             last_inertia: Inertia::default(),
+            linearizations: 0,
             stiffness: vec![[0.0; 6]; joints],
             rest_stiffness: vec![[0.0; 6]; joints],
             idle_members: Vec::new(),
@@ -362,6 +365,7 @@ impl<const D: usize> System<D> {
 
     /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
     pub fn gather(&mut self, pending: bool) -> Inertia {
+        self.linearizations += 1;
         self.condense();
         self.equations.update(&self.topology, &self.state.joints, self.fraction);
         self.linear.clear();
@@ -403,6 +407,11 @@ impl<const D: usize> System<D> {
     /// Largest strain that a rigid component of any member still has.
     pub fn violation(&self) -> f64 {
         self.packs.iter().map(|pack| pack.violation()).fold(0.0, f64::max)
+    }
+
+    /// A number that changes with every linearization.
+    pub fn linearizations(&self) -> u64 {
+        self.linearizations
     }
 
     /// Pivots of the last assembly.
