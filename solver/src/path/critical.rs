@@ -8,7 +8,7 @@ use super::report::{Rough, cause_of, status_of};
 use super::trace::Passed;
 use super::{Count, Path};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note, StepHistory};
-use crate::newton::{Convergence, DETOUR, Start};
+use crate::newton::{Convergence, DETOUR, Start, Why};
 use crate::structure::{Branch, Method};
 
 /// A walk that gets farther than this part of the ramp has found nothing to stop for.
@@ -49,7 +49,7 @@ impl<const D: usize> Path<'_, D> {
         record: &mut StepHistory,
         fraction: f64,
         course: &Course,
-        rough: Rough,
+        mut rough: Rough,
         tally: &mut Tally,
     ) -> After {
         let begin = self.base;
@@ -62,7 +62,16 @@ impl<const D: usize> Path<'_, D> {
         if let Some(mut walk) = walk {
             for _ in 0..STRIDES {
                 let begin = walk.clone();
-                let Ok((_, passed)) = self.stride(&mut walk, ramp, tally) else { break };
+                let passed = match self.stride(&mut walk, ramp, tally) {
+                    Ok((_, passed)) => passed,
+                    Err(lost) => {
+                        if let Why::Overheld(_) = lost.why {
+                            // What changed signs on the way was the force of this member, which grows without end.
+                            rough = self.rough_end(rough.failure.tried, &lost, false);
+                        }
+                        break;
+                    }
+                };
                 if passed.any() {
                     let between = [walk.before, walk.fraction];
                     points = self.pinpoint(ramp, between, Some(walk.metric), &passed, tally);
