@@ -158,15 +158,20 @@ impl Symmetric {
 
     /// y = K x
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.apply_values(&self.values, x, y);
+    }
+
+    /// y = A x for the matrix of the same pattern with these values.
+    pub fn apply_values(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         let pattern = &self.analysis.pattern;
         let (starts, rows) = (pattern.col_ptr(), pattern.row_idx());
         y.fill(0.0);
         for column in 0..self.size() {
             for k in starts[column]..starts[column + 1] {
                 let row = rows[k];
-                y[row] += self.values[k] * x[column];
+                y[row] += values[k] * x[column];
                 if row != column {
-                    y[column] += self.values[k] * x[row];
+                    y[column] += values[k] * x[row];
                 }
             }
         }

@@ -35,6 +35,28 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Advance<'_
     }
 }
 
+/// What elimination subtracts from at both ends, as work in lanes.
+pub(super) struct Bare<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Bare<'_, T, B, D, P> {
+    type Output = [[[T; D]; D]; 2];
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Chain { frames, bare: [start, end], .. } = self.0;
+        let o = [T::zero(); D];
+        let mut own = Condensed { tangent: zeros(), gradient: o, mixed_end: o, turn: None };
+        for d in 0..D {
+            own.tangent[d][d] = start[d];
+        }
+        let first = B::expand(&frames[0], &own).k00;
+        for d in 0..D {
+            own.tangent[d][d] = end[d];
+        }
+        [first, B::expand(&frames[frames.len() - 1], &own).k11]
+    }
+}
+
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Condenses one element to its last node, and stores the factors.
     #[inline(always)]

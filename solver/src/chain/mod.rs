@@ -5,7 +5,7 @@
 //! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
 //! the member. Members of equal mesh may lie side by side in the lanes of `T`.
 
-use pennate_elements::beam::{Beam, Condensed, Ends, Formulation, Moduli, Piece, Placement};
+use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, add, axpy, scale, sub, zeros};
@@ -124,8 +124,8 @@ pub trait Pack<const D: usize>: Send {
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
     fn pivots(&self, lane: usize) -> (usize, f64);
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
-    /// are held, those within the elements too: the terms that elimination subtracts from.
-    fn bare_stiffness(&self, lane: usize) -> [[[f64; D]; D]; 2];
+    /// are held, those within the elements too: the terms that elimination subtracts from. For every member of the pack.
+    fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]>;
     fn energy(&self, lane: usize) -> f64;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
@@ -406,18 +406,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         (self.negative.lane(lane) as usize, self.smallest.lane(lane))
     }
 
-    fn bare_stiffness(&self, lane: usize) -> [[[f64; D]; D]; 2] {
-        let whole = |e: usize, diagonal: &[T; D]| {
-            let mut tangent = zeros();
-            for d in 0..D {
-                tangent[d][d] = diagonal[d];
-            }
-            let o = [T::zero(); D];
-            B::expand(&self.frames[e], &Condensed { tangent, gradient: o, mixed_end: o, turn: None })
-        };
-        let [start, end] = &self.bare;
-        let last = self.frames.len() - 1;
-        [lanes::lanes(&whole(0, start).k00, lane), lanes::lanes(&whole(last, end).k11, lane)]
+    fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
+        let [start, end] = T::run(condense::Bare(self));
+        (0..self.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
     }
 
     fn energy(&self, lane: usize) -> f64 {

@@ -23,55 +23,85 @@ const LAST_PLACE: f64 = f64::EPSILON;
 /// elements leaves ten units in the last place in each of its ten operations.
 const HIDDEN: f64 = 100.0 * f64::EPSILON;
 
-/// Stiffness of the softest motion, over that of its components one by one and the cube of the number of nodes along a member,
-/// beyond which rounding hides no sign: the terms that a tangent is the difference of are larger than it by that cube at
-/// most, and each operation on them leaves a unit in the last place. Ten thousand of them are far more than there are.
-const CLEAR: f64 = 1e4 * f64::EPSILON;
+/// Part of a motion's stiffness that rounding and the residual may have taken at most where they hide no sign: iterations that
+/// look for the motion of which they take most are near it, and not at it.
+const CLEAR: f64 = 1e-2;
+/// Such iterations: a motion that so many of them do not single out takes hardly more than the one that they are at.
+const LOOKS: usize = 6;
 
 impl<const D: usize> System<D> {
     /// Negative pivots of the last assembly that neither rounding nor the residual explains.
     ///
     /// Costs two factorizations; the factors are those of the tangent again afterwards.
     pub fn certain_negative(&mut self) -> usize {
+        let doubt = self.doubtful_stiffness();
+        self.certain_within() + self.in_doubt(1.0, &doubt, |_, pivots| pivots.negative)
+    }
+
+    /// Negative pivots within members and of their released ends.
+    fn certain_within(&self) -> usize {
         let interior: usize = self.members.iter().map(|slot| self.packs[slot.pack].pivots(slot.lane).0).sum();
-        interior + self.released_negative + self.in_doubt(1.0, |_, pivots| pivots.negative)
+        interior + self.released_negative
     }
 
     /// Motions of which rounding and the residual hide the sign of the stiffness at the last assembly, if none is negative for
     /// certain; zero where one is.
     ///
-    /// Costs a few solves where the softest motion is stiff enough, else two factorizations, and two more where there are
-    /// any; the factors are those of the tangent again afterwards.
+    /// Costs a few solves where the stiffness of every motion is far above what may have been taken from it, else two
+    /// factorizations, and two more where there are any; the factors are those of the tangent again afterwards.
     pub fn hidden_signs(&mut self) -> usize {
         let lowest = |slot: &MemberSlot| self.packs[slot.pack].pivots(slot.lane).1;
         let within = self.members.iter().filter(|slot| lowest(slot) <= HIDDEN).count();
-        // The stiffness in place of an infinite one is larger than any bending stiffness.
-        if within == 0 && !self.holds_strains() {
-            let nodes = self.packs.iter().map(|pack| pack.elements() * pack.order()).max().unwrap_or(1) as f64;
-            if self.softest_stiffness() > CLEAR * nodes.powi(3) {
-                return 0;
-            }
+        let doubt = self.doubtful_stiffness();
+        if within == 0 && self.part_in_doubt(&doubt) <= CLEAR {
+            return 0;
         }
-        let possible = within + self.in_doubt(-1.0, |_, pivots| pivots.negative + pivots.neutral);
-        if possible > 0 && self.certain_negative() == 0 { possible } else { 0 }
+        let hidden = self.in_doubt(-1.0, &doubt, |_, pivots| pivots.negative + pivots.neutral);
+        let certain = |system: &mut Self| system.in_doubt(1.0, &doubt, |_, pivots| pivots.negative);
+        let possible = within + hidden;
+        if possible > 0 && self.certain_within() + certain(self) == 0 { possible } else { 0 }
+    }
+
+    /// The largest part of the stiffness of a motion that may have been taken from it.
+    ///
+    /// That motion is looked for by iteration: x = K⁻¹ D x, with the stiffness D that may have been taken.
+    fn part_in_doubt(&mut self, doubt: &[f64]) -> f64 {
+        let size = self.linear.size();
+        let mut x: Vec<f64> = (0..size).map(|i| (1.3 * i as f64 + 0.7).sin()).collect();
+        let mut taken = vec![0.0; size];
+        self.linear.apply_values(doubt, &x, &mut taken);
+        let mut part = 0.0;
+        for _ in 0..LOOKS {
+            x.copy_from_slice(&taken);
+            if !self.linear.solve(&mut x, 1) {
+                return f64::INFINITY;
+            }
+            let stiffness: f64 = x.iter().zip(&taken).map(|(x, kx)| x * kx).sum();
+            self.linear.apply_values(doubt, &x, &mut taken);
+            let own: f64 = x.iter().zip(&taken).map(|(x, dx)| x * dx).sum();
+            if own == 0.0 {
+                return 0.0;
+            }
+            part = (own / stiffness).abs();
+            let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            taken.iter_mut().for_each(|dx| *dx /= length);
+        }
+        part
     }
 
     /// What rounding and residual may change the value of [`System::singular_test`] by at the last assembly.
     pub fn doubt(&mut self, b: &[f64]) -> Option<f64> {
         let here = self.singular_test(b)?;
-        let there = self.in_doubt(1.0, |system, _| system.singular_test(b))?;
+        let doubt = self.doubtful_stiffness();
+        let there = self.in_doubt(1.0, &doubt, |system, _| system.singular_test(b))?;
         Some(there - here)
     }
 
     /// Looks at the factors of the tangent with so many times what may have been taken from it.
-    fn in_doubt<R>(&mut self, times: f64, look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
+    fn in_doubt<R>(&mut self, times: f64, doubt: &[f64], look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
         let values = self.linear.values.clone();
-        let own: Vec<f64> = (0..self.linear.size()).map(|i| self.linear.diagonal(i).abs()).collect();
-        self.linear.clear();
-        self.linear.shift(LAST_PLACE, &own);
-        self.add_doubt();
-        for (doubt, value) in self.linear.values.iter_mut().zip(&values) {
-            *doubt = value + times * *doubt;
+        for (value, doubt) in self.linear.values.iter_mut().zip(doubt) {
+            *value += times * doubt;
         }
         let pivots = self.linear.factorize();
         let seen = look(self, pivots);
@@ -80,14 +110,24 @@ impl<const D: usize> System<D> {
         seen
     }
 
+    /// What rounding and the residual may have taken from the tangent, in the places of its values.
+    fn doubtful_stiffness(&mut self) -> Vec<f64> {
+        let zero = vec![0.0; self.linear.values.len()];
+        let own: Vec<f64> = (0..self.linear.size()).map(|i| self.linear.diagonal(i).abs()).collect();
+        let tangent = std::mem::replace(&mut self.linear.values, zero);
+        self.linear.shift(LAST_PLACE, &own);
+        self.add_doubt();
+        std::mem::replace(&mut self.linear.values, tangent)
+    }
+
     /// Adds what rounding of members and the residual may have taken from the tangent.
     fn add_doubt(&mut self) {
         let active = self.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
+        let bare: Vec<_> = self.packs.iter().map(|pack| pack.bare_stiffness()).collect();
         for index in 0..self.members.len() {
             let (pack, lane) = (self.members[index].pack, self.members[index].lane);
-            let bare = self.packs[pack].bare_stiffness(lane);
-            let ends = doubtful(&bare, translations);
+            let ends = doubtful(&bare[pack][lane], translations);
             let info = self.end_info(index, [[0.0; 6]; 2]);
             let mut factor = self.members[index].factor;
             let reduced = reduce::reduce(&ends, &active, &info, Some(&mut factor));
