@@ -2,9 +2,6 @@
 //!
 //! `cargo run --release --example calibration`; with `-- --write` it draws docs/fit_check.svg too.
 
-#[path = "../validation/hifi/muscle.rs"]
-mod muscle;
-
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -14,6 +11,7 @@ use pennate_analysis::fit::cantilever::{Cantilever, Load};
 use pennate_analysis::fit::errors::{Errors, by_length, over_pressures};
 use pennate_analysis::fit::optimize::Method;
 use pennate_analysis::fit::{self, EndLength, Fitted, Request};
+use pennate_testing::muscle;
 
 fn main() {
     let base = muscle::request();

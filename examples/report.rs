@@ -10,12 +10,8 @@ use std::time::Instant;
 
 use pennate_models::scenes::SCENES;
 
-#[path = "../validation/scenes/figures.rs"]
-mod figures;
-#[path = "../validation/scenes/run.rs"]
-mod run;
-
-use figures::Figure;
+use pennate_testing::scenes::figures::{self, Figure};
+use pennate_testing::scenes::run::solve;
 
 const BEGIN: &str = "<!-- reported figures: begin -->";
 const END: &str = "<!-- reported figures: end -->";
@@ -71,7 +67,7 @@ fn times() -> (String, f64) {
     let mut total = 0.0;
     for scene in SCENES {
         let start = Instant::now();
-        let solved = run::solve(scene.name, &[], 1e-6);
+        let solved = solve(scene.name, &[], 1e-6);
         let time = start.elapsed().as_secs_f64();
         total += time;
         lines.push(match solved {

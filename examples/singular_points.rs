@@ -18,11 +18,9 @@ use pennate_solver::history::{CriticalPoint, NodeState, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::Change;
 use pennate_testing::frames::Frame;
+use pennate_testing::page;
 use plotters::prelude::*;
 use serde_json::Value;
-
-#[path = "../validation/readme.rs"]
-mod readme;
 
 const ACCURACY: f64 = 1e-6;
 /// Increments of the curve in the picture.
@@ -47,7 +45,7 @@ fn main() -> ExitCode {
     println!("{table}");
     if std::env::args().any(|argument| argument == "--write") {
         let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/load_path.svg");
-        let written = readme::put("singular points", &table).and_then(|()| draw(&picture).map_err(|e| e.to_string()));
+        let written = page::put("singular points", &table).and_then(|()| draw(&picture).map_err(|e| e.to_string()));
         if let Err(message) = written {
             eprintln!("{message}");
             return ExitCode::FAILURE;

@@ -2,14 +2,10 @@
 //! parameters, errors, times, regression, and two mechanisms. `cargo run --release --example surrogates`; with `-- --write` it
 //! draws docs/surrogates.svg too.
 
-#[path = "../validation/hifi/muscle.rs"]
-mod muscle;
-
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use muscle::{DIAMETER, LENGTH};
 use pennate::output::text::{Align, columns};
 use pennate_analysis::fit::cantilever::{Cantilever, Load};
 use pennate_analysis::fit::errors::{Errors, over_pressures};
@@ -17,6 +13,7 @@ use pennate_analysis::fit::prb::{self, FittedPrb, NAMES};
 use pennate_analysis::fit::regression::regress;
 use pennate_analysis::fit::{self, Fitted, TESTS};
 use pennate_models::prb::{Gripper, Joint, Prb};
+use pennate_testing::muscle::{self, DIAMETER, LENGTH};
 use plotters::prelude::*;
 
 fn main() {

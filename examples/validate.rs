@@ -13,12 +13,8 @@ use std::process::ExitCode;
 use pennate::{Input, Job, Refusal};
 use serde_json::Value;
 
-#[path = "../validation/compare/mod.rs"]
-mod compare;
-#[path = "../validation/readme.rs"]
-mod readme;
-
-use compare::{Case, Outcome, Setting};
+use pennate_testing::comparison::{Case, Outcome, Row, Setting};
+use pennate_testing::page;
 
 const DEFAULT_ACCURACY: &str = "1e-6";
 
@@ -47,7 +43,7 @@ fn main() -> ExitCode {
     for failure in &failures {
         eprintln!("{failure}");
     }
-    if write && let Err(message) = readme::put("validation table", &table) {
+    if write && let Err(message) = page::put("validation table", &table) {
         eprintln!("{message}");
         return ExitCode::FAILURE;
     }
@@ -72,7 +68,7 @@ fn row(name: &str, default: &[Outcome], fine: &[Outcome]) -> String {
     };
     let estimates = default.iter().chain(fine).filter_map(Outcome::worst_estimate);
     let estimate = estimates.map(|(factor, _)| factor).max_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()));
-    let error = |row: Option<&compare::Row>| row.map_or("–".to_owned(), |row| format!("{:.1e}", row.relative()));
+    let error = |row: Option<&Row>| row.map_or("–".to_owned(), |row| format!("{:.1e}", row.relative()));
     let worst_default = worst(default);
     format!(
         "| {name} | {} | {} | {} | {} | {} | {} | {:.1} ms |",

@@ -7,10 +7,6 @@
 
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
-mod corpus;
-mod mutate;
-mod trial;
-
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -20,8 +16,9 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
-use corpus::Corpus;
-use mutate::{Case, case, varied};
+use pennate_testing::fuzz::corpus::Corpus;
+use pennate_testing::fuzz::mutate::{Case, case, varied};
+use pennate_testing::fuzz::trial;
 
 /// Time on a processor for one file to be read and checked.
 const SLOW: Duration = Duration::from_secs(1);

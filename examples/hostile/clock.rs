@@ -2,17 +2,17 @@
 
 use std::time::{Duration, Instant};
 
-pub struct Clock {
+pub(crate) struct Clock {
     computed: Option<Duration>,
     wall: Instant,
 }
 
 impl Clock {
-    pub fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self { computed: computed(), wall: Instant::now() }
     }
 
-    pub fn elapsed(&self) -> Duration {
+    pub(crate) fn elapsed(&self) -> Duration {
         match (self.computed, computed()) {
             (Some(start), Some(now)) => now - start,
             _ => self.wall.elapsed(),

@@ -10,26 +10,21 @@
 //! ends the program with status 1: a state that is no equilibrium, a cause that was not confirmed, a panic, a network
 //! refused, a run beyond its time.
 
-mod case;
-mod check;
 mod clock;
-mod random;
-mod shapes;
-mod stiff;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use check::{Residual, residual};
 use clock::Clock;
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Change, Formulation, Method, Step, Stop};
+use pennate_testing::random::check::{Residual, residual};
+use pennate_testing::random::network::{LENGTH, Network, Vector};
+use pennate_testing::random::stiff::stiff_case;
 use pennate_testing::verdict::{self, Verdict};
-use random::{LENGTH, Network, Vector};
 use rayon::prelude::*;
-use stiff::stiff_case;
 
 /// Time of one run.
 const BUDGET: Duration = Duration::from_secs(20);

@@ -1,6 +1,18 @@
-//! Networks and independent references that tests and campaigns share; nothing of it is part of the program.
+//! Networks, readers and independent references that tests and campaigns share; nothing of it is part of the program.
 
-#![warn(missing_docs, unreachable_pub)]
+use std::path::{Path, PathBuf};
 
+pub mod comparison;
 pub mod frames;
+pub mod fuzz;
+pub mod muscle;
+pub mod network;
+pub mod page;
+pub mod random;
+pub mod scenes;
 pub mod verdict;
+
+/// A file or folder of the repository, by its path from the top.
+pub fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
+}

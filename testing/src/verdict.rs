@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_models::{Model, discretize};
+use pennate_solver::history::Status;
 use pennate_solver::modes::{self, NoModes};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Drive, SectionLaw, SectionState, Step, Structure};
@@ -23,6 +26,34 @@ pub enum Verdict {
     Contradicted([f64; 2]),
     /// There are no modes about the state.
     Unknown,
+}
+
+/// The verdicts on the steps of a network.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdicts {
+    /// How many were confirmed.
+    pub confirmed: usize,
+    /// Those that were contradicted: number of the step from 0, whether it was called stable, and the lowest eigenvalues ω² on
+    /// both orders (1/s²).
+    pub contradicted: Vec<(usize, bool, [f64; 2])>,
+}
+
+/// Solves a network to 1e-6, and holds the verdict on every step against the lowest mode at its end; up to the first step that
+/// did not converge or has no verdict.
+pub fn verdicts(model: Model) -> Verdicts {
+    let options = Options { estimate: true, ..Options::default() };
+    let mut verdicts = Verdicts::default();
+    let Ok(solution) = solve_to_accuracy(model, 1e-6, &options, &mut |_| true) else { return verdicts };
+    let (structure, steps) = discretize(&solution.model, &solution.mesh);
+    for (index, step) in solution.history.steps.iter().enumerate() {
+        let (Status::Converged, Some(stable), true) = (step.status, step.stable, index < steps.len()) else { break };
+        match confirm(&structure, &steps, index + 1, stable) {
+            Verdict::Confirmed => verdicts.confirmed += 1,
+            Verdict::Contradicted(lowest) => verdicts.contradicted.push((index, stable, lowest)),
+            Verdict::Unknown => {}
+        }
+    }
+    verdicts
 }
 
 /// Holds the verdict on the end of the first `count` steps against the lowest mode there, on the elements of the structure

@@ -5,7 +5,7 @@
 use pennate_models::{Mesh, Model};
 use pennate_solver::structure::Formulation;
 
-use crate::network::{Solved, Vector, model, solve_on};
+use pennate_testing::network::{Solved, Vector, model, solve_on};
 
 /// Solves on `elements` of an order in each segment.
 fn on(model: &Model, order: usize, elements: usize) -> Solved {

@@ -11,11 +11,7 @@ use pennate_solver::options::Options;
 use pennate_solver::structure::Formulation;
 use serde_json::Value;
 
-#[allow(dead_code, reason = "a part of the comparison is used here")]
-#[path = "../../validation/compare/mod.rs"]
-mod compare;
-
-use compare::{Case, Setting};
+use pennate_testing::comparison::{Case, Setting};
 
 /// Largest factor between an estimated error and the true one.
 const ESTIMATE_FACTOR: f64 = 10.0;

@@ -3,9 +3,9 @@
 //! A network that is turned in its plane and drawn larger is the same network, and every sum in its solve is rounded
 //! another way: what such copies differ by is what rounding does.
 
-use crate::network::solve;
 use nalgebra::{Rotation3, Vector3};
 use pennate_solver::history::{Equilibrium, Rounding};
+use pennate_testing::network::solve;
 
 /// Turn in degrees and size of every copy.
 const COPIES: [(f64, f64); 9] = [

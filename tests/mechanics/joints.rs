@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::network;
+use pennate_testing::network;
 
-use crate::network::{ROD, Vector, assert_close, assert_near, attempt, places, solve, solve_finely};
+use pennate_testing::network::{ROD, Vector, assert_close, assert_near, attempt, places, solve, solve_finely};
 
 fn rod(rest: &str) -> String {
     format!("{ROD}{rest}")

@@ -1,17 +1,14 @@
 //! Laws that every network keeps, tried on random ones.
 
-#[path = "../../examples/hostile/random.rs"]
-mod random;
-
 use nalgebra::{Matrix3, Rotation3};
 use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{
     Dimension, Drive, Member, Method, Release, Segment, Spring, Stability, Step, Structure, Support,
 };
+use pennate_testing::random::network::{Actuated, EI, LENGTH, Network, Recipe, Vector, network};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};
-use random::{LENGTH, Network, Recipe, Vector, network};
 
 /// Cases of a law; the seed is fixed, so that a failure is one for everybody.
 fn cases(cases: u32) -> Config {
@@ -314,9 +311,9 @@ proptest! {
             member.control = None;
         }
         for law in &mut arch.laws {
-            *law = random::Actuated { strain: 0.0, curvature: 0.0, ..*law };
-            law.section.ei3 = random::EI;
-            law.section.ea = random::EI * (slenderness / 60.0).powi(2);
+            *law = Actuated { strain: 0.0, curvature: 0.0, ..*law };
+            law.section.ei3 = EI;
+            law.section.ea = EI * (slenderness / 60.0).powi(2);
         }
         arch.adopt_laws();
         let force = -400.0;

@@ -1,8 +1,5 @@
 //! Rods, joints and meshes: laws that every network keeps, and known solutions.
 
-#[path = "../network/mod.rs"]
-mod network;
-
 mod convergence;
 mod corotational;
 mod digits;

@@ -2,7 +2,7 @@
 
 use nalgebra::Rotation3;
 
-use crate::network::{ROD, Solved, Vector, assert_close, assert_near, solve, solve_finely};
+use pennate_testing::network::{ROD, Solved, Vector, assert_close, assert_near, solve, solve_finely};
 
 /// A network of everything, in a frame turned by a rotation vector and shifted; `mirror` is the sign of z.
 fn frame(rotation: Vector, shift: Vector, mirror: f64) -> String {

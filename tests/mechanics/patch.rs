@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use pennate_models::Mesh;
 use pennate_solver::structure::Formulation;
 
-use crate::network;
+use pennate_testing::network;
 
-use crate::network::{Solved, Vector, assert_close, assert_near, model, solve_on};
+use pennate_testing::network::{Solved, Vector, assert_close, assert_near, model, solve_on};
 
 const LENGTH: f64 = 60.0;
 

@@ -1,8 +1,8 @@
 //! Probes of stiffness against closed forms.
 
-use crate::network::{ROD, model, solve};
 use pennate_analysis::solution::ProbeTable;
 use pennate_solver::history::Increment;
+use pennate_testing::network::{ROD, model, solve};
 
 /// Values of all probes at the end of the last step, and their names.
 fn probes(text: &str) -> Vec<(String, f64)> {

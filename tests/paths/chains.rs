@@ -8,8 +8,8 @@
 //! Under a force a state is stable where every unit is on one of its two rising parts; under a displacement one unit may
 //! be on the falling part between them, as long as the flexibilities Σ 1/F′ of all are negative together.
 
-use crate::network::{assert_near, attempt};
 use pennate_solver::history::{CriticalKind, Status, StepHistory};
+use pennate_testing::network::{assert_near, attempt};
 
 /// Half the span and the rise of a unit, the stiffness EA of a weak one, and how much stiffer the last one is.
 const SPAN: f64 = 10.0;

@@ -1,8 +1,5 @@
 //! Paths, singular points, stability and spectra.
 
-#[path = "../network/mod.rs"]
-mod network;
-
 mod batch;
 mod buckling;
 mod chains;

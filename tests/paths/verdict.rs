@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::scenes::SCENES;
-use pennate_models::{Model, discretize, read, read_text};
-use pennate_solver::history::Status;
+use pennate_models::{Model, read, read_text};
 use pennate_solver::options::Options;
-use pennate_testing::verdict::{Verdict, confirm};
+use pennate_testing::verdict::verdicts;
 
 fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -27,21 +26,10 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Number of verdicts that were confirmed; those that were contradicted, with the step.
+/// Number of verdicts that were confirmed; those that were contradicted, with the name of the network.
 fn judge(model: Model, name: &str) -> (usize, Vec<String>) {
-    let options = Options { estimate: true, ..Options::default() };
-    let Ok(solution) = solve_to_accuracy(model, 1e-6, &options, &mut |_| true) else { return (0, Vec::new()) };
-    let (structure, steps) = discretize(&solution.model, &solution.mesh);
-    let (mut confirmed, mut contradicted) = (0, Vec::new());
-    for (index, step) in solution.history.steps.iter().enumerate() {
-        let (Status::Converged, Some(stable), true) = (step.status, step.stable, index < steps.len()) else { break };
-        match confirm(&structure, &steps, index + 1, stable) {
-            Verdict::Confirmed => confirmed += 1,
-            Verdict::Contradicted(lowest) => contradicted.push(format!("{name}, step {index}: {stable}, {lowest:?}")),
-            Verdict::Unknown => {}
-        }
-    }
-    (confirmed, contradicted)
+    let found = verdicts(model);
+    (found.confirmed, found.contradicted.iter().map(|wrong| format!("{name}: {wrong:?}")).collect())
 }
 
 #[test]

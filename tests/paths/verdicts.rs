@@ -1,8 +1,8 @@
 //! Where the stability of plane networks is judged, and what holds them out of their plane.
 
-use crate::network::{assert_near, attempt, solve};
 use pennate_solver::history::{Note, Status};
 use pennate_solver::structure::Dimension;
+use pennate_testing::network::{assert_near, attempt, solve};
 
 const FRAME: &str = r#"
     format = "pennate/1"

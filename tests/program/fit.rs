@@ -1,8 +1,5 @@
 //! Fits of muscles to test data.
 
-#[path = "../../validation/hifi/muscle.rs"]
-mod hifi;
-
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,6 +11,7 @@ use pennate_analysis::fit::parameters::{Parameter, Space};
 use pennate_analysis::fit::problem::{Problem, Tube};
 use pennate_analysis::fit::{self, EndLength, Fitted, KINKED, Request, TESTS, muscle};
 use pennate_models::hsim::Row;
+use pennate_testing::muscle as hifi;
 
 /// That fit, of other data.
 fn request(data: PathBuf) -> Request {

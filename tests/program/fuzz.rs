@@ -1,16 +1,10 @@
 //! A short run of the fuzz: files that are wrong, or strange, or both.
 
-#[path = "../../examples/fuzz/corpus.rs"]
-mod corpus;
-#[path = "../../examples/fuzz/mutate.rs"]
-mod mutate;
-#[path = "../../examples/fuzz/trial.rs"]
-mod trial;
-
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use corpus::Corpus;
+use pennate_testing::fuzz::corpus::Corpus;
+use pennate_testing::fuzz::{mutate, trial};
 
 #[test]
 fn changed_networks_are_refused_or_checked() {

@@ -1,21 +1,11 @@
 //! Networks of `examples/hostile` that once ended elsewhere than in small increments, without a word.
 
-#[path = "../../examples/hostile/case.rs"]
-mod case;
-#[path = "../../examples/hostile/check.rs"]
-#[expect(dead_code, reason = "members are integrated by the example")]
-mod check;
-#[path = "../../examples/hostile/random.rs"]
-mod random;
-#[path = "../../examples/hostile/shapes.rs"]
-mod shapes;
-
-use case::case;
-use check::residual;
 use pennate_solver::history::{Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Method, Step};
-use random::{LENGTH, Vector};
+use pennate_testing::random::case::case;
+use pennate_testing::random::check::residual;
+use pennate_testing::random::network::{LENGTH, Vector};
 
 /// Nodes of a network at most.
 const MOST: usize = 16;

@@ -1,11 +1,9 @@
 //! The pseudo-rigid-body model against the high-fidelity data, and against itself.
 
-#[path = "../../validation/hifi/muscle.rs"]
-mod hifi;
-
 use pennate_analysis::fit::data::{self, Case};
 use pennate_analysis::fit::{TESTS, prb};
 use pennate_models::prb::{Prb, TORSION_UNIT};
+use pennate_testing::muscle as hifi;
 
 /// The free stroke, and the cases that are fitted.
 fn cases(length: f64, pressure: f64) -> (f64, Vec<Case>) {

@@ -5,10 +5,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-#[path = "../../validation/compare/mod.rs"]
-mod compare;
-
-use compare::{Case, Setting};
+use pennate_testing::comparison::{Case, Setting};
 
 /// Largest factor between an estimated error and the true one.
 const ESTIMATE_FACTOR: f64 = 10.0;

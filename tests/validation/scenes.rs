@@ -8,14 +8,8 @@ use std::process::{Command, Stdio};
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use pennate_analysis::solution::Solution;
 
-#[path = "../../validation/scenes/figures.rs"]
-mod figures;
-#[path = "../../validation/scenes/run.rs"]
-mod run;
-#[path = "../../validation/scenes/tables.rs"]
-mod tables;
-
-use run::{solve, value};
+use pennate_testing::scenes::run::{solve, value};
+use pennate_testing::scenes::{figures, tables};
 
 fn set(settings: &[(&str, &str)]) -> Vec<(String, String)> {
     settings.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()

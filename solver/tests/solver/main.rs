@@ -1,6 +1,5 @@
 //! Structures that are made without a network file.
 
-#[path = "../common/mod.rs"]
 mod common;
 
 mod cantilever;

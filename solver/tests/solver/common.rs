@@ -1,5 +1,4 @@
 //! Structures that several tests use.
-#![allow(dead_code)]
 
 use std::sync::Arc;
 
@@ -31,7 +30,13 @@ pub fn law(section: Section) -> Arc<dyn SectionLaw> {
 }
 
 /// A cantilever along x, clamped at node 0.
-pub fn cantilever(dimension: Dimension, length: f64, section: Section, elements: usize, order: usize) -> Structure {
+pub fn cantilever(
+    dimension: Dimension,
+    length: f64,
+    section: Section,
+    elements: usize,
+    order: usize,
+) -> Structure {
     Structure {
         dimension,
         stability: Stability::Space,

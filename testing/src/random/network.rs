@@ -13,6 +13,7 @@ use pennate_solver::structure::{
     Stability, Structure, Support,
 };
 
+/// Three components along global axes.
 pub type Vector = Vector3<f64>;
 
 /// Typical length of a member.
@@ -23,14 +24,18 @@ pub const EI: f64 = 1e4;
 /// A section that contracts and bends with the control.
 #[derive(Clone, Copy, Debug)]
 pub struct Actuated {
+    /// At a control of zero.
     pub section: Section,
+    /// Axial strain at a control of one.
     pub strain: f64,
+    /// Curvature about axis 3 at a control of one (1/length).
     pub curvature: f64,
     /// Part of the stiffness by which it grows with the control, as that of a muscle does with its pressure.
     pub stiffening: f64,
 }
 
 impl Actuated {
+    /// The section at a control.
     pub fn section(&self, control: f64) -> Section {
         let factor = 1.0 + self.stiffening * control;
         let Section { ea, ga2, ga3, gj, ei2, ei3, .. } = self.section;
@@ -52,8 +57,11 @@ impl SectionLaw for Actuated {
 /// What a random network is made from.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe {
+    /// Of its random numbers.
     pub seed: u64,
+    /// Plane or space.
     pub dimension: Dimension,
+    /// Number of nodes.
     pub nodes: usize,
     /// Members beyond those of the tree.
     pub extra: usize,
@@ -64,7 +72,9 @@ pub struct Recipe {
 /// A network, its sections once more with their types, and its loads.
 #[derive(Clone, Debug)]
 pub struct Network {
+    /// What is solved; its first drive is the control.
     pub structure: Structure,
+    /// The sections of the structure, by index.
     pub laws: Vec<Actuated>,
     /// Targets of the loads at their full size, the control among them.
     pub loads: Vec<(usize, f64)>,

@@ -1,7 +1,6 @@
-//! The muscle of these data, variant A, for programs and tests that fit it.
-#![allow(dead_code, reason = "each takes what it needs")]
+//! The muscle of the data in `validation/hifi`, variant A, for programs and tests that fit it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pennate_analysis::fit::data::Case;
 use pennate_analysis::fit::optimize::Method;
@@ -14,9 +13,10 @@ pub const LENGTH: f64 = 130.0;
 
 /// The folder of the data.
 pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/hifi")
+    crate::repository("validation/hifi")
 }
 
+/// The equilibria under loads on the tip.
 pub fn load_cases() -> PathBuf {
     folder().join("load_cases.csv")
 }

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use pennate_solver::history::Equilibrium;
 use pennate_solver::structure::{Dimension, Drive, Release, Segment, Spring};
 
-use super::random::{Network, Vector};
+use super::network::{Network, Vector};
 use super::shapes::unloaded;
 
 /// Steps of an integration along a member.
@@ -117,7 +117,7 @@ fn joints(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usi
         total.0 += force;
         total.1 += moment + (poses.place(node) - poses.place(at)).cross(&force);
     }
-    moment_scale = moment_scale.max(force_scale * super::random::LENGTH);
+    moment_scale = moment_scale.max(force_scale * super::network::LENGTH);
     totals.values().fold(0.0, |worst, (f, m)| worst.max(f.norm() / force_scale).max(m.norm() / moment_scale))
 }
 

@@ -3,7 +3,7 @@
 use pennate_solver::structure::Step;
 
 use super::case::case;
-use super::random::{LENGTH, Network, Recipe};
+use super::network::{LENGTH, Network, Recipe};
 
 /// The network and the steps of a seed, every other one with such members.
 pub fn stiff_case(seed: u64, most: usize) -> (Recipe, Network, Vec<Step>) {

@@ -123,8 +123,11 @@ const PIECES: [&str; 30] = [
 const LONGEST: usize = 1 << 20;
 
 /// What a file of the fuzz is.
+#[derive(Debug)]
 pub struct Case {
+    /// Name of the file, which says whether it is TOML or JSON.
     pub name: &'static str,
+    /// What stands in it.
     pub bytes: Vec<u8>,
 }
 

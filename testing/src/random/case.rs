@@ -2,7 +2,7 @@
 
 use pennate_solver::structure::{Branch, Change, Dimension, Formulation, Method, Release, Step, Stop};
 
-use super::random::{LENGTH, Network, Recipe, network};
+use super::network::{LENGTH, Network, Recipe, network};
 use super::shapes::shape;
 
 /// Nodes of most networks at most.

@@ -28,17 +28,22 @@ struct Table {
 /// A scene with settings, and the values expected of it.
 #[derive(Clone, Debug)]
 pub struct Row {
+    /// Name of the scene.
     pub scene: String,
+    /// Its parameters and their values, as on a command line.
     pub settings: Vec<(String, String)>,
+    /// What its probes should be.
     pub expected: Vec<Expected>,
 }
 
 /// What a probe should be.
 #[derive(Clone, Debug)]
 pub struct Expected {
+    /// Name of the probe.
     pub probe: String,
     /// The step after which it is taken; the last one without.
     pub step: Option<String>,
+    /// What it should be, in the units of the scene.
     pub value: f64,
     /// By how much it may be off.
     pub tolerance: f64,

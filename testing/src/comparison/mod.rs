@@ -1,6 +1,5 @@
-//! Runs the network files of a validation folder and compares every result with its reference.
-//!
-//! Shared by `tests/validation/published.rs` and `examples/validate.rs`; `validation/README.md` explains the files.
+//! Runs the network files of a validation folder and compares every result with its reference;
+//! `validation/README.md` explains the files.
 
 mod expected;
 mod scales;
@@ -10,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use expected::{Check, Expected, Run, Step};
+pub use expected::Run;
+use expected::{Check, Expected, Step};
 use scales::{Scales, largest, network_size, numbers};
 
 /// True errors below this, relative, say nothing about the estimate: they hold rounding too.
@@ -19,12 +19,14 @@ pub const ESTIMATE_FLOOR: f64 = 1e-9;
 /// Which mesh the solver is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
+    /// `--accuracy` left out.
     Default,
     /// `--accuracy 1e-10`
     Fine,
 }
 
 impl Setting {
+    /// What the command line is told, if anything.
     pub fn accuracy(self) -> Option<&'static str> {
         match self {
             Self::Default => None,
@@ -44,6 +46,7 @@ impl Setting {
 /// A folder of `validation/`.
 #[derive(Debug)]
 pub struct Case {
+    /// Of the folder.
     pub name: String,
     folder: PathBuf,
     expected: Expected,
@@ -53,17 +56,22 @@ pub struct Case {
 /// How far one quantity is from its reference.
 #[derive(Clone, Debug)]
 pub struct Row {
+    /// Name of the step.
     pub step: String,
+    /// What was compared: a quantity of a node, or a probe.
     pub quantity: String,
+    /// displacement, rotation, force or moment.
     pub kind: String,
-    /// Largest difference of a component, and what it is relative to.
+    /// Largest difference of a component, in the units of the quantity.
     pub error: f64,
+    /// What the error is relative to, in the units of the quantity.
     pub scale: f64,
     /// The error that the solver expects, where it gives one.
     pub estimate: Option<f64>,
 }
 
 impl Row {
+    /// The error over its scale.
     pub fn relative(&self) -> f64 {
         if self.error == 0.0 { 0.0 } else { self.error / self.scale }
     }
@@ -74,17 +82,24 @@ impl Row {
 pub struct Outcome {
     /// The network file with its parameters, as on a command line.
     pub label: String,
+    /// Which mesh was asked for.
     pub setting: Setting,
+    /// Largest relative error that passes.
     pub tolerance: f64,
+    /// All quantities that were compared.
     pub rows: Vec<Row>,
     /// What is wrong besides the numbers: a step that did not converge, a state that is not stable.
     pub faults: Vec<String>,
+    /// Elements of the last mesh.
     pub elements: u64,
+    /// Factorizations of all steps.
     pub factorizations: u64,
+    /// Time of the solver on every mesh that it tried (s).
     pub solve_seconds: f64,
 }
 
 impl Outcome {
+    /// The quantity with the largest relative error.
     pub fn worst(&self) -> Option<&Row> {
         self.rows.iter().max_by(|a, b| a.relative().total_cmp(&b.relative()))
     }
@@ -139,6 +154,7 @@ impl Case {
         names
     }
 
+    /// The solves of the folder.
     pub fn runs(&self) -> &[Run] {
         &self.expected.run
     }
@@ -309,7 +325,7 @@ impl Case {
 }
 
 fn validation() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("validation")
+    crate::repository("validation")
 }
 
 fn leaves(value: &Value, place: String, places: &mut Vec<String>) {

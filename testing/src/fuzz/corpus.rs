@@ -90,15 +90,22 @@ force = { C-2 = [0, 0, 1] }
 "#;
 
 /// A network as text, and as a tree.
+#[derive(Debug)]
 pub struct Entry {
+    /// As the file has it.
     pub text: String,
+    /// What it says.
     pub tree: Value,
 }
 
 /// All networks, and the keys and texts that stand in them.
+#[derive(Debug)]
 pub struct Corpus {
+    /// All networks.
     pub entries: Vec<Entry>,
+    /// Every key that one of them has, once.
     pub keys: Vec<String>,
+    /// Every text that one of them has, once.
     pub words: Vec<String>,
 }
 
@@ -151,7 +158,7 @@ fn folders(root: &Path) -> Vec<std::path::PathBuf> {
 
 /// A tree as TOML: every table of the top on a line of its own, the rest inline. Null has no TOML, which is one more
 /// thing to be refused.
-pub fn toml_text(tree: &Value) -> String {
+pub(super) fn toml_text(tree: &Value) -> String {
     let empty = Map::new();
     let top = tree.as_object().unwrap_or(&empty);
     let lines = top.iter().map(|(key, value)| format!("{} = {}\n", quoted(key), inline(value)));

@@ -20,6 +20,7 @@ struct File {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figure {
+    /// What it is a figure of.
     pub what: String,
     scene: String,
     #[serde(default)]
@@ -31,6 +32,7 @@ pub struct Figure {
     share_of: Option<BTreeMap<String, serde_json::Value>>,
     /// As printed.
     pub reported: String,
+    /// How certain the settings are that it was printed for.
     pub certainty: String,
 }
 

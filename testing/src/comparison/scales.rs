@@ -12,13 +12,13 @@ const SMALL: f64 = 1e-3;
 /// Where a result has next to nothing of a kind (no moment in a hinge), 1e-3 of the largest in the run counts, or of
 /// what the other kind of the pair makes over the size of the network: a force times a length is a moment.
 #[derive(Clone, Debug, Default)]
-pub struct Scales {
+pub(super) struct Scales {
     largest: BTreeMap<String, f64>,
 }
 
 impl Scales {
     /// Lets forces and moments, and displacements and rotations, stand in for each other over the size of the network.
-    pub fn couple(&mut self, size: f64) {
+    pub(super) fn couple(&mut self, size: f64) {
         let [displacement, force, moment] = ["displacement", "force", "moment"].map(|kind| self.of(kind));
         self.raise("rotation", displacement / size);
         self.raise("force", moment / size);
@@ -26,23 +26,25 @@ impl Scales {
     }
 
     /// Raises these scales to those of another result.
-    pub fn include(&mut self, other: &Self) {
+    pub(super) fn include(&mut self, other: &Self) {
         for (kind, &value) in &other.largest {
             self.raise(kind, value);
         }
     }
 
-    pub fn raise(&mut self, kind: &str, value: f64) {
+    /// Raises the scale of a kind to a value.
+    pub(super) fn raise(&mut self, kind: &str, value: f64) {
         let largest = self.largest.entry(kind.to_owned()).or_default();
         *largest = largest.max(value);
     }
 
-    pub fn of(&self, kind: &str) -> f64 {
+    /// The scale of a kind; zero where nothing was compared.
+    pub(super) fn of(&self, kind: &str) -> f64 {
         self.largest.get(kind).copied().unwrap_or(0.0)
     }
 
     /// These scales, none of them smaller than a part of those of the whole run.
-    pub fn at_least(mut self, run: &Self) -> Self {
+    pub(super) fn at_least(mut self, run: &Self) -> Self {
         for (kind, value) in &run.largest {
             self.raise(kind, SMALL * value);
         }
@@ -51,7 +53,7 @@ impl Scales {
 }
 
 /// Largest distance in one coordinate between unloaded nodes.
-pub fn network_size(result: &Value) -> f64 {
+pub(super) fn network_size(result: &Value) -> f64 {
     let mut bounds = [(f64::INFINITY, f64::NEG_INFINITY); 3];
     for node in result["nodes"].as_object().into_iter().flatten().map(|(_, node)| node) {
         if let Some((position, displacement)) = numbers(&node["position"]).zip(numbers(&node["displacement"])) {
@@ -65,7 +67,7 @@ pub fn network_size(result: &Value) -> f64 {
 }
 
 /// Largest absolute value; not a number if one of them is none.
-pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |largest: f64, value| {
         if value.is_nan() {
             value
@@ -78,7 +80,7 @@ pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// A number, a number written as a string (with more digits than a double has), or a list of them.
-pub fn numbers(value: &Value) -> Option<Vec<f64>> {
+pub(super) fn numbers(value: &Value) -> Option<Vec<f64>> {
     match value {
         Value::Number(number) => Some(vec![number.as_f64()?]),
         Value::String(text) => Some(vec![text.parse().ok()?]),

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Rotation3};
 use pennate_solver::structure::{Dimension, Drive, Member, Release, Segment};
 
-use super::random::{EI, LENGTH, Network, Vector};
+use super::network::{EI, LENGTH, Network, Vector};
 
 /// Bends a third of the members and makes some of two or three segments, and adds a follower moment where loads need no potential.
 pub fn shape(network: &mut Network, follower: bool, random: &mut fastrand::Rng) {

@@ -1,5 +1,4 @@
 //! Networks written in a test, and their equilibria by names.
-#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use nalgebra::{UnitQuaternion, Vector3};
 use pennate_models::{Mesh, Model, discretize, read_text};
@@ -7,6 +6,7 @@ use pennate_solver::error::{FreeMotion, Place, SolveError};
 use pennate_solver::history::{Equilibrium, History, MemberState, NodeState, Status, StepHistory};
 use pennate_solver::options::Options;
 
+/// Three components along global axes.
 pub type Vector = Vector3<f64>;
 
 /// A rod of which every stiffness differs from every other.
@@ -17,13 +17,21 @@ sections.round = { stiffness = { EA = 3e4, GA2 = 1e4, GA3 = 1e4, GJ = 7e3, EI2 =
 sections.strong = { stiffness = { EA = 1e8, GA2 = 1e8, GA3 = 1e8, GJ = 1e9, EI2 = 1e9, EI3 = 1e9 } }
 ";
 
+/// The sections of [`ROD`], and the rest of a network.
+pub fn rod(rest: &str) -> String {
+    format!("{ROD}{rest}")
+}
+
 /// A network and what the solver made of it.
 #[derive(Debug)]
 pub struct Solved {
+    /// What the text says.
     pub model: Model,
+    /// All accepted states.
     pub history: History,
 }
 
+/// Reads a network; panics with all errors.
 pub fn model(text: &str) -> Model {
     let parsed = read_text("test.toml", text, &[]);
     parsed.unwrap_or_else(|errors| {
@@ -39,6 +47,7 @@ pub fn attempt(text: &str) -> Result<Solved, Vec<FreeMotion>> {
     attempt_on(model, &mesh)
 }
 
+/// Solves on a mesh; steps may fail.
 pub fn attempt_on(model: Model, mesh: &Mesh) -> Result<Solved, Vec<FreeMotion>> {
     let (structure, steps) = discretize(&model, mesh);
     match pennate_solver::solve(&structure, &steps, &Options::default(), &mut |_| true) {
@@ -63,6 +72,7 @@ pub fn solve_finely(text: &str, factor: usize) -> Solved {
     solve_on(model, &mesh)
 }
 
+/// Solves on a mesh; all steps converge.
 #[track_caller]
 pub fn solve_on(model: Model, mesh: &Mesh) -> Solved {
     match attempt_on(model, mesh) {
@@ -77,11 +87,13 @@ pub fn solve_on(model: Model, mesh: &Mesh) -> Solved {
 }
 
 impl Solved {
+    /// A step by its name.
     pub fn step(&self, name: &str) -> &StepHistory {
         let index = self.model.steps.iter().position(|step| step.name == name);
         &self.history.steps[index.unwrap_or_else(|| panic!("no step {name}"))]
     }
 
+    /// The state at the end of a step.
     pub fn after(&self, step: &str) -> &Equilibrium {
         &self.step(step).increments.last().expect("a step that converged").state
     }
@@ -91,40 +103,49 @@ impl Solved {
         &self.history.steps.last().expect("steps").increments.last().expect("a step that converged").state
     }
 
+    /// Factorizations of all steps.
     pub fn factorizations(&self) -> usize {
         self.history.steps.iter().map(|step| step.factorizations).sum()
     }
 
+    /// Place of a node among the nodes.
     pub fn node_index(&self, name: &str) -> usize {
         let found = self.model.nodes.iter().position(|node| node.name == name);
         found.unwrap_or_else(|| panic!("no node {name}"))
     }
 
+    /// A node at the end of the last step.
     pub fn node(&self, name: &str) -> &NodeState {
         &self.last().nodes[self.node_index(name)]
     }
 
+    /// A member at the end of the last step.
     pub fn member(&self, name: &str) -> &MemberState {
         let found = self.model.members.iter().position(|member| member.name == name);
         &self.last().members[found.unwrap_or_else(|| panic!("no member {name}"))]
     }
 
+    /// Position of a node at the end.
     pub fn place(&self, name: &str) -> Vector {
         Vector::from(self.model.nodes[self.node_index(name)].position) + self.shift(name)
     }
 
+    /// Displacement of a node at the end.
     pub fn shift(&self, name: &str) -> Vector {
         self.node(name).displacement.into()
     }
 
+    /// Rotation of a node at the end.
     pub fn rotation(&self, name: &str) -> UnitQuaternion<f64> {
         UnitQuaternion::from_scaled_axis(Vector::from(self.node(name).rotation))
     }
 
+    /// Reaction force on a node at the end.
     pub fn force(&self, name: &str) -> Vector {
         self.node(name).reaction_force.into()
     }
 
+    /// Reaction moment on a node at the end.
     pub fn moment(&self, name: &str) -> Vector {
         self.node(name).reaction_moment.into()
     }
@@ -152,6 +173,7 @@ pub fn places(solved: Result<Solved, Vec<FreeMotion>>) -> Vec<(Place, Vector, bo
     motions.into_iter().map(|motion| (motion.place, motion.direction.into(), motion.turns)).collect()
 }
 
+/// Fails where two vectors are farther apart than a tolerance, in their unit.
 #[track_caller]
 pub fn assert_close(found: impl Into<Vector>, expected: impl Into<Vector>, tolerance: f64) {
     let (found, expected): (Vector, Vector) = (found.into(), expected.into());
@@ -159,6 +181,7 @@ pub fn assert_close(found: impl Into<Vector>, expected: impl Into<Vector>, toler
     assert!(error <= tolerance, "{found:?} is {error:.2e} from {expected:?}, more than {tolerance:.0e}");
 }
 
+/// Fails where two numbers are farther apart than a tolerance, in their unit.
 #[track_caller]
 pub fn assert_near(found: f64, expected: f64, tolerance: f64) {
     let error = (found - expected).abs();
