@@ -1,14 +1,19 @@
 //! Rods, joints and meshes: laws that every network keeps, and known solutions.
 
+mod bodies;
 mod convergence;
 mod corotational;
 mod digits;
 mod frames;
-mod joints;
 mod laws;
 mod layers;
+mod mechanisms;
 mod objectivity;
 mod patch;
+mod prescribed;
+mod releases;
+mod springs;
 mod stiffness;
 mod strains;
+mod supports;
 mod variations;

@@ -1,9 +1,13 @@
 //! The program: arguments, files, faults, sweeps and fits.
 
-mod cli;
 mod faults;
+mod files;
 mod fit;
 mod fuzz;
 mod hostile;
+mod interrupts;
+mod refused;
+mod solve;
 mod sweep;
 mod threads;
+mod workplace;

@@ -1,8 +1,8 @@
 //! Network files, their errors, and the models that they make.
 
-mod bad_input;
 mod networks;
 mod never_panics;
 mod patterns;
+mod refused;
 mod scenes;
 mod schema;

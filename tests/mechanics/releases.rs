@@ -1,0 +1,251 @@
+//! Members whose ends are released: pins, hinges and free rotations.
+
+use pennate_testing::network::{Vector, assert_close, assert_near, rod, solve, solve_finely};
+
+/// A bar between two pinned supports spins about itself without force, which is no mechanism.
+#[test]
+fn bar_between_pinned_supports_is_a_truss_bar() {
+    let solved = solve(&rod(r#"
+        dimension = "space"
+        nodes = { A = [0, 0, 0], B = [30, 40, 0] }
+        members.bar = { nodes = ["A", "B"], section = "rod" }
+        supports = { A = "pinned", B = "pinned" }
+        steps = [{ displacement = { B = [0.3, 0.4, 0] } }]
+    "#));
+    assert_near(solved.member("bar").axial_force, 3e4 * 0.5 / 50.0, 1e-9);
+}
+
+/// A space truss of pinned bars carries its load by axial forces alone.
+#[test]
+fn pinned_bars_of_a_space_truss_carry_no_moment() {
+    let truss = |first: &str, ends: &str| {
+        rod(&format!(
+            r#"
+        [nodes]
+        A = [40, 0, 0]
+        B = [-20, 34, 0]
+        C = [-20, -34, 0]
+        T = [3, 2, 50]
+        [members]
+        a = {{ nodes = {first}, section = "rod", release = {ends} }}
+        b = {{ nodes = ["B", "T"], section = "rod", release = {ends} }}
+        c = {{ nodes = ["C", "T"], section = "rod", release = {ends} }}
+        [supports]
+        A = "clamped"
+        B = "pinned"
+        C = "clamped"
+        [[steps]]
+        force = {{ T = [10, -7, 40] }}
+    "#
+        ))
+    };
+    let pinned = solve(&truss(r#"["A", "T"]"#, r#"{ start = "pin", end = "pin" }"#));
+    let listed = solve(&truss(r#"["T", "A"]"#, r#"{ start = ["rx", "ry", "rz"], end = "pin" }"#));
+    assert_close(listed.shift("T"), pinned.shift("T"), 1e-9);
+    for solved in [pinned, listed] {
+        for member in &solved.last().members {
+            assert_eq!(member.end_moments, [[0.0; 3]; 2]);
+        }
+        let a = solved.member("a");
+        let force = Vector::from(a.end_forces[0]);
+        let line = solved.place("T") - solved.place("A");
+        assert!(force.cross(&line).norm() < 1e-9 * force.norm() * line.norm());
+        let (force, moment) = solved.imbalance(&[("T", [10.0, -7.0, 40.0], [0.0; 3])]);
+        assert!(force < 1e-9 && moment < 1e-7, "{force} {moment}");
+        assert!(solved.factorizations() < 45);
+    }
+}
+
+/// A hinge about a skew axis in space: no moment about the axis, which the joint carries along.
+#[test]
+fn hinge_in_space_carries_no_moment_about_its_axis() {
+    let frame = |member: &str| {
+        rod(&format!(
+            r#"
+        [nodes]
+        A = [0, 0, 0]
+        J = [0, 50, 10]
+        B = [60, 40, 0]
+        [members]
+        post = {{ nodes = ["A", "J"], section = "rod" }}
+        beam = {member}
+        [supports]
+        A = "clamped"
+        B = "clamped"
+        [[steps]]
+        force = {{ J = [8, -30, 25] }}
+        moment = {{ J = [100, -150, 60] }}
+    "#
+        ))
+    };
+    let axis = Vector::new(1.0, 2.0, -0.5).normalize();
+    let straight =
+        frame(r#"{ nodes = ["J", "B"], section = "round", release = { start = { hinge = [1, 2, -0.5] } } }"#);
+    let swapped = frame(r#"{ nodes = ["B", "J"], section = "round", release = { end = { hinge = [1, 2, -0.5] } } }"#);
+    let (straight, swapped) = (solve_finely(&straight, 3), solve_finely(&swapped, 3));
+    assert_close(straight.shift("J"), swapped.shift("J"), 1e-5);
+    for (solved, end) in [(straight, 0), (swapped, 1)] {
+        assert!(solved.rotation("J").angle() > 0.1, "the joint turns far enough to tell");
+        let moment = Vector::from(solved.member("beam").end_moments[end]);
+        assert!(moment.norm() > 10.0);
+        assert_near(moment.dot(&(solved.rotation("J") * axis)), 0.0, 1e-8 * moment.norm());
+        let (force, moment) = solved.imbalance(&[("J", [8.0, -30.0, 25.0], [100.0, -150.0, 60.0])]);
+        assert!(force < 1e-8 && moment < 1e-6, "{force} {moment}");
+        assert!(solved.factorizations() < 45, "{}", solved.factorizations());
+    }
+}
+
+/// Lists of free rotations, one and two, at either end and in both directions of the member.
+#[test]
+fn released_rotations_about_own_axes_carry_no_moment() {
+    for (free, first) in [("\"rx\"", 0), ("\"ry\"", 1), ("\"rz\"", 2)] {
+        let solved = solve(&rod(&format!(
+            r#"
+            [nodes]
+            A = [0, 0, 0]
+            J = [50, 0, 0]
+            B = [50, 60, 10]
+            [members]
+            first = {{ nodes = ["A", "J"], section = "rod", release = {{ end = [{free}] }} }}
+            second = {{ nodes = ["J", "B"], section = "rod" }}
+            [supports]
+            A = "clamped"
+            B = "clamped"
+            [[steps]]
+            force = {{ J = [5, -20, 30] }}
+            moment = {{ J = [100, 150, 60] }}
+        "#
+        )));
+        let mut axis = Vector::zeros();
+        axis[first] = 1.0;
+        let moment = Vector::from(solved.member("first").end_moments[1]);
+        assert!(moment.norm() > 1.0);
+        assert_near(moment.dot(&(solved.rotation("J") * axis)), 0.0, 1e-8 * moment.norm());
+        let (force, moment) = solved.imbalance(&[("J", [5.0, -20.0, 30.0], [100.0, 150.0, 60.0])]);
+        assert!(force < 1e-8 && moment < 1e-6, "{free} {force} {moment}");
+        assert!(solved.factorizations() < 45, "{}", solved.factorizations());
+    }
+}
+
+/// Two free rotations at an end, whichever way the member runs.
+#[test]
+fn two_released_rotations_balance() {
+    let frame = |first: &str, release: &str| {
+        rod(&format!(
+            r#"
+        [nodes]
+        A = [0, 0, 0]
+        J = [50, 0, 0]
+        B = [50, 60, 10]
+        [members]
+        first = {{ nodes = {first}, section = "round", release = {release} }}
+        second = {{ nodes = ["J", "B"], section = "rod" }}
+        [supports]
+        A = "clamped"
+        B = "clamped"
+        [[steps]]
+        force = {{ J = [5, -20, 30] }}
+        moment = {{ J = [300, 150, 260] }}
+    "#
+        ))
+    };
+    let one = solve_finely(&frame(r#"["A", "J"]"#, r#"{ end = ["ry", "rz"] }"#), 3);
+    let other = solve_finely(&frame(r#"["J", "A"]"#, r#"{ start = ["ry", "rz"] }"#), 3);
+    assert_close(one.shift("J"), other.shift("J"), 1e-5);
+    let (force, moment) = one.imbalance(&[("J", [5.0, -20.0, 30.0], [300.0, 150.0, 260.0])]);
+    assert!(force < 1e-8 && moment < 1e-6, "{force} {moment}");
+    assert!(one.factorizations() < 45, "{}", one.factorizations());
+}
+
+/// A parallelogram of bars hinged about parallel skew axes is driven around without force.
+#[test]
+fn hinged_parallelogram_turns_without_force() {
+    let solved = solve(&rod(r#"
+        dimension = "space"
+        [nodes]
+        A = [0, 0, 0]
+        B = [0, 50, 0]
+        C = [80, 50, 0]
+        D = [80, 0, 0]
+        [members]
+        crank = { nodes = ["A", "B"], section = "rod", orientation = [0, 0, 1] }
+        coupler = { nodes = ["B", "C"], section = "rod", orientation = [0, 0, 1], release = { start = { hinge = [0, 0, 1] }, end = { hinge = [0, 0, 1] } } }
+        follower = { nodes = ["C", "D"], section = "rod", orientation = [0, 0, 1] }
+        [supports]
+        A = "clamped"
+        D = ["ux", "uy", "uz", "rx", "ry"]
+        [[steps]]
+        rotation = { A = [0, 0, -70] }
+        [[steps]]
+        rotation = { A = [0, 0, -250] }
+    "#));
+    let angle = -250f64.to_radians();
+    let turned = Vector::new(-50.0 * angle.sin(), 50.0 * angle.cos(), 0.0);
+    assert_close(solved.place("B"), turned, 1e-8);
+    assert_close(solved.place("C"), turned + Vector::new(80.0, 0.0, 0.0), 1e-8);
+    assert!(solved.last().energy < 1e-12, "{}", solved.last().energy);
+}
+
+/// A joint whose ends all turn about one axis has no spin about it, in space as in the plane.
+#[test]
+fn joint_of_hinged_ends_alone_is_no_mechanism() {
+    let network = |dimension: &str, joint: &str| {
+        rod(&format!(
+            r#"
+        dimension = "{dimension}"
+        [nodes]
+        A = [0, 0, 0]
+        J = [50, 10, 0]
+        B = [90, -10, 0]
+        [members]
+        first = {{ nodes = ["A", "J"], section = "round", release = {{ end = {joint} }} }}
+        second = {{ nodes = ["B", "J"], section = "round", release = {{ end = {joint} }} }}
+        [supports]
+        A = "clamped"
+        B = "clamped"
+        [[steps]]
+        force = {{ J = [1, -4, 0] }}
+    "#
+        ))
+    };
+    let plane = solve(&network("plane", "\"pin\""));
+    for (dimension, joint) in
+        [("plane", "{ hinge = [0, 0, 1] }"), ("space", "{ hinge = [0, 0, -1] }"), ("space", "\"pin\"")]
+    {
+        let solved = solve(&network(dimension, joint));
+        assert_close(solved.shift("J"), plane.shift("J"), 1e-5);
+        assert_near(solved.member("first").end_moments[1][2], 0.0, 1e-8);
+    }
+}
+
+/// Two released rotations at a joint that takes no moment anyway are a pin.
+#[test]
+fn lone_end_with_two_released_rotations_is_a_pin() {
+    let network = |release: &str| {
+        rod(&format!(
+            r#"
+            [nodes]
+            A = [0, 0, 0]
+            B = [60, 0, 0]
+            C = [0, 60, 0]
+            J = [30, 30, 40]
+            [members]
+            a = {{ nodes = ["A", "J"], section = "rod", release = {{ end = {release}, start = {release} }} }}
+            b = {{ nodes = ["B", "J"], section = "rod", release = {{ end = "pin" }} }}
+            c = {{ nodes = ["J", "C"], section = "rod", release = {{ start = "pin" }} }}
+            [supports]
+            A = "pinned"
+            B = "clamped"
+            C = "clamped"
+            [[steps]]
+            force = {{ J = [10, 20, -50] }}
+            "#
+        ))
+    };
+    let pinned = solve(&network("\"pin\""));
+    for release in ["[\"ry\", \"rz\"]", "[\"rx\", \"rz\"]", "[\"ry\"]", "{ hinge = [1, 2, 3] }"] {
+        let solved = solve(&network(release));
+        assert_close(solved.shift("J"), pinned.shift("J"), 1e-10);
+        assert_eq!(solved.member("a").end_moments, [[0.0; 3]; 2]);
+    }
+}

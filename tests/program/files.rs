@@ -1,0 +1,160 @@
+//! Files that are written: pictures, names, places that cannot be written to.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::Stdio;
+
+use crate::workplace::{DYAD, MUSCLE, Workplace, err, expect, out, results, solve};
+
+/// Points and a vector of point data of a picture.
+fn picture(path: &Path, name: &str) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
+    use vtkio::model::{Attribute, DataSet, Vtk};
+    let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(path).unwrap().data else { panic!("no grid") };
+    let piece = pieces[0].load_piece_data(None).unwrap();
+    let triples = |values: Vec<f64>| values.chunks(3).map(|x| [x[0], x[1], x[2]]).collect::<Vec<_>>();
+    let data = piece.data.point.iter().find_map(|attribute| match attribute {
+        Attribute::DataArray(array) if array.name == name => array.data.clone().cast_into::<f64>(),
+        _ => None,
+    });
+    (triples(piece.points.cast_into::<f64>().unwrap()), triples(data.expect("the point data")))
+}
+
+/// The mode of a column that is clamped at both ends is 1 - cos(2 pi x / L), to which the cubics come near.
+#[test]
+fn the_mode_of_a_critical_point_is_drawn_inside_of_members_too() {
+    let place = Workplace::new();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/columns/clamped.toml");
+    expect(&solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap(), 0);
+    let results = results(&place.path("out"));
+    let points = results["steps"].as_array().unwrap().iter().map(|s| s["critical_points"].as_array().unwrap().len());
+    let count: usize = points.sum();
+    assert_eq!(count, 1);
+    assert!(!place.path("out/clamped_mode_0002.vtu").exists());
+    let (places, mode) = picture(&place.path("out/clamped_mode_0001.vtu"), "mode");
+    assert_eq!(places.len(), mode.len());
+    let length = places.iter().map(|p| p[0]).fold(0.0, f64::max);
+    let largest = mode.iter().map(|m| m[1].hypot(m[2])).fold(0.0, f64::max);
+    assert!((largest / length - 0.1).abs() < 0.01, "{largest} of {length}");
+    for (place, mode) in places.iter().zip(&mode) {
+        let expected = 0.5 * (1.0 - (std::f64::consts::TAU * place[0] / length).cos()) * largest;
+        assert!((mode[1].hypot(mode[2]) - expected).abs() < 0.03 * largest, "{place:?}: {mode:?}");
+        assert!(mode[0].abs() < 0.01 * largest, "{mode:?}");
+    }
+}
+
+#[test]
+fn a_broken_pipe_is_neither_panic_nor_message() {
+    let place = Workplace::new();
+    for arguments in [&["--json"][..], &[]] {
+        let mut child =
+            solve(&place.dyad()).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let mut message = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut message).unwrap();
+        assert_eq!(message, "");
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+    }
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_is_named() {
+    let place = Workplace::new();
+    let taken = place.file("taken", "");
+    for directory in [taken.clone(), taken.join("below")] {
+        let output = solve(&place.dyad()).arg("-o").arg(&directory).output().unwrap();
+        expect(&output, 1);
+        assert!(err(&output).starts_with("error: cannot write"), "{}", err(&output));
+        assert!(err(&output).contains("taken"), "{}", err(&output));
+    }
+}
+
+/// Writing to /dev/full fails as a full disk does.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error_with_words() {
+    let place = Workplace::new();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = solve(&place.dyad()).arg("--json").stdout(full).output().unwrap();
+    expect(&output, 1);
+    assert!(err(&output).contains("cannot write standard output: no space left on device"), "{}", err(&output));
+}
+
+#[test]
+fn names_of_any_kind_survive_in_every_output() {
+    let place = Workplace::new();
+    let (node, probe, step) = ("J \"\\n<ä> & 'q'\\t,", "str,\\\"oke\\n∂", "in; \\\"flate\\n");
+    let node_toml = node.replace('"', "\\\"");
+    let text = format!("{DYAD}{MUSCLE}")
+        .replace("J = [0, 0]", &format!("\"{node_toml}\" = [0, 0]"))
+        .replace("\"J\"", &format!("\"{node_toml}\""))
+        .replace("J = { uy", &format!("\"{node_toml}\" = {{ uy"))
+        .replace("stroke =", &format!("\"{probe}\" ="))
+        .replace("\"inflate\"", &format!("\"{step}\""));
+    let file = place.file("na \"me & <ä>.toml", &text);
+    let output = solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap();
+    expect(&output, 0);
+    let results = results(&place.path("out"));
+    assert_eq!(results["steps"][0]["name"], "in; \"flate\n");
+    assert!(results["steps"][0]["nodes"]["J \"\n<ä> & 'q'\t,"].is_object());
+    assert!(results["steps"][0]["probes"]["str,\"oke\n∂"].is_number());
+    let mut history = csv::Reader::from_path(place.path("out/history.csv")).unwrap();
+    assert_eq!(
+        history.headers().unwrap(),
+        vec!["step", "fraction", "pressure all (psi)", "str,\"oke\n∂ (mm)", "holding (N)"]
+    );
+    assert_eq!(&history.records().next().unwrap().unwrap()[0], "in; \"flate\n");
+    let collection = fs::read_to_string(place.path("out/na \"me & <ä>.pvd")).unwrap();
+    assert!(collection.contains("file=\"na &quot;me &amp; &lt;ä&gt;_0001.vtu\""), "{collection}");
+    assert_eq!(out(&output).lines().filter(|line| line.contains("str,\"oke\\n∂")).count(), 1);
+}
+
+/// A second run under the same name leaves no picture of the first, and nothing that is not pennate's goes.
+#[test]
+fn pictures_of_an_earlier_run_go() {
+    let place = Workplace::new();
+    let (file, directory) = (place.dyad(), place.path("out"));
+    let pictures = || {
+        let names = fs::read_dir(&directory).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.filter(|name| name.ends_with(".vtu")).collect();
+        names.sort();
+        names
+    };
+    let text = fs::read_to_string(&file)
+        .unwrap()
+        .replace("pressure = { all = 25 }", "pressure = { all = 25 }\nincrements = 5");
+    fs::write(&file, text).unwrap();
+    let run = |vtk: &[&str]| expect(&solve(&file).arg("-o").arg(&directory).args(vtk).output().unwrap(), 0);
+    run(&["--vtk"]);
+    assert!(pictures().len() >= 7, "{:?}", pictures());
+    fs::write(directory.join("dyad_0099.vtu"), "mine").unwrap();
+    run(&["--vtk", "ends"]);
+    assert_eq!(pictures(), ["dyad_0000.vtu", "dyad_0001.vtu", "dyad_0002.vtu", "dyad_0099.vtu"]);
+    run(&["--vtk", "every=3"]);
+    assert_eq!(pictures().len(), 5, "{:?}", pictures());
+    run(&[]);
+    assert_eq!(pictures(), ["dyad_0099.vtu"]);
+    assert!(!directory.join("dyad.pvd").exists());
+    let output = solve(&file).arg("-o").arg(&directory).args(["--vtk=often"]).output().unwrap();
+    expect(&output, 2);
+    assert!(err(&output).contains("every=N, ends or all"), "{}", err(&output));
+}
+
+/// Whose results they are can be told from them.
+#[test]
+fn results_name_what_they_come_from() {
+    let place = Workplace::new();
+    let directory = place.path("out");
+    let output = solve(&place.dyad()).arg("-o").arg(&directory).args(["--set", "beta=30 deg"]).output().unwrap();
+    expect(&output, 0);
+    let input = &results(&directory)["input"];
+    assert_eq!(input["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(input["set"]["beta"], "30 deg");
+    assert!((input["parameters"]["beta"].as_f64().unwrap() - 30.0).abs() < 1e-12 && input["parameters"]["L"] == 130.0);
+    assert_eq!(input["files"][0]["name"], "dyad.toml");
+    let hash = input["files"][0]["sha256"].as_str().unwrap().to_owned();
+    assert!(hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()));
+    fs::write(place.path("dyad.toml"), format!("{DYAD}{MUSCLE}# edited\n")).unwrap();
+    expect(&solve(&place.path("dyad.toml")).arg("-o").arg(&directory).output().unwrap(), 0);
+    assert_ne!(results(&directory)["input"]["files"][0]["sha256"], hash.as_str());
+}
