@@ -3,14 +3,19 @@
 use std::path::{Path, PathBuf};
 
 pub mod comparison;
+pub mod failures;
 pub mod frames;
 pub mod fuzz;
+pub mod increments;
 pub mod muscle;
 pub mod network;
 pub mod page;
 pub mod random;
 pub mod scenes;
+pub mod shrink;
+pub mod tree;
 pub mod verdict;
+pub mod write;
 
 /// A file or folder of the repository, by its path from the top.
 pub fn repository(path: &str) -> PathBuf {

@@ -7,6 +7,7 @@ mod fuzz;
 mod hostile;
 mod interrupts;
 mod refused;
+mod shrink;
 mod solve;
 mod sweep;
 mod threads;
