@@ -48,11 +48,16 @@ pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {
         true => "hold the turn by a support, a spring or a body, or release one end less",
         false => "hold the motion by a support, a spring or another member",
     };
+    let let_go = motion.nodes.iter().find(|node| model.let_go.binary_search(node).is_ok());
+    let help = let_go.map_or_else(|| help.to_owned(), |&node| {
+        let node = shown(&model.nodes[node].name);
+        format!("the pattern that made node {node} did not copy what holds its original: write supports = true in it, or {help}")
+    });
     Message {
         title: format!("the network is a mechanism: {subject} {how}"),
         span: Some(span),
         notes: notes.into_iter().collect(),
-        help: Some(help.to_owned()),
+        help: Some(help),
         ..Message::default()
     }
 }

@@ -78,6 +78,7 @@ pub fn model() -> Model {
         muscles: Vec::new(),
         members: vec![member],
         supports: Vec::new(),
+        let_go: Vec::new(),
         bodies: vec![Body { name: "stage".to_owned(), span, nodes: vec![1, 2], reference: 1, mass: 0.0 }],
         springs: vec![Spring { name: "k, 1".to_owned(), span, spring }],
         steps: vec![step("push; \"hard\""), step("later")],

@@ -43,6 +43,8 @@ pub struct Model {
     pub members: Vec<Member>,
     /// What the ground holds from the beginning.
     pub supports: Vec<structure::Support>,
+    /// Copies of nodes that a support or a spring to the ground holds, made by patterns that copy neither; in order.
+    pub let_go: Vec<NodeId>,
     /// Rigid bodies.
     pub bodies: Vec<Body>,
     /// In the order of the file.

@@ -6,6 +6,7 @@ mod fit;
 mod fuzz;
 mod hostile;
 mod interrupts;
+mod mechanisms;
 mod refused;
 mod shrink;
 mod solve;

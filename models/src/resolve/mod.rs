@@ -90,7 +90,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         Some(_) if cx.errors.is_empty() => Some(patterns::expand(network, cx)?),
         _ => None,
     };
-    let network = expanded.as_ref().unwrap_or(network);
+    let network = expanded.as_ref().map_or(network, |expanded| &expanded.network);
     let none = Map::default();
     let node_map = network.nodes.as_ref().unwrap_or(&none);
     let names = Names::new("node", node_map.iter().map(|named| named.name.as_str()));
@@ -108,7 +108,17 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     if member_map.0.is_empty() && springs.is_empty() && cx.errors.is_empty() {
         cx.error(InputError::new("the network has no members").help("add nodes, and members under [members]"));
     }
-    let parts = Parts { nodes: &nodes, members: &members, springs: &springs, bodies: &bodies, supports: &supports };
+    let let_go = expanded.iter().flat_map(|expanded| &expanded.let_go);
+    let mut let_go: Vec<_> = let_go.filter_map(|name| names.get(name)).collect();
+    let_go.sort_unstable();
+    let parts = Parts {
+        nodes: &nodes,
+        members: &members,
+        springs: &springs,
+        bodies: &bodies,
+        supports: &supports,
+        let_go: &let_go,
+    };
     let rotations = parts.rotations();
     let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
         || bodies.bodies.iter().any(|body| body.mass > 0.0);
@@ -176,6 +186,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
             .collect::<Option<_>>()?,
         members,
         supports,
+        let_go,
         bodies: bodies.bodies,
         springs,
         steps,

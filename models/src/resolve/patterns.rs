@@ -24,15 +24,22 @@ const LIMIT: usize = 100_000;
 /// Default of the merge tolerance over the size of the network.
 const MERGE: f64 = 1e-9;
 
+/// A network with all its patterns carried out.
+pub(crate) struct Expanded {
+    pub(crate) network: Network,
+    /// Copies of nodes that a support or a spring to the ground holds, where the pattern copies neither.
+    pub(crate) let_go: HashSet<String>,
+}
+
 /// The network with all its patterns carried out; `None` where one of them is wrong.
-pub(crate) fn expand(network: &Network, cx: &mut Context) -> Option<Network> {
+pub(crate) fn expand(network: &Network, cx: &mut Context) -> Option<Expanded> {
     let mut network = network.clone();
-    let mut numbers = Numbers::default();
+    let (mut numbers, mut let_go) = (Numbers::default(), HashSet::new());
     for pattern in network.patterns.take().unwrap_or_default() {
-        repeat(&mut network, &pattern, &mut numbers, cx)?;
+        repeat(&mut network, &pattern, &mut numbers, &mut let_go, cx)?;
         numbers.patterns += 1;
     }
-    Some(network)
+    Some(Expanded { network, let_go })
 }
 
 /// The motion that brings the original to a copy: x ↦ R x + t.
@@ -93,7 +100,13 @@ struct Selection {
     springs: Vec<usize>,
 }
 
-fn repeat(network: &mut Network, pattern: &Spanned<Pattern>, numbers: &mut Numbers, cx: &mut Context) -> Option<()> {
+fn repeat(
+    network: &mut Network,
+    pattern: &Spanned<Pattern>,
+    numbers: &mut Numbers,
+    let_go: &mut HashSet<String>,
+    cx: &mut Context,
+) -> Option<()> {
     let step = Step::read(&pattern.value, cx)?;
     let count = cx.count(&pattern.value.count)?;
     if !step.turns() && step.translation == Vector3::zeros() {
@@ -111,17 +124,35 @@ fn repeat(network: &mut Network, pattern: &Spanned<Pattern>, numbers: &mut Numbe
         Some(merge) => cx.not_negative(merge, Kind::Length, "the merge tolerance of a pattern")?,
         None => MERGE * size(&places),
     };
-    let mut copier =
-        Copier { network, places, grid: Grid::new(merge), merge, step: &step, numbers, held: Held::default() };
+    let supports = pattern.value.supports == Some(true);
+    let grounded = if supports { HashSet::new() } else { grounded(network, let_go) };
+    let mut copier = Copier {
+        network,
+        places,
+        grid: Grid::new(merge),
+        merge,
+        step: &step,
+        numbers,
+        held: Held::default(),
+        made: Vec::new(),
+    };
     for index in 0..copier.places.len() {
         copier.grid.add(copier.places[index], index);
     }
     let second_axes = copier.second_axes(&selection, cx)?;
     for (copy, motion) in (2..=count).zip(step.motions()) {
-        copier.copy(&selection, copy, motion, &second_axes, pattern.value.supports == Some(true), cx)?;
+        copier.copy(&selection, copy, motion, &second_axes, supports, cx)?;
     }
+    let_go.extend(copier.made.into_iter().filter(|[name, _]| grounded.contains(name)).map(|[_, copy]| copy));
     fuse_bodies(network, cx)?;
     check_names(network, pattern.span, cx)
+}
+
+/// Nodes that the ground holds, and copies of such nodes that it does not hold any more.
+fn grounded(network: &Network, let_go: &HashSet<String>) -> HashSet<String> {
+    let supports = network.supports.iter().flatten().map(|support| &support.name);
+    let springs = network.springs.iter().flatten().filter_map(|spring| spring.value.value.node.as_ref());
+    supports.chain(springs.map(|node| &node.value)).chain(let_go).cloned().collect()
 }
 
 /// Positions of all nodes.
@@ -234,6 +265,8 @@ struct Copier<'a> {
     step: &'a Step,
     numbers: &'a mut Numbers,
     held: Held,
+    /// Names of nodes and of their copies, but for copies that became a node that was there.
+    made: Vec<[String; 2]>,
 }
 
 /// Supports that are there, as far as they were looked at: names of their nodes, and which of them are repeated.
@@ -303,6 +336,7 @@ impl Copier<'_> {
             let name = there.map_or_else(|| self.numbers.copied(&original.name, copy), |at| nodes.0[at].name.clone());
             renamed.insert(original.name.clone(), name.clone());
             if there.is_none() {
+                self.made.push([original.name.clone(), name.clone()]);
                 let span = original.value.span;
                 let coordinates = place.iter().map(|&x| bare(x, span)).collect();
                 let node = Named { name, span: original.span, value: Spanned { span, value: coordinates } };

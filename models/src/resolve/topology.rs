@@ -1,6 +1,6 @@
 //! How the parts of a network hang together, and what is wrong with that.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 use pennate_solver::structure::{Change, Release, Spring as SpringLaw, Support};
@@ -39,6 +39,8 @@ pub(crate) struct Parts<'a> {
     pub(crate) springs: &'a [Spring],
     pub(crate) bodies: &'a Bodies,
     pub(crate) supports: &'a [(Support, Span)],
+    /// Copies of held nodes, made by patterns that do not copy what holds them.
+    pub(crate) let_go: &'a [usize],
 }
 
 impl Parts<'_> {
@@ -215,9 +217,21 @@ impl Parts<'_> {
             Change::Free { .. } => None,
         }));
         let held: HashSet<usize> = holders.into_iter().map(|node| sets.root(node)).collect();
+        let let_go: HashMap<usize, usize> = self.let_go.iter().rev().map(|&node| (sets.root(node), node)).collect();
         let mut reported = HashSet::new();
         for member in self.members.iter().flatten() {
             let root = sets.root(member.nodes[0]);
+            let help = "support one of its nodes under [supports], or join it to what is supported";
+            let copy = let_go.get(&root).and_then(|&node| self.nodes[node].as_ref());
+            let help = copy.map_or_else(
+                || help.to_owned(),
+                |copy| {
+                    format!(
+                        "the pattern that made node '{}' did not copy what holds its original: write supports = true in it, or {help}",
+                        copy.name
+                    )
+                },
+            );
             if !held.contains(&root) && reported.insert(root) {
                 cx.error(
                     InputError::new(format!(
@@ -226,7 +240,7 @@ impl Parts<'_> {
                     ))
                     .at(member.span)
                     .label("held by nothing")
-                    .help("support one of its nodes under [supports], or join it to what is supported"),
+                    .help(help),
                 );
             }
         }
