@@ -334,6 +334,7 @@ impl Fit {
                 FitMethod::LeastSquares => Method::LeastSquares,
                 FitMethod::NelderMead => Method::NelderMead,
             },
+            words: fit::Words { variant: "--variant", end_length: "--end-length" },
         }
     }
 }

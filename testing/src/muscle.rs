@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pennate_analysis::fit::data::Case;
 use pennate_analysis::fit::optimize::Method;
-use pennate_analysis::fit::{EndLength, Request, TESTS};
+use pennate_analysis::fit::{EndLength, Request, TESTS, Words};
 
 /// Undeformed outer diameter, mm.
 pub const DIAMETER: f64 = 13.0;
@@ -35,6 +35,7 @@ pub fn request() -> Request {
         shear: false,
         two_moduli: false,
         method: Method::LeastSquares,
+        words: Words::default(),
     }
 }
 

@@ -37,7 +37,7 @@ pub fn fit(selection: &Selection, request: &Request) -> Result<f64, Box<InputErr
     let length = best.ok_or_else(|| Box::new(InputError::new("no end length explains the load cases")))?;
     if length - least < 1e-2 * (most - least) || most - length < 1e-2 * (most - least) {
         let message = format!("the fitted end length {length:.3} mm lies on a bound ({least:.3} to {most:.3} mm)");
-        let help = "the data do not determine it; give one with --end-length";
+        let help = format!("the data do not determine it; give one with {}", request.words.end_length);
         return Err(Box::new(InputError::new(message).help(help)));
     }
     Ok(length)

@@ -57,6 +57,23 @@ pub struct Request {
     pub two_moduli: bool,
     /// How the differences are made least.
     pub method: Method,
+    /// What errors call what can be asked for.
+    pub words: Words,
+}
+
+/// How a caller calls what it lets a user ask for, in the help of errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Words {
+    /// [`Request::variant`].
+    pub variant: &'static str,
+    /// [`Request::end_length`].
+    pub end_length: &'static str,
+}
+
+impl Default for Words {
+    fn default() -> Self {
+        Self { variant: "variant", end_length: "end_length" }
+    }
 }
 
 /// Length of the ends that do not contract.
@@ -171,7 +188,7 @@ pub(crate) fn fit_tube(
 }
 
 fn fit_pressure(at: &select::Pressure, tube: Tube, request: &Request) -> Result<FittedRow, Vec<InputError>> {
-    let alpha = stroke::contraction(&at.free, tube)?;
+    let alpha = stroke::contraction(&at.free, tube, request.words)?;
     let space = Space::new(tube.diameter, tube.wall, request.two_moduli);
     let mut problem = Problem::new(tube, space, alpha, sizes(&at.cases), &at.cases);
     let Some(Optimum { variables, cost, agreeing }) = optimize::optimize(&mut problem, request.method) else {

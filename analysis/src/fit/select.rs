@@ -142,7 +142,7 @@ fn variant(data: &Data, request: &Request) -> Result<String, Box<InputError>> {
         (None, [only]) => Ok((*only).to_owned()),
         (None, _) => {
             let message = format!("the data hold {} muscles, and one can be fitted at a time", known.len());
-            Err(Box::new(InputError::new(message).help(format!("choose with --variant: {}", quoted()))))
+            Err(Box::new(InputError::new(message).help(format!("choose with {}: {}", request.words.variant, quoted()))))
         }
     }
 }

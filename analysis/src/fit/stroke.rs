@@ -4,6 +4,7 @@ use argmin::core::{CostFunction, Executor};
 use argmin::solver::brent::BrentOpt;
 use pennate_models::error::InputError;
 
+use super::Words;
 use super::cantilever::Cantilever;
 use super::data::Case;
 use super::muscle;
@@ -16,7 +17,7 @@ const REACH: f64 = 0.2;
 ///
 /// The muscle of HSIM, free of load, contracts by just |α| p (l₂ − l₁); the search confirms it with the forward model, and
 /// finds the mean of several cases in the sense of least squares.
-pub fn contraction(free: &[Case], tube: Tube) -> Result<f64, Vec<InputError>> {
+pub fn contraction(free: &[Case], tube: Tube, words: Words) -> Result<f64, Vec<InputError>> {
     let [first, ..] = free else { return Ok(0.0) };
     let middle = |case: &Case| case.length - 2.0 * tube.end_length;
     let stroke = |case: &Case| case.length - case.tip[0];
@@ -28,7 +29,7 @@ pub fn contraction(free: &[Case], tube: Tube) -> Result<f64, Vec<InputError>> {
                 stroke(case),
                 middle(case).max(0.0)
             );
-            let help = format!("the ends are {:.4} mm long each; see --end-length", tube.end_length);
+            let help = format!("the ends are {:.4} mm long each; see {}", tube.end_length, words.end_length);
             return Err(vec![InputError::new(message).at(case.x_span).help(help)]);
         }
     }
