@@ -257,8 +257,9 @@ fn mechanism(design: usize) -> Design {
 fn designs() -> (f64, f64, usize) {
     let all: Vec<Design> = (0..DESIGNS).map(mechanism).collect();
     let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let start = Instant::now();
-        let outcomes = batch::solve(&all, threads);
+        let outcomes = pool.install(|| batch::solve(&all));
         (start.elapsed().as_secs_f64() / DESIGNS as f64, outcomes.iter().filter(|outcome| outcome.is_err()).count())
     };
     let ((one, failed), (two, _)) = (run(1), run(2));

@@ -44,22 +44,14 @@ pub enum Reason {
 /// The ends of all steps of a design, or why there is none.
 pub type Outcome = Result<Vec<EndState>, Reason>;
 
-/// Solves all designs; answers come in their order, and do not depend on the number of threads.
+/// Solves all designs, on the threads of the caller's pool; answers come in their order, and do not depend on how many there are.
 ///
 /// Neighbours in the list are solved together where they have the same number of nodes, members, supports and steps;
 /// designs with gravity or with steps that follow an arc or jump are solved alone. A singular point on the way is no
 /// failure, as in [`crate::solve`].
-pub fn solve(designs: &[Design], threads: usize) -> Vec<Outcome> {
+pub fn solve(designs: &[Design]) -> Vec<Outcome> {
     let groups: Vec<&[Design]> = groups(designs).collect();
-    let each = |group: &&[Design]| solve_group(group);
-    if threads <= 1 {
-        return groups.iter().flat_map(each).collect();
-    }
-    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-        Ok(pool) => pool.install(|| groups.par_iter().flat_map_iter(each).collect()),
-        // Threads that cannot be had cost time, not the answer.
-        Err(_) => groups.iter().flat_map(each).collect(),
-    }
+    groups.par_iter().flat_map_iter(|group| solve_group(group)).collect()
 }
 
 /// The histories of designs that reach the ends of all their steps without a singular point; nothing for those that

@@ -23,7 +23,7 @@ fn dyad(beta: f64, crushed: bool) -> Design {
 #[test]
 fn designs_end_where_they_end_alone() {
     let designs: Vec<Design> = (0..21).map(|k| dyad(14.0 + 1.5 * f64::from(k), false)).collect();
-    let together = batch::solve(&designs, 1);
+    let together = batch::solve(&designs);
     assert_eq!(together.len(), designs.len());
     for (design, ends) in designs.iter().zip(&together) {
         let ends = ends.as_ref().expect("an equilibrium");
@@ -49,7 +49,7 @@ fn designs_end_where_they_end_alone() {
 #[test]
 fn a_design_that_fails_keeps_its_reason_and_spoils_no_other() {
     let designs: Vec<Design> = (0..11).map(|k| dyad(20.0 + f64::from(k), k == 4)).collect();
-    let outcomes = batch::solve(&designs, 1);
+    let outcomes = batch::solve(&designs);
     for (k, outcome) in outcomes.iter().enumerate() {
         match outcome {
             Ok(ends) => assert!(k != 4 && ends.len() == 3, "{k}"),
@@ -62,7 +62,10 @@ fn a_design_that_fails_keeps_its_reason_and_spoils_no_other() {
 #[test]
 fn threads_change_nothing() {
     let designs: Vec<Design> = (0..20).map(|k| dyad(15.0 + f64::from(k), false)).collect();
-    let [one, two] = [1, 2].map(|threads| batch::solve(&designs, threads));
+    let [one, two] = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| batch::solve(&designs))
+    });
     for (a, b) in one.iter().zip(&two) {
         assert_eq!(a.as_ref().ok(), b.as_ref().ok());
     }
@@ -99,11 +102,11 @@ fn bars(rise: f64, force: f64, stiffness: f64) -> Design {
 #[test]
 fn a_design_that_snaps_is_noticed_beside_those_that_move_farther() {
     let shallow = bars(6.0, -8.0, 2e3);
-    let alone = batch::solve(std::slice::from_ref(&shallow), 1);
+    let alone = batch::solve(std::slice::from_ref(&shallow));
     assert!(matches!(&alone[0], Err(Reason::Stopped { .. })), "{alone:?}");
     let tall = |k: u8| bars(150.0, -25.0 - f64::from(k), 1e2);
     let designs = [tall(0), tall(1), shallow, tall(2), tall(3), tall(4)];
-    for (k, outcome) in batch::solve(&designs, 1).iter().enumerate() {
+    for (k, outcome) in batch::solve(&designs).iter().enumerate() {
         assert_eq!(matches!(outcome, Err(Reason::Stopped { .. })), k == 2, "{k}: {outcome:?}");
     }
 }
