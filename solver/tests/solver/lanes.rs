@@ -1,14 +1,13 @@
 //! Members that lie side by side get what each gets alone, to rounding.
 
-use pennate_elements::beam::{Beam, Moduli, Placement};
-use pennate_elements::lanes::{self, Lanes, WideLanes};
-use pennate_elements::plane::{CorotationalPlane, Plane};
-use pennate_elements::real::Real;
+use pennate_elements::beam::{Moduli, Placement};
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
-use pennate_elements::space::{CorotationalSpace, Space};
-use pennate_solver::chain::{Chain, ChainMesh, Pack, SegmentMesh};
-use pennate_solver::structure::Fibres;
+use pennate_solver::chain::Pack;
+use pennate_solver::packs;
+use pennate_solver::structure::{Dimension, Formulation, Member, Release, Segment, Structure};
+
+use crate::common::{cantilever, elastic};
 
 const AXES: [M3<f64>; 3] = [
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -16,14 +15,31 @@ const AXES: [M3<f64>; 3] = [
     [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
 ];
 
-fn mesh(member: usize, bent: f64) -> ChainMesh {
-    let segment = |length: f64, elements: usize| SegmentMesh {
+/// Chains of the members of a structure.
+type Build<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
+
+fn member(member: usize, formulation: Formulation, order: usize, bent: f64) -> Member {
+    let segment = |length: f64, elements: usize| Segment {
         length: length * (1.0 + 0.1 * member as f64),
         elements,
-        curvature: [0.0, 0.0, bent * (1.0 + member as f64)],
-        fibres: Fibres::default(),
+        law: 0,
+        initial_curvature: [0.0, 0.0, bent * (1.0 + member as f64)],
     };
-    ChainMesh { member, axes: AXES[member % 3], segments: vec![segment(3.0, 1), segment(8.0, 2)] }
+    Member {
+        nodes: [0, 1],
+        axes: AXES[member % 3],
+        segments: vec![segment(3.0, 1), segment(8.0, 2)],
+        releases: [Release::Welded, Release::Welded],
+        control: None,
+        formulation,
+        order,
+    }
+}
+
+fn chains<const D: usize>(build: Build<D>, members: Vec<Member>) -> Vec<Box<dyn Pack<D>>> {
+    let dimension = if D == 3 { Dimension::Plane } else { Dimension::Space };
+    let any = cantilever(dimension, 1.0, elastic(1.0, 1.0, 1.0, 1.0), 1, 1);
+    build(&Structure { members, ..any }, 0)
 }
 
 /// Moves a chain that lies in a lane: two iterations, one of them at stresses, with a load where there is one.
@@ -79,34 +95,37 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn compare<B: Beam<f64, D> + Beam<Lanes, D> + Beam<WideLanes, D>, const D: usize, const P: usize>(bent: f64) {
-    if lanes::are_there() {
-        side_by_side::<Lanes, B, D, P>(bent, 3);
-    }
-    if lanes::are_wide() {
-        side_by_side::<WideLanes, B, D, P>(bent, 6);
+/// Three members lie in four lanes, and six in eight where there are so many.
+fn compare<const D: usize>(build: Build<D>, formulation: Formulation, order: usize, bent: f64) {
+    for members in [3, 6] {
+        side_by_side(build, members, |index| member(index, formulation, order, bent));
     }
 }
 
-fn side_by_side<T: Real, B: Beam<f64, D> + Beam<T, D>, const D: usize, const P: usize>(bent: f64, members: usize) {
-    let meshes: Vec<ChainMesh> = (0..members).map(|member| mesh(member, bent)).collect();
-    let mut together = Chain::<T, B, D, P>::new(&meshes);
-    let mut alone: Vec<_> = meshes.chunks(1).map(Chain::<f64, B, D, P>::new).collect();
+fn side_by_side<const D: usize>(build: Build<D>, members: usize, of: impl Fn(usize) -> Member) {
+    let mut together = chains(build, (0..members).map(&of).collect());
+    let mut alone: Vec<_> = (0..members).map(|index| chains(build, vec![of(index)]).remove(0)).collect();
+    let places: Vec<(usize, usize)> = together
+        .iter()
+        .enumerate()
+        .flat_map(|(pack, chain)| (0..chain.members().len()).map(move |lane| (pack, lane)))
+        .collect();
+    assert_eq!(places.len(), members);
     for round in 0..3 {
-        for (member, chain) in alone.iter_mut().enumerate() {
-            play(chain, 0, member, round);
-            play(&mut together, member, member, round);
+        for (member, (chain, &(pack, lane))) in alone.iter_mut().zip(&places).enumerate() {
+            play(chain.as_mut(), 0, member, round);
+            play(together[pack].as_mut(), lane, member, round);
+        }
+        for chain in alone.iter_mut().chain(&mut together) {
             chain.set_plain(round == 2);
             chain.condense();
             chain.advance();
         }
-        together.set_plain(round == 2);
-        together.condense();
-        together.advance();
-        for (member, chain) in alone.iter().enumerate() {
-            for (kind, (a, b)) in told(chain, 0).iter().zip(told(&together, member)).enumerate() {
-                let apart = difference(a, &b);
-                assert!(apart < 1e-13, "order {P}, member {member}, round {round}, kind {kind}: {apart:e}");
+        for (member, (chain, &(pack, lane))) in alone.iter().zip(&places).enumerate() {
+            let pairs = told(chain.as_ref(), 0).into_iter().zip(told(together[pack].as_ref(), lane));
+            for (kind, (a, b)) in pairs.enumerate() {
+                let apart = difference(&a, &b);
+                assert!(apart < 1e-13, "member {member} of {members}, round {round}, kind {kind}: {apart:e}");
             }
         }
     }
@@ -114,20 +133,18 @@ fn side_by_side<T: Real, B: Beam<f64, D> + Beam<T, D>, const D: usize, const P: 
 
 #[test]
 fn in_space() {
-    compare::<Space, 6, 1>(0.0);
-    compare::<Space, 6, 2>(0.02);
-    compare::<Space, 6, 3>(0.0);
-    compare::<Space, 6, 4>(0.02);
-    compare::<CorotationalSpace, 6, 1>(0.0);
-    compare::<CorotationalSpace, 6, 1>(0.02);
+    for (order, bent) in [(1, 0.0), (2, 0.02), (3, 0.0), (4, 0.02)] {
+        compare(packs::space, Formulation::Exact, order, bent);
+    }
+    compare(packs::space, Formulation::Corotational, 1, 0.0);
+    compare(packs::space, Formulation::Corotational, 1, 0.02);
 }
 
 #[test]
 fn in_the_plane() {
-    compare::<Plane, 3, 1>(0.0);
-    compare::<Plane, 3, 2>(0.02);
-    compare::<Plane, 3, 3>(0.0);
-    compare::<Plane, 3, 4>(0.02);
-    compare::<CorotationalPlane, 3, 1>(0.0);
-    compare::<CorotationalPlane, 3, 1>(0.02);
+    for (order, bent) in [(1, 0.0), (2, 0.02), (3, 0.0), (4, 0.02)] {
+        compare(packs::plane, Formulation::Exact, order, bent);
+    }
+    compare(packs::plane, Formulation::Corotational, 1, 0.0);
+    compare(packs::plane, Formulation::Corotational, 1, 0.02);
 }
