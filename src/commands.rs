@@ -29,10 +29,13 @@ use crate::{Input, Job, Refusal, clock, explain, output, read, run_until};
 /// How a command ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
+    /// Everything was done: 0.
     Done,
     /// No equilibrium where one was asked for, or the results could not be written.
     NotSolved,
+    /// The input is wrong: 2.
     WrongInput,
+    /// It was told to stop: 130.
     Interrupted,
 }
 
@@ -50,7 +53,9 @@ impl From<Exit> for ExitCode {
 /// What `pennate solve` writes, and where.
 #[derive(Clone, Debug, Default)]
 pub struct Destination {
+    /// Folder of the files that are written; none without it.
     pub directory: Option<PathBuf>,
+    /// Which states are drawn, if any.
     pub pictures: Option<Pictures>,
     /// Print `results.json` instead of the table.
     pub json: bool,

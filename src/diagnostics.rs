@@ -12,17 +12,24 @@ const SHOWN: usize = 20;
 /// How grave a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
+    /// Nothing comes of it.
     Error,
+    /// It goes on.
     Warning,
 }
 
 /// Something to tell a user: a title, a place, remarks and advice, in this order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Message {
+    /// What it is.
     pub title: String,
+    /// Where in the input.
     pub span: Option<Span>,
+    /// What is said of that place.
     pub label: Option<String>,
+    /// More to know of it.
     pub notes: Vec<String>,
+    /// What would help.
     pub help: Option<String>,
 }
 

@@ -12,12 +12,12 @@ use pennate_solver::history::{
 use pennate_solver::structure::{self, Dimension, Release, Stability};
 
 /// Names of the three nodes.
-pub const NODES: [&str; 3] = ["A \"quoted\" <&>", "line\nbreak", "Knoten ä ∂, x"];
+pub(crate) const NODES: [&str; 3] = ["A \"quoted\" <&>", "line\nbreak", "Knoten ä ∂, x"];
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// One member of two segments, a rigid body and a spring; one step with two increments, one that is not reached.
-pub fn solution() -> Solution {
+pub(crate) fn solution() -> Solution {
     let model = model();
     let history = history();
     let probes = ProbeTable::new(&model, &history);
@@ -26,7 +26,7 @@ pub fn solution() -> Solution {
     Solution { model, mesh, history, probes, accuracy, timing: Timing::default() }
 }
 
-pub fn model() -> Model {
+pub(crate) fn model() -> Model {
     let span = Span::default();
     let node = |index: usize| Node { name: NODES[index].to_owned(), position: [10.0 * index as f64, 0.0, 0.0], span };
     let segment = |radius: f64| Segment {

@@ -35,9 +35,11 @@ pub struct Input {
 /// What to solve, and how.
 #[derive(Clone, Debug)]
 pub struct Job {
+    /// The network file.
     pub input: Input,
     /// Discretization error asked for, relative to the largest value of its kind.
     pub accuracy: f64,
+    /// Threads to solve on; as many as there are processors by default.
     pub threads: Option<usize>,
     /// Keep the shapes of members, for pictures.
     pub shapes: bool,
@@ -46,7 +48,9 @@ pub struct Job {
 /// Why a network is not solved at all: the input is wrong.
 #[derive(Debug)]
 pub enum Refusal {
+    /// The file is wrong.
     Input(InputErrors),
+    /// The network can move without force.
     Mechanism(Box<Model>, Vec<FreeMotion>),
 }
 

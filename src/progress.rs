@@ -64,6 +64,7 @@ impl Counter {
         self.bar.inc(count as u64);
     }
 
+    /// Takes the bar off the terminal.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

@@ -15,8 +15,11 @@ use crate::{Input, clock, explain, on_threads, options, read};
 /// What to compute about which network.
 #[derive(Clone, Debug)]
 pub struct Job {
+    /// The network file.
     pub input: Input,
+    /// What is asked for.
     pub request: Request,
+    /// Threads to solve on; as many as there are processors by default.
     pub threads: Option<usize>,
 }
 
@@ -25,6 +28,7 @@ pub struct Job {
 pub enum NoAnswer {
     /// The input is wrong, or asks for what it does not have.
     Input(InputErrors),
+    /// The state has no such eigenvalues, or was not reached.
     Spectrum(NoSpectrum),
 }
 

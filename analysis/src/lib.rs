@@ -36,8 +36,6 @@
 //! Everything here returns facts: sentences are made by those who show them. Threads are those of the caller's rayon pool,
 //! and times are measured by the caller's clock ([`pennate_solver::options::Options::clock`]).
 
-#![warn(missing_docs, unreachable_pub)]
-
 pub mod accuracy;
 mod adapt;
 pub mod fit;

@@ -68,10 +68,13 @@ impl<T: Real, const D: usize> Default for Moduli<T, D> {
 /// What one element is evaluated at.
 #[derive(Clone, Copy, Debug)]
 pub struct At<'a, T, const D: usize, const P: usize> {
+    /// Shape functions at the nodes and at the integration points.
     pub table: &'a Table<P>,
+    /// Unloaded geometry.
     pub piece: &'a Piece<T>,
     /// Material axes at the Gauss points of an initially curved element, in those of its start: the columns.
     pub curved: Option<&'a [M3<T>; P]>,
+    /// Stiffness and induced strains of the section.
     pub moduli: &'a Moduli<T, D>,
     /// Local unknowns of nodes 1…P.
     pub local: &'a [[T; D]; P],
@@ -84,13 +87,16 @@ pub struct At<'a, T, const D: usize, const P: usize> {
 pub struct Local<T, const D: usize, const P: usize> {
     /// Blocks `[i][j]` with j ≥ i.
     pub tangent: [[[[T; D]; D]; P]; P],
+    /// Derivative of the energy by the D motions of each of the P nodes: forces, then moments.
     pub gradient: [[T; D]; P],
     /// Gradient at the last node computed with the mixed stresses: what turns with the frame in the tangent.
     pub mixed_end: [T; D],
+    /// Strain energy.
     pub energy: T,
 }
 
 impl<T: Real, const D: usize, const P: usize> Local<T, D, P> {
+    /// All zero.
     #[inline(always)]
     pub fn zero() -> Self {
         let o = T::zero();
@@ -110,8 +116,11 @@ impl<T: Real, const D: usize, const P: usize> Local<T, D, P> {
 /// Tangent and gradient of what is left after elimination: the last node's unknowns e, and the turn of the frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Condensed<T, const D: usize> {
+    /// Second derivatives of the energy by the D motions of the node.
     pub tangent: [[T; D]; D],
+    /// Its derivative by them: forces, then moments.
     pub gradient: [T; D],
+    /// Second derivatives by the node and by the elongation of the element.
     pub mixed_end: [T; D],
     /// Coupling to the turn of the first node, where loads along the element make one (in the plane column 0 alone).
     pub turn: Option<Turn<T, D>>,
@@ -120,29 +129,39 @@ pub struct Condensed<T, const D: usize> {
 /// Part of the tangent and gradient that belongs to the turn φ₀ of the local frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn<T, const D: usize> {
+    /// Second derivatives by the D motions of the node and by the three of the frame.
     pub coupling: [[T; 3]; D],
+    /// Second derivatives by those of the frame.
     pub tangent: M3<T>,
+    /// First derivatives by those of the frame.
     pub gradient: V3<T>,
 }
 
 /// Tangent and gradient of two end nodes in global axes and spatial spins.
 #[derive(Clone, Copy, Debug)]
 pub struct Ends<T, const D: usize> {
+    /// Stiffness of the first end, D by D, forces over displacements in global axes.
     pub k00: [[T; D]; D],
+    /// Force on the first end over motions of the second.
     pub k01: [[T; D]; D],
+    /// Stiffness of the second end.
     pub k11: [[T; D]; D],
+    /// Internal force, then moment, on the first end.
     pub r0: [T; D],
+    /// Internal force, then moment, on the second end.
     pub r1: [T; D],
 }
 
 /// A beam with D components a node.
 pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
+    /// The kind of the element.
     const FORMULATION: Formulation;
     /// Displacement and rotation of a node against the unloaded state.
     type Pose: Copy + Debug + Default + Send + Sync + 'static;
     /// The local frame, and the last node seen from it.
     type Frame: Copy + Debug + Send + Sync;
 
+    /// The frame of an element by the poses of its first and last node.
     fn frame(piece: &Piece<T>, first: &Self::Pose, last: &Self::Pose) -> Self::Frame;
 
     /// Local unknowns of the last node.
@@ -197,8 +216,10 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// The angle that belongs to it, radians.
     fn angle(turned: f64) -> f64;
 
+    /// Placement of the node of one lane.
     fn pose(pose: &Self::Pose, lane: usize) -> Placement;
 
+    /// Puts the node of one lane somewhere.
     fn set_pose(pose: &mut Self::Pose, lane: usize, placement: &Placement);
 
     /// Where an interior node is: its local unknowns and unloaded local position seen from the first node.
@@ -208,7 +229,9 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
 /// Displacement and rotation of one node of one member, in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
+    /// Displacement from the unloaded position, in global axes.
     pub displacement: V3<f64>,
+    /// Rotation from the unloaded frame, a unit quaternion (w, x, y, z).
     pub rotation: Quaternion<f64>,
     /// Angle about z with whole turns, kept in the plane alone.
     pub angle: f64,

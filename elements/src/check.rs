@@ -9,8 +9,11 @@ use crate::space::Pose;
 
 /// Energy, gradient (force, then moment about the node, in global axes) and Hessian in the chart exp(φ) R.
 pub struct Answer {
+    /// Strain energy.
     pub energy: f64,
+    /// Its derivative by displacements and spins of each node, in global axes.
     pub gradient: Vec<[f64; 6]>,
+    /// Second derivatives, six rows and columns a node.
     pub tangent: Vec<Vec<f64>>,
 }
 

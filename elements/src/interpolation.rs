@@ -9,6 +9,7 @@
 pub struct Table<const P: usize> {
     /// Gauss points in (0, 1) and their weights, which sum to one.
     pub points: [f64; P],
+    /// Weights of the integration points; their sum is one.
     pub weights: [f64; P],
     /// `values[g][i]`: shape function of node i + 1 at Gauss point g.
     pub values: [[f64; P]; P],
@@ -48,6 +49,7 @@ impl<const P: usize> Default for Table<P> {
 }
 
 impl<const P: usize> Table<P> {
+    /// The points and shape functions of order P.
     pub fn new() -> Self {
         let (points, weights) = gauss::<P>();
         let mut values = [[0.0; P]; P];

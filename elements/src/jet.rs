@@ -7,12 +7,16 @@ use std::ops::{Add, Mul, Sub};
 /// A value with exact first and second derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Jet<const N: usize> {
+    /// Value of the function.
     pub value: f64,
+    /// First derivatives by the N variables.
     pub gradient: [f64; N],
+    /// Second derivatives by them.
     pub hessian: [[f64; N]; N],
 }
 
 impl<const N: usize> Jet<N> {
+    /// A number that depends on none of the variables.
     pub fn constant(value: f64) -> Self {
         Self { value, gradient: [0.0; N], hessian: [[0.0; N]; N] }
     }
@@ -24,6 +28,7 @@ impl<const N: usize> Jet<N> {
         jet
     }
 
+    /// A multiple.
     pub fn scaled(self, s: f64) -> Self {
         self.mapped(s * self.value, s, 0.0)
     }
@@ -40,6 +45,7 @@ impl<const N: usize> Jet<N> {
         }
     }
 
+    /// The reciprocal.
     pub fn recip(self) -> Self {
         let r = 1.0 / self.value;
         self.mapped(r, -r * r, 2.0 * r * r * r)

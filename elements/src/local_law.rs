@@ -13,6 +13,7 @@ use crate::space::{self, Geometric, Kinematics};
 
 /// Strains at a Gauss point, and the stiffness against them.
 pub trait LocalLaw: Copy + Debug + Send + Sync + 'static {
+    /// The kind of the element.
     const FORMULATION: Formulation;
 
     /// What v = U′ + … begins with in the unloaded state, in the local frame, where the unloaded tangent is given.

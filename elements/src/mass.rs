@@ -24,6 +24,7 @@ const POINTS: usize = 7;
 /// Mass and rotatory inertia per unloaded length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inertia {
+    /// Mass per length.
     pub mass: f64,
     /// About the material axes 1, 2, 3.
     pub rotary: [f64; 3],

@@ -35,6 +35,7 @@ pub type Pose<T> = [T; 3];
 pub struct Frame<T> {
     /// Axis 1 in global axes.
     pub axis: [T; 2],
+    /// The last node seen from the first, along the axes of the frame.
     pub position: [T; 2],
     /// Displacement and angle of the last node against the unloaded shape carried along by the frame.
     pub local: [T; 3],

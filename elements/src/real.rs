@@ -26,9 +26,13 @@ pub trait Real:
 
     /// The same number in every lane.
     fn splat(value: f64) -> Self;
+    /// The number in one lane.
     fn lane(self, index: usize) -> f64;
+    /// Puts a number into one lane.
     fn set_lane(&mut self, index: usize, value: f64);
+    /// Square root.
     fn sqrt(self) -> Self;
+    /// Size without sign.
     fn abs(self) -> Self;
     /// self + a b, rounded once where these numbers have an instruction for it.
     #[inline(always)]
@@ -53,11 +57,13 @@ pub trait Real:
         work.run()
     }
 
+    /// Zero in every lane.
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
     }
 
+    /// One in every lane.
     #[inline(always)]
     fn one() -> Self {
         Self::splat(1.0)
@@ -66,8 +72,10 @@ pub trait Real:
 
 /// A piece of work on numbers of one kind.
 pub trait Work {
+    /// What comes of it.
     type Output;
 
+    /// Does it, compiled for the lanes that there are.
     fn run(self) -> Self::Output;
 }
 

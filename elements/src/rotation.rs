@@ -8,6 +8,7 @@ use crate::small::{M3, V3, add, cross, diagonal, dot, madd, mscale, mul, norm, o
 /// A unit quaternion `[w, x, y, z]`.
 pub type Quaternion<T> = [T; 4];
 
+/// No rotation.
 pub const IDENTITY: Quaternion<f64> = [1.0, 0.0, 0.0, 0.0];
 
 /// Product of two rotations, `b` first.
@@ -18,6 +19,7 @@ pub fn compose<T: Real>(a: Quaternion<T>, b: Quaternion<T>) -> Quaternion<T> {
     [a[0] * b[0] - dot(av, bv), v[0], v[1], v[2]]
 }
 
+/// The rotation back.
 #[inline(always)]
 pub fn inverse<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
     [q[0], -q[1], -q[2], -q[3]]

@@ -6,7 +6,9 @@
 
 use crate::real::Real;
 
+/// Three components.
 pub type V3<T> = [T; 3];
+/// Three rows of three.
 pub type M3<T> = [[T; 3]; 3];
 
 /// One lane of numbers that lie side by side.
@@ -29,6 +31,7 @@ pub fn lanes<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N], index: us
     own
 }
 
+/// Scalar product.
 #[inline(always)]
 pub fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
     (a[0] * b[0]).plus(a[1], b[1]).plus(a[2], b[2])
@@ -40,6 +43,7 @@ pub fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Sum.
 #[inline(always)]
 pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     let mut c = a;
@@ -49,6 +53,7 @@ pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     c
 }
 
+/// Difference.
 #[inline(always)]
 pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     let mut c = a;
@@ -58,6 +63,7 @@ pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     c
 }
 
+/// A multiple.
 #[inline(always)]
 pub fn scale<T: Real, const N: usize>(s: T, a: [T; N]) -> [T; N] {
     let mut c = a;
@@ -75,6 +81,7 @@ pub fn axpy<T: Real, const N: usize>(a: &mut [T; N], s: T, b: [T; N]) {
     }
 }
 
+/// Length.
 #[inline(always)]
 pub fn norm<T: Real>(a: V3<T>) -> T {
     dot(a, a).sqrt()
@@ -87,11 +94,13 @@ pub fn skew<T: Real>(a: V3<T>) -> M3<T> {
     [[o, -a[2], a[1]], [a[2], o, -a[0]], [-a[1], a[0], o]]
 }
 
+/// The unit matrix.
 #[inline(always)]
 pub fn identity<T: Real>() -> M3<T> {
     diagonal(T::one())
 }
 
+/// That multiple of the unit matrix.
 #[inline(always)]
 pub fn diagonal<T: Real>(s: T) -> M3<T> {
     let o = T::zero();
@@ -114,11 +123,13 @@ pub fn outer<T: Real>(a: V3<T>, b: V3<T>) -> M3<T> {
     [scale(a[0], b), scale(a[1], b), scale(a[2], b)]
 }
 
+/// N rows of M zeros.
 #[inline(always)]
 pub fn zeros<T: Real, const N: usize, const M: usize>() -> [[T; M]; N] {
     [[T::zero(); M]; N]
 }
 
+/// Sum of two matrices.
 #[inline(always)]
 pub fn madd<T: Real, const N: usize, const M: usize>(a: [[T; M]; N], b: [[T; M]; N]) -> [[T; M]; N] {
     let mut c = a;
@@ -128,6 +139,7 @@ pub fn madd<T: Real, const N: usize, const M: usize>(a: [[T; M]; N], b: [[T; M];
     c
 }
 
+/// A multiple of a matrix.
 #[inline(always)]
 pub fn mscale<T: Real, const N: usize, const M: usize>(s: T, a: [[T; M]; N]) -> [[T; M]; N] {
     let mut c = a;
@@ -147,6 +159,7 @@ pub fn scale_rows<T: Real, const N: usize, const M: usize>(s: [T; N], a: &[[T; M
     b
 }
 
+/// Rows for columns.
 #[inline(always)]
 pub fn transpose<T: Real, const N: usize, const M: usize>(a: &[[T; M]; N]) -> [[T; N]; M] {
     let mut b = zeros();
@@ -416,6 +429,7 @@ impl<T: Real, const D: usize> Ldl<T, D> {
         }
     }
 
+    /// The solution for one right-hand side.
     #[inline(always)]
     pub fn solve_vector(&self, b: &[T; D]) -> [T; D] {
         let mut x = *b;

@@ -38,7 +38,9 @@ pub type CorotationalSpace = SpatialBeam<Corotational>;
 /// Displacement and rotation of a node against the unloaded state.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose<T> {
+    /// In global axes.
     pub displacement: V3<T>,
+    /// From the unloaded state, a unit quaternion (w, x, y, z).
     pub rotation: Quaternion<T>,
 }
 
@@ -65,29 +67,43 @@ pub struct Frame<T> {
 /// Strain at a point and its first derivatives with respect to v, c and d, in material axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Kinematics<T> {
+    /// Stretch less one, and shear, along axes 1, 2, 3.
     pub gamma: V3<T>,
+    /// Twist and curvatures about axes 1, 2, 3 (1/length).
     pub kappa: V3<T>,
+    /// Derivative of the stretches by the derivative of the position.
     pub gamma_v: M3<T>,
+    /// Derivative of the stretches by the rotation parameters.
     pub gamma_c: M3<T>,
+    /// Derivative of the curvatures by the rotation parameters.
     pub kappa_c: M3<T>,
+    /// Derivative of the curvatures by the derivatives of the parameters along the rod.
     pub kappa_d: M3<T>,
 }
 
 /// Second derivatives of n·Γ + m·κ with respect to v, c and d; blocks not named are zero, or mirror images.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometric<T> {
+    /// By the derivative of the position, and the rotation parameters.
     pub vc: M3<T>,
+    /// By the rotation parameters twice.
     pub cc: M3<T>,
+    /// By the derivatives of the parameters along the rod, and the parameters.
     pub dc: M3<T>,
 }
 
 /// Tangent of one Gauss point with respect to v, c and d; the v–d block is zero.
 #[derive(Clone, Copy, Debug)]
 pub struct PointTangent<T> {
+    /// By the derivative of the position twice.
     pub vv: M3<T>,
+    /// By the derivative of the position, and the rotation parameters.
     pub vc: M3<T>,
+    /// By the rotation parameters twice.
     pub cc: M3<T>,
+    /// By the rotation parameters, and their derivatives along the rod.
     pub cd: M3<T>,
+    /// By the derivatives of the parameters along the rod twice.
     pub dd: M3<T>,
 }
 

@@ -17,8 +17,11 @@ use crate::space::Pose;
 /// Energy, gradient and Hessian of a spring on one or two nodes (12 components; the second six are unused on one).
 #[derive(Clone, Copy, Debug)]
 pub struct SpringResponse {
+    /// Energy.
     pub energy: f64,
+    /// Its derivative by displacements and spins of the first node, then of the second.
     pub gradient: [f64; 12],
+    /// Second derivatives by the same.
     pub tangent: [[f64; 12]; 12],
 }
 

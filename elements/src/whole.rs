@@ -20,8 +20,11 @@ pub type Rows = Vec<Vec<f64>>;
 /// Where the nodes of an element are: its frame, and the unloaded local positions of nodes 1…P.
 #[derive(Clone, Copy, Debug)]
 pub struct Nodes<'a, const P: usize> {
+    /// Frame of the element.
     pub frame: &'a Frame<f64>,
+    /// Unloaded places of its nodes in that frame.
     pub reference: &'a [V3<f64>; P],
+    /// Displacements and rotations of its nodes in that frame.
     pub local: &'a [[f64; 6]; P],
 }
 

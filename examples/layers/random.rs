@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::reference::{Held, Turned};
 
 /// A network of one rod along x from the clamped node A to B.
-pub struct Case {
+pub(crate) struct Case {
     pub text: String,
     pub space: bool,
     pub weight: Vector3<f64>,
@@ -17,7 +17,7 @@ pub struct Case {
     pub follower: Vector3<f64>,
 }
 
-pub const FAMILIES: [&str; 8] = [
+pub(crate) const FAMILIES: [&str; 8] = [
     "turned strip",
     "shifted thread",
     "taut rod, released end",
@@ -38,7 +38,7 @@ fn signed(rng: &mut Rng, low: f64, high: f64) -> f64 {
     if rng.bool() { size } else { -size }
 }
 
-pub fn case(seed: u64) -> Case {
+pub(crate) fn case(seed: u64) -> Case {
     let mut rng = Rng::with_seed(seed);
     let family = FAMILIES[(seed % FAMILIES.len() as u64) as usize];
     let length = between(&mut rng, 10.0, 200.0);

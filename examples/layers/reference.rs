@@ -19,12 +19,12 @@ const STALLED: f64 = 1e-7;
 const LOWER: usize = 19;
 const UPPER: usize = 6;
 const WIDTH: usize = 2 * LOWER + UPPER + 1;
-pub type State = SVector<f64, N>;
+pub(crate) type State = SVector<f64, N>;
 type Block = SMatrix<f64, N, N>;
 
 /// What an end of a rod does along an axis.
 #[derive(Clone, Copy, Debug)]
-pub enum Held {
+pub(crate) enum Held {
     /// Moved by this much.
     By(f64),
     /// Pulled by a dead force.
@@ -32,7 +32,7 @@ pub enum Held {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub enum Turned {
+pub(crate) enum Turned {
     /// To this rotation vector.
     To(Vector3<f64>),
     /// Free, with a dead moment.
@@ -41,7 +41,7 @@ pub enum Turned {
 
 /// A straight rod along x, clamped at the origin.
 #[derive(Clone, Debug)]
-pub struct Rod {
+pub(crate) struct Rod {
     pub section: Section,
     /// Columns: the material axes, unloaded.
     pub axes: Matrix3<f64>,
@@ -62,7 +62,7 @@ fn rotation(y: &State) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(y[3], y[4], y[5], y[6]))
 }
 
-pub fn rotation_vector(y: &State) -> Vector3<f64> {
+pub(crate) fn rotation_vector(y: &State) -> Vector3<f64> {
     rotation(y).scaled_axis()
 }
 
@@ -105,7 +105,7 @@ impl Rod {
 
     /// The state at the start, at the end, and by how much they differ from those on intervals twice as long, over
     /// `scale`.
-    pub fn solve(&self, guess: &dyn Fn(f64) -> State, scale: &State) -> Option<([State; 2], f64)> {
+    pub(crate) fn solve(&self, guess: &dyn Fn(f64) -> State, scale: &State) -> Option<([State; 2], f64)> {
         let places = self.intervals(guess);
         let finer: Vec<f64> = places
             .windows(2)

@@ -12,7 +12,7 @@ use crate::random::Case;
 use crate::reference::{Held, Turned};
 
 /// Prints them as they stand in `reference.json`.
-pub fn print() {
+pub(crate) fn print() {
     let by = |x, y| [Held::By(x), Held::By(y), Held::By(0.0)];
     let turned = |degrees: f64| Turned::To(Vector3::new(0.0, 0.0, degrees.to_radians()));
     let held = [Held::Pulled(50.0), Held::Pulled(0.0), Held::By(0.0)];

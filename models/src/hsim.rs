@@ -134,7 +134,9 @@ impl Muscle {
 /// Which of the segments of a muscle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
+    /// One of the two ends, which do not contract.
     End,
+    /// The part between them, which contracts.
     Middle,
 }
 

@@ -19,8 +19,6 @@
 //! # Ok::<(), pennate_models::InputErrors>(())
 //! ```
 
-#![warn(unreachable_pub)]
-
 use std::path::{Path, PathBuf};
 
 pub mod discretize;

@@ -28,64 +28,91 @@ pub struct Probes {
 pub enum Probe {
     /// Displacement along a unit direction.
     Displacement {
+        /// The node.
         node: NodeId,
+        /// Unit direction in global axes.
         direction: [f64; 3],
     },
     /// Coordinate along a unit direction.
     Position {
+        /// The node.
         node: NodeId,
+        /// Where the node, or the second node seen from the first, is unloaded.
         unloaded: [f64; 3],
+        /// Unit direction in global axes.
         direction: [f64; 3],
     },
     /// Component of the rotation vector, degrees; in the plane the total angle.
     Rotation {
+        /// The node.
         node: NodeId,
+        /// 0, 1, 2: about x, y, z.
         axis: usize,
     },
     /// Norm of the rotation vector, degrees; in the plane the size of the total angle.
     Angle {
+        /// The node.
         node: NodeId,
     },
     /// Force of the support on the structure along a unit direction.
     ReactionForce {
+        /// The node.
         node: NodeId,
+        /// Unit direction in global axes.
         direction: [f64; 3],
     },
     /// Moment of the support on the structure about a global axis.
     ReactionMoment {
+        /// The node.
         node: NodeId,
+        /// 0, 1, 2: about x, y, z.
         axis: usize,
     },
     /// Angle by which a direction of a body has turned, degrees.
     Tilt {
+        /// Reference node of the body.
         reference: NodeId,
+        /// Unit direction, unloaded, in global axes.
         normal: [f64; 3],
     },
     /// Distance of two nodes; `unloaded` is the vector between them.
     Distance {
+        /// Both nodes.
         nodes: [NodeId; 2],
+        /// Where the node, or the second node seen from the first, is unloaded.
         unloaded: [f64; 3],
     },
+    /// Axial force in a member, positive in tension.
     AxialForce {
+        /// Index of the member.
         member: usize,
+        /// Where along it.
         place: AxialPlace,
     },
     /// The greatest value along some members, in material axes.
     Greatest {
+        /// What is greatest.
         quantity: Quantity,
+        /// Along which members.
         members: Vec<Along>,
     },
     /// Force (or moment) along a direction of a node for a unit of displacement (or a radian) along it, with everything
     /// else free to follow; or the inverse of that. `index` counts the probes of this kind.
     Stiffness {
+        /// Number of the probe among those of this kind.
         index: usize,
+        /// The node.
         node: NodeId,
+        /// Unit displacement (0, 1, 2) or rotation (3, 4, 5) in global axes.
         along: [f64; 6],
+        /// The compliance instead.
         inverse: bool,
     },
     /// An expression of other values.
     Expression {
+        /// Over the operands, by their place.
         expression: Expression,
+        /// What it refers to.
         operands: Vec<Operand>,
     },
 }
@@ -93,8 +120,11 @@ pub enum Probe {
 /// Where a member's axial force is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxialPlace {
+    /// At its first node.
     Start,
+    /// In its middle.
     Middle,
+    /// At its second node.
     End,
 }
 
@@ -103,9 +133,11 @@ pub enum AxialPlace {
 pub enum Quantity {
     /// Stress of the outermost fibre, |N|/A and bending together.
     Stress,
+    /// Stress of the outermost fibre by bending alone.
     BendingStress,
     /// Strain of the outermost fibre, that of the axis and bending together, without what is induced.
     Strain,
+    /// Strain of the outermost fibre by bending alone.
     BendingStrain,
     /// Bending moment about axes 2 and 3 together.
     Moment,
@@ -127,8 +159,20 @@ pub struct Along {
 /// What stresses and strains of a segment follow from.
 #[derive(Clone, Debug)]
 pub enum Matter {
-    Fixed { section: Section, shape: Option<Shape> },
-    Muscle { muscle: Arc<Muscle>, part: Part },
+    /// A section that does not change, and its shape where it has one.
+    Fixed {
+        /// Its stiffnesses.
+        section: Section,
+        /// Its outermost fibres, where it has a shape.
+        shape: Option<Shape>,
+    },
+    /// A part of a muscle.
+    Muscle {
+        /// The muscle.
+        muscle: Arc<Muscle>,
+        /// Its end or its middle.
+        part: Part,
+    },
 }
 
 impl Matter {
@@ -202,11 +246,15 @@ fn vertex([[x0, y0], [x1, y1], [x2, y2]]: [[f64; 2]; 3]) -> f64 {
 /// What an expression of probes refers to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operand {
+    /// A parameter by its value.
     Parameter(f64),
+    /// Another probe by its place.
     Probe(usize),
     /// The value of a probe after a step.
     After {
+        /// Index of the probe.
         probe: usize,
+        /// Index of the step.
         step: usize,
     },
 }
@@ -218,10 +266,13 @@ pub enum ProbeKind {
     Displacement,
     /// In degrees.
     Rotation,
+    /// Force.
     Force,
+    /// Moment.
     Moment,
     /// The greatest along a member, which no accuracy is asked of.
     GreatestMoment,
+    /// Stress.
     Stress,
     /// No unit.
     Strain,

@@ -24,21 +24,37 @@ pub struct Unit {
 /// Kinds of quantity that keys ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
+    /// A number without a unit.
     Pure,
+    /// Length.
     Length,
+    /// Angle; bare ones are degrees.
     Angle,
+    /// Force.
     Force,
+    /// Moment.
     Moment,
+    /// Stress or modulus.
     Stress,
+    /// Strain per pressure.
     InversePressure,
+    /// Mass per volume.
     Density,
+    /// Mass.
     Mass,
+    /// Mass per length.
     MassPerLength,
+    /// Acceleration.
     Acceleration,
+    /// Radians per length.
     Curvature,
+    /// Force per length.
     Stiffness,
+    /// Moment per radian.
     RotationalStiffness,
+    /// Force times length squared.
     BendingStiffness,
+    /// Force per length of a member.
     ForcePerLength,
 }
 

@@ -33,13 +33,17 @@ pub enum Reach {
 
 /// A network at the end of some of its steps.
 pub enum Followed<'a> {
+    /// In the plane.
     Plane(Box<Path<'a, 3>>),
+    /// In space.
     Space(Box<Path<'a, 6>>),
 }
 
 /// A state as a spatial network, at equilibrium.
 pub struct Base {
+    /// The structure in the state.
     pub system: System<6>,
+    /// How far the steps came.
     pub reach: Reach,
 }
 

@@ -21,14 +21,18 @@ const FEEBLE: f64 = 1e-2;
 /// A structure with the steps that are made of it.
 #[derive(Clone, Debug)]
 pub struct Design {
+    /// What is solved.
     pub structure: Structure,
+    /// What is done to it, in order.
     pub steps: Vec<Step>,
 }
 
 /// A design at the end of one of its steps. Vectors are in global axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EndState {
+    /// By index, as in the structure.
     pub nodes: Vec<NodeState>,
+    /// By index, as in the structure.
     pub members: Vec<MemberState>,
 }
 
@@ -38,7 +42,16 @@ pub enum Reason {
     /// It has no equilibrium to look for.
     Refused(SolveError),
     /// A step stopped short, at this part of its ramp.
-    Stopped { step: usize, status: Status, fraction: f64, cause: Option<Cause> },
+    Stopped {
+        /// Index of the step.
+        step: usize,
+        /// How it ended.
+        status: Status,
+        /// Part of its ramp that was reached.
+        fraction: f64,
+        /// What it looks like, where that is known.
+        cause: Option<Cause>,
+    },
 }
 
 /// The ends of all steps of a design, or why there is none.

@@ -62,6 +62,7 @@ pub struct Critical {
     pub factor: f64,
     /// Part of it that rounding may be.
     pub rounding: f64,
+    /// Whether it leaves the plane.
     pub family: Family,
     /// Scaled to a largest component of one.
     pub shape: Shape,
@@ -74,7 +75,9 @@ pub struct Buckling {
     pub critical: Vec<Critical>,
     /// The nearest factor of the ramp the other way, up to a thousand times the first one.
     pub reversed: Option<f64>,
+    /// The state that it is about.
     pub place: Place,
+    /// How far the steps came.
     pub reach: Reach,
     /// Families that have no symmetric tangent, for want of a potential of the loads.
     pub left_out: Vec<Family>,
@@ -82,6 +85,7 @@ pub struct Buckling {
     pub neutral: Vec<Family>,
     /// Whether the count of pivots confirms that no smaller factor is missing.
     pub complete: bool,
+    /// Unknowns of the eigenvalue problem.
     pub unknowns: usize,
 }
 

@@ -2,7 +2,7 @@
 
 /// A square matrix and, once factorized, its factors.
 #[derive(Clone, Debug, Default)]
-pub struct Dense {
+pub(crate) struct Dense {
     size: usize,
     /// By rows.
     values: Vec<f64>,
@@ -13,18 +13,18 @@ pub struct Dense {
 
 impl Dense {
     /// Makes this an identity matrix; allocates only where it grows.
-    pub fn set_identity(&mut self, size: usize) {
+    pub(crate) fn set_identity(&mut self, size: usize) {
         self.size = size;
         self.values.clear();
         self.values.resize(size * size, 0.0);
         self.values.iter_mut().step_by(size + 1).for_each(|x| *x = 1.0);
     }
 
-    pub fn add(&mut self, row: usize, column: usize, value: f64) {
+    pub(crate) fn add(&mut self, row: usize, column: usize, value: f64) {
         self.values[row * self.size + column] += value;
     }
 
-    pub fn factorize(&mut self) {
+    pub(crate) fn factorize(&mut self) {
         let n = self.size;
         self.exchanged.clear();
         self.negative = false;
@@ -53,12 +53,12 @@ impl Dense {
     }
 
     /// Whether the determinant of the factorized matrix is negative.
-    pub fn is_negative(&self) -> bool {
+    pub(crate) fn is_negative(&self) -> bool {
         self.negative
     }
 
     /// Solves in place with the factors; false where the matrix is singular.
-    pub fn solve(&self, b: &mut [f64]) -> bool {
+    pub(crate) fn solve(&self, b: &mut [f64]) -> bool {
         let n = self.size;
         for (k, &pivot) in self.exchanged.iter().enumerate() {
             b.swap(k, pivot);

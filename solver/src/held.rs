@@ -229,7 +229,7 @@ impl HeldForces {
 /// Members that cannot be stretched whose axial force nothing determines at the present state, which is an equilibrium.
 ///
 /// A little more force is tried on all of them; iterations take back what anything answers to.
-pub fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
+pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
     let mut held = HeldForces::default();
     held.begin(system);
     let HeldForces { members, forces, .. } = held;

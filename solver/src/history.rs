@@ -8,7 +8,9 @@ use crate::structure::{Dimension, MemberId, NodeId};
 /// Everything that a solve brought, in the order of the steps.
 #[derive(Clone, Debug, Default)]
 pub struct History {
+    /// In order; one of the prestress where no steps were given.
     pub steps: Vec<StepHistory>,
+    /// How large the mesh is.
     pub mesh: MeshSize,
     /// Members that lost their stability between their ends, where the motions of the joints do not show it.
     pub inside: Vec<MemberId>,
@@ -21,29 +23,41 @@ pub struct History {
 /// Size of the discretization.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshSize {
+    /// Nodes of all elements, interior ones among them.
     pub nodes: usize,
+    /// Elements of all members.
     pub elements: usize,
+    /// Free components of all nodes of elements.
     pub unknowns: usize,
 }
 
 /// How a step ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
+    /// It reached its end.
     Converged,
+    /// It ended at a limit point.
     LimitPoint,
+    /// It ended at a bifurcation.
     Bifurcation,
+    /// No equilibrium was found further on.
     NotConverged,
+    /// It was told to stop.
     Interrupted,
+    /// A step before it did not reach its end.
     NotReached,
 }
 
+/// What became of a step.
 #[derive(Clone, Debug)]
 pub struct StepHistory {
+    /// How it ended.
     pub status: Status,
     /// Part of the step's ramp that was reached, 0 to 1.
     pub fraction: f64,
     /// Newton iterations and factorizations, tries that were given up included.
     pub iterations: usize,
+    /// Factorizations of the tangent, those of increments that were taken back among them.
     pub factorizations: usize,
     /// Accepted states in order; the last is the state at the end of the step. Empty only where nothing converged.
     pub increments: Vec<Increment>,
@@ -60,7 +74,9 @@ pub struct StepHistory {
     pub stability: Dimension,
     /// Directions in which the last state is unstable, where that is defined; else pivots of the symmetric part.
     pub negative_pivots: usize,
+    /// Singular points that were passed or ended the step, in order.
     pub critical_points: Vec<CriticalPoint>,
+    /// Jumps to another equilibrium, in order.
     pub jumps: Vec<Jump>,
     /// Remarks of the solver that a user should read, one sentence each.
     pub notes: Vec<Note>,
@@ -81,11 +97,20 @@ pub struct Variation {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Note {
     /// The path touched a singular state at this fraction and went on without a change of sign.
-    TouchedSingular { fraction: f64 },
+    TouchedSingular {
+        /// Of the ramp of the step.
+        fraction: f64,
+    },
     /// A moment in space has no potential: a node that it turns over and over takes energy from it without end.
-    EndlessMoment { node: NodeId },
+    EndlessMoment {
+        /// The node that turns.
+        node: NodeId,
+    },
     /// Nothing determines the axial forces of these members, which cannot be stretched.
-    Undetermined { members: Vec<MemberId> },
+    Undetermined {
+        /// By index.
+        members: Vec<MemberId>,
+    },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
@@ -99,6 +124,7 @@ pub enum Note {
 pub struct Increment {
     /// Fraction of the step's ramp.
     pub fraction: f64,
+    /// The state.
     pub state: Equilibrium,
     /// Shapes of all members, where asked for (`Options::shapes`), in the order of the members.
     pub shapes: Vec<MemberShape>,
@@ -107,7 +133,9 @@ pub struct Increment {
 /// An equilibrium in the user's quantities. Vectors are in global axes.
 #[derive(Clone, Debug, Default)]
 pub struct Equilibrium {
+    /// By index, as in the structure.
     pub nodes: Vec<NodeState>,
+    /// By index, as in the structure.
     pub members: Vec<MemberState>,
     /// Force of an axial spring (positive in tension), else the norm of the force; in the order of the springs.
     pub springs: Vec<f64>,
@@ -148,8 +176,10 @@ impl Rounding {
     }
 }
 
+/// A node in a state; vectors are in global axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeState {
+    /// From the unloaded position.
     pub displacement: [f64; 3],
     /// Rotation vector (radians), of norm at most π; zero where the node has no rotation of its own.
     pub rotation: [f64; 3],
@@ -161,6 +191,7 @@ pub struct NodeState {
     pub reaction_moment: [f64; 3],
 }
 
+/// A member in a state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MemberState {
     /// Length of the deformed centre line.
@@ -171,6 +202,7 @@ pub struct MemberState {
     pub axial_force_ends: [f64; 2],
     /// Actions on the member at start and end: forces, then moments about the end points.
     pub end_forces: [[f64; 3]; 2],
+    /// Moments on its start and its end, in global axes.
     pub end_moments: [[f64; 3]; 2],
     /// Value of the member's control (pressure or actuation); zero without one.
     pub control: f64,
@@ -183,6 +215,7 @@ pub struct MemberState {
 /// The largest of the values at the integration points of a member.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peak {
+    /// The strain there.
     pub value: f64,
     /// Part of the member's unloaded length from its start.
     pub at: f64,
@@ -193,6 +226,7 @@ pub struct Peak {
 pub struct SectionForces {
     /// Part of the member's unloaded length from its start.
     pub at: f64,
+    /// Index of its segment in the member.
     pub segment: usize,
     /// N, Q₂, Q₃.
     pub force: [f64; 3],
@@ -203,15 +237,18 @@ pub struct SectionForces {
 /// The deformed shape of a member: points along it, and section forces between neighbouring points.
 #[derive(Clone, Debug, Default)]
 pub struct MemberShape {
+    /// Along the cell, from its start to its end.
     pub points: Vec<ShapePoint>,
     /// One less than points.
     pub cells: Vec<ShapeCell>,
 }
 
+/// A point of the centre line of a member.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShapePoint {
     /// Unloaded position.
     pub reference: [f64; 3],
+    /// From its unloaded place, in global axes.
     pub displacement: [f64; 3],
     /// Rotation vector (radians) from the unloaded state, of norm at most π.
     pub rotation: [f64; 3],
@@ -239,6 +276,7 @@ pub struct ShapeCell {
 /// A singular point that a path passed or stopped at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CriticalPoint {
+    /// Limit point or bifurcation.
     pub kind: CriticalKind,
     /// Fraction of the step's ramp; an arc length may leave 0 to 1.
     pub fraction: f64,
@@ -268,12 +306,16 @@ pub struct Jump {
     pub released: f64,
     /// The farthest displacement of a node, and that node.
     pub moved: f64,
+    /// The node that moves most.
     pub node: NodeId,
 }
 
+/// What a path meets at a singular point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CriticalKind {
+    /// The load has an extremum along the path.
     LimitPoint,
+    /// Another path crosses.
     Bifurcation,
 }
 
@@ -284,9 +326,11 @@ pub struct Failure {
     pub tried: f64,
     /// Where the residual of the last try is largest, and in which component (0 to 5).
     pub worst_node: Option<NodeId>,
+    /// Component of that residual: 0, 1, 2 of force, 3, 4, 5 of moment, in global axes.
     pub worst_component: usize,
     /// Residual there, over the largest force or moment.
     pub worst_residual: f64,
+    /// What it looks like.
     pub cause: Cause,
 }
 
@@ -308,7 +352,9 @@ pub enum Cause {
     /// No finite axial force of this member, which cannot be stretched, is in equilibrium: its ends cannot come as near as
     /// they would where it bends.
     Overheld {
+        /// By index.
         member: MemberId,
     },
+    /// It was told to stop.
     Interrupted,
 }

@@ -2,29 +2,29 @@
 //!
 //! A [`structure::Structure`] and its steps go in, a [`history::History`] comes out. Each member is a chain of elements
 //! that is condensed onto its two ends ([`chain`]); ends meet in joints ([`joints`]), whose equations are factorized
-//! ([`linear`]) by a system ([`system`]) that Newton's iteration ([`newton`]) brings to equilibrium, increment by
+//! (`linear`) by a system ([`system`]) that Newton's iteration ([`newton`]) brings to equilibrium, increment by
 //! increment ([`path`]).
 
 pub mod base;
 pub mod batch;
 pub mod buckling;
 pub mod chain;
-pub mod dense;
+mod dense;
 pub mod error;
-pub mod held;
+mod held;
 pub mod history;
 pub mod joints;
-pub mod lateral;
-pub mod linear;
-pub mod mechanism;
+mod lateral;
+mod linear;
+mod mechanism;
 pub mod modes;
 pub mod newton;
 pub mod options;
 pub mod packs;
 pub mod path;
-pub mod reduce;
+mod reduce;
 pub mod results;
-pub mod rounding;
+mod rounding;
 pub mod sensitivity;
 pub mod spectral;
 mod split;

@@ -13,9 +13,9 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding in an unloaded structure.
-pub const PIVOT_NOISE: f64 = 1e-12;
+pub(crate) const PIVOT_NOISE: f64 = 1e-12;
 /// The same where motions may be as soft as loads make them: a unit in the last place for each of a few operations.
-pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
+pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// From this size on columns are factorized several at once: joints have six of them each, which pays even where there
 /// are few entries.

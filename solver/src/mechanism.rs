@@ -22,7 +22,7 @@ const OUTSIDE: f64 = 1e-5;
 const CENTRES: usize = 20;
 
 /// Free motions of the system at its last assembly.
-pub fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
+pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
     let mut motions = released(system);
     let size = system.linear.size();
     let original = system.linear.values.clone();
@@ -60,7 +60,7 @@ pub fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
 }
 
 /// The softest motion at the last assembly and factorization, where it is nearly free.
-pub fn near_motion<const D: usize>(system: &mut System<D>) -> Option<NearMotion> {
+pub(crate) fn near_motion<const D: usize>(system: &mut System<D>) -> Option<NearMotion> {
     let stiffness = system.softest_stiffness();
     if stiffness.abs() >= NEAR {
         return None;

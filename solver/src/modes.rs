@@ -36,6 +36,7 @@ pub struct Mode {
     pub eigenvalue: f64,
     /// Part of it that rounding may be.
     pub rounding: f64,
+    /// Whether it leaves the plane.
     pub family: Family,
     /// Scaled to a modal mass xᵀ M x = 1.
     pub shape: Shape,
@@ -44,21 +45,28 @@ pub struct Mode {
 /// The place about which modes move: a converged state.
 #[derive(Clone, Debug, Default)]
 pub struct Place {
+    /// Nodes at the state, by index.
     pub nodes: Vec<NodeState>,
+    /// Shapes of the members at the state, by index.
     pub members: Vec<MemberShape>,
+    /// Pressures or actuations of the members there.
     pub controls: Vec<f64>,
 }
 
 /// Modes by rising ω².
 #[derive(Clone, Debug)]
 pub struct Modes {
+    /// By increasing frequency.
     pub modes: Vec<Mode>,
+    /// The state that they are about.
     pub place: Place,
+    /// How far the steps came.
     pub reach: Reach,
     /// Families that have no symmetric tangent, for want of a potential of the loads.
     pub left_out: Vec<Family>,
     /// Whether the count of pivots confirms that no lower mode is missing.
     pub complete: bool,
+    /// Unknowns of the eigenvalue problem.
     pub unknowns: usize,
 }
 
@@ -78,6 +86,7 @@ pub enum NoModes {
 /// What was found about a state.
 #[derive(Debug)]
 pub struct Found<T, E> {
+    /// The solve that led to the state.
     pub history: History,
     /// On the elements asked for, and on those of the next order.
     pub result: Result<[T; 2], E>,

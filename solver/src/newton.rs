@@ -29,6 +29,7 @@ const COMPARED: f64 = 1e-2;
 /// When an iteration is converged and when it is given up.
 #[derive(Clone, Copy, Debug)]
 pub struct Newton {
+    /// Iterations after which it is given up.
     pub max_iterations: usize,
     /// Size of the last increment (radians, or lengths of a member) below which the next would be rounding: its square.
     pub increment: f64,
@@ -64,24 +65,30 @@ impl Default for Newton {
 /// An equilibrium that was found.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Convergence {
+    /// Iterations that it took.
     pub iterations: usize,
     /// One an iteration, and one where linear buckling was asked.
     pub factorizations: usize,
     /// Pivots and residual at the equilibrium.
     pub inertia: Inertia,
+    /// What is left of the equations.
     pub residual: Residual,
 }
 
 /// An iteration that was given up.
 #[derive(Clone, Copy, Debug)]
 pub struct Lost {
+    /// Iterations until then.
     pub iterations: usize,
     /// See [`Convergence::factorizations`].
     pub factorizations: usize,
+    /// What was left of the equations.
     pub residual: Residual,
+    /// Why it was.
     pub why: Why,
 }
 
+/// Why an iteration was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
     /// Too many iterations.
@@ -108,6 +115,7 @@ pub struct Start {
     pub rest: Option<usize>,
     /// Give up where the linear extrapolation to the loads has more negative pivots than this.
     pub negative_limit: usize,
+    /// What the equilibrium is for.
     pub aim: Aim,
     /// An equilibrium that is not the nearest one will do.
     pub may_wander: bool,

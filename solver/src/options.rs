@@ -49,7 +49,10 @@ impl Default for Options {
 /// News of a running solve, given to its observer after every accepted increment.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
+    /// Index of the step.
     pub step: usize,
+    /// How many steps there are.
     pub steps: usize,
+    /// Part of its ramp that was reached.
     pub fraction: f64,
 }

@@ -28,6 +28,7 @@ pub struct Auxiliary {
 }
 
 impl Auxiliary {
+    /// So many times the stiffness of the member, and of the element.
     pub const fn new(member: f64, element: f64) -> Self {
         Self { member, element }
     }
@@ -43,6 +44,7 @@ impl Auxiliary {
 pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 1e4);
 /// Two of the same kind, from which what an infinite one would give is extrapolated.
 pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e3);
+/// The other one.
 pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e2);
 
 /// Builds the chains of exact elements E and corotational elements C; `enrich` is added to the order.
@@ -80,10 +82,12 @@ where
     packs
 }
 
+/// Chains of all members in space, on elements of an order higher by `enrich`.
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
     packs::<Space, CorotationalSpace, 6>(structure, enrich)
 }
 
+/// The same in the plane.
 pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
     packs::<Plane, CorotationalPlane, 3>(structure, enrich)
 }
@@ -131,6 +135,7 @@ pub struct Turn {
 }
 
 impl Turn {
+    /// The turn of a member.
     pub fn of(dimension: Dimension, member: &Member) -> Self {
         match dimension {
             Dimension::Space => Self { axes: member.axes, cos: 1.0, sin: 0.0 },
@@ -170,6 +175,7 @@ impl Turn {
         ]
     }
 
+    /// Components of a vector given in the axes of the chain, in those of the member.
     pub fn back_vector(&self, a: V3<f64>) -> V3<f64> {
         [a[0], self.cos * a[1] - self.sin * a[2], self.sin * a[1] + self.cos * a[2]]
     }

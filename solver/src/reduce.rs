@@ -40,7 +40,7 @@ pub struct End<'a> {
     pub moment: V3<f64>,
 }
 
-pub const MAX_FREE: usize = 6;
+pub(crate) const MAX_FREE: usize = 6;
 
 /// Factors of the released rotations of a member.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ pub struct Reduced {
 }
 
 /// Reduces the ends of a member to its joints in D active components an end; one that is released needs a factor.
-pub fn reduce<const D: usize>(
+pub(crate) fn reduce<const D: usize>(
     ends: &Ends<f64, D>,
     active: &Active<D>,
     info: &[End<'_>; 2],
@@ -107,7 +107,7 @@ fn spin_component(component: usize, spin: V3<f64>) -> Option<f64> {
 }
 
 /// Free spins of a released end, and their number.
-pub fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spins: &mut [V3<f64>]) -> usize {
+pub(crate) fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spins: &mut [V3<f64>]) -> usize {
     let mut count = 0;
     match end.kind {
         EndKind::Welded => {}
@@ -251,7 +251,7 @@ fn eliminate_releases<const D: usize>(
 }
 
 /// Second variation of the end's rotation in two turns about axes of one rotation vector, against the moment.
-pub fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize) -> f64 {
+pub(crate) fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize) -> f64 {
     let at = axes_rotation_vector(axes, end.release);
     let step = 1e-5;
     let slope = |along: V3<f64>, of: V3<f64>| {
@@ -329,7 +329,7 @@ fn moment_about<const D: usize>(active: &Active<D>, lever: V3<f64>, force: &[f64
     seen
 }
 
-pub fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, end: usize, info: &End<'_>) {
+pub(crate) fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, end: usize, info: &End<'_>) {
     let n = 2 * D;
     let offset = end * D;
     // u = u_joint + φ × lever, so that a force f on the end has the moment lever × f about the joint.
@@ -391,7 +391,7 @@ pub fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, en
 }
 
 /// Moves of the free rotations of a member, and of its ends, for moves of its nodes (all six components).
-pub fn recover<const D: usize>(
+pub(crate) fn recover<const D: usize>(
     active: &Active<D>,
     info: [&EndKind; 2],
     factor: &ReleaseFactor,
@@ -435,7 +435,7 @@ pub fn recover<const D: usize>(
 }
 
 /// Moves the rotation of a released end: `joint` is the joint's rotation after its own move.
-pub fn move_release(
+pub(crate) fn move_release(
     kind: &EndKind,
     end: usize,
     factor: &ReleaseFactor,

@@ -54,7 +54,7 @@ impl Lots {
 
 /// What rounding does to an equilibrium, and what the iteration left of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     pub rounding: Rounding,
     /// Largest rotation (or displacement over the size of the network) that another iteration would make.
     pub left: f64,
@@ -63,7 +63,7 @@ pub struct Estimate {
 }
 
 /// Estimates what rounding moves at the state of the last assembly; `None` where a motion needs no force at all.
-pub fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
+pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
     // Where loads have no potential, pivots are those of a part of the tangent, and the whole may be regular.
     if system.inertia().neutral > 0 && system.has_potential() {
         return None;
@@ -122,7 +122,7 @@ pub fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
 /// The largest residual, over the scale of its kind, that rounding alone makes of an equilibrium.
 ///
 /// Places that are kept to a unit of their own leave no less between stiff members.
-pub fn floor<const D: usize>(system: &mut System<D>) -> f64 {
+pub(crate) fn floor<const D: usize>(system: &mut System<D>) -> f64 {
     let mut lots = Lots(0);
     let mut grid = Vec::with_capacity(system.topology.links.len());
     for link in &system.topology.links {

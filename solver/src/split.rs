@@ -16,7 +16,7 @@ use crate::structure::{Drive, Member, MemberId, NodeId, Release, Segment, Step, 
 const NEAR: f64 = 1e-6;
 
 /// A structure with some members in two halves.
-pub struct Split {
+pub(crate) struct Split {
     pub structure: Arc<Structure>,
     pub steps: Vec<Step>,
     /// Nodes and members of the structure as it was.
@@ -31,7 +31,7 @@ pub struct Split {
 
 impl Split {
     /// Splits members at their middle.
-    pub fn new(structure: &Structure, steps: &[Step], members: &[MemberId]) -> Self {
+    pub(crate) fn new(structure: &Structure, steps: &[Step], members: &[MemberId]) -> Self {
         let mut split = structure.clone();
         let mut steps = steps.to_vec();
         let mut halves = Vec::new();
@@ -71,7 +71,7 @@ impl Split {
     }
 
     /// The same history, of the members as they were.
-    pub fn joined(&self, mut history: History) -> History {
+    pub(crate) fn joined(&self, mut history: History) -> History {
         for step in &mut history.steps {
             for increment in &mut step.increments {
                 self.join_state(&mut increment.state);

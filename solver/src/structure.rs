@@ -20,7 +20,9 @@ pub type DriveId = usize;
 /// Whether the network is solved in the x-y plane (three unknowns a node) or in space (six).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
+    /// In the x-y plane: displacements along x and y, rotation about z.
     Plane,
+    /// Three displacements and three rotations.
     Space,
 }
 
@@ -36,18 +38,24 @@ pub enum Stability {
 /// A network of slender members, ready to be solved. All quantities in one consistent system of units.
 #[derive(Clone, Debug)]
 pub struct Structure {
+    /// Where it is solved.
     pub dimension: Dimension,
     /// Asked for; the solver falls back to [`Stability::Plane`] where the supports do not hold the unloaded
     /// network out of its plane, and says so in the history.
     pub stability: Stability,
     /// Reference positions; z = 0 in the plane.
     pub nodes: Vec<[f64; 3]>,
+    /// Bars between nodes; [`MemberId`] counts them.
     pub members: Vec<Member>,
     /// Sections that segments refer to by index.
     pub laws: Vec<Arc<dyn SectionLaw>>,
+    /// What the ground holds from the beginning.
     pub supports: Vec<Support>,
+    /// Nodes that move as one.
     pub bodies: Vec<RigidBody>,
+    /// Springs to the ground and between nodes.
     pub springs: Vec<Spring>,
+    /// Values that steps move; [`DriveId`] counts them.
     pub drives: Vec<Drive>,
     /// Nodes whose compliance is wanted at every accepted state.
     pub compliances: Vec<ComplianceOf>,
@@ -58,6 +66,7 @@ pub struct Structure {
 /// A node whose compliance is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComplianceOf {
+    /// The node.
     pub node: NodeId,
     /// A direction of displacement (0, 1, 2) or rotation (3, 4, 5) in global axes that is let go where something holds
     /// it: what holds the node along it is what would feel its stiffness.
@@ -67,14 +76,17 @@ pub struct ComplianceOf {
 /// A member: segments in a row from one node to another, meshed by elements of one order.
 #[derive(Clone, Debug)]
 pub struct Member {
+    /// Start and end.
     pub nodes: [NodeId; 2],
     /// Unit vectors of the material axes 1, 2, 3 at the start, unloaded, in global axes.
     pub axes: [[f64; 3]; 3],
+    /// At least one, in a row from start to end.
     pub segments: Vec<Segment>,
     /// Connection of the start and of the end to the node.
     pub releases: [Release; 2],
     /// The pressure or actuation that the section laws of this member are evaluated at.
     pub control: Option<DriveId>,
+    /// Kind of the elements.
     pub formulation: Formulation,
     /// Polynomial order of the elements, 1 to 4; corotational elements have order 1.
     pub order: usize,
@@ -132,6 +144,7 @@ impl Fibres {
 /// Section and induced strains at one value of the control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionState {
+    /// Stiffnesses and masses.
     pub section: Section,
     /// Induced axial strain ε*, negative for a muscle that contracts.
     pub strain: f64,
@@ -142,6 +155,7 @@ pub struct SectionState {
 /// Connection of a member's end to its node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Release {
+    /// The end moves and turns with the node.
     Welded,
     /// All rotations of the end are free.
     Pin,
@@ -152,7 +166,9 @@ pub enum Release {
 /// Components ux uy uz rx ry rz of a node that are held.
 #[derive(Clone, Debug)]
 pub struct Support {
+    /// The node that is held.
     pub node: NodeId,
+    /// Which of ux uy uz rx ry rz are held.
     pub fixed: [bool; 6],
     /// Unit vectors along which the components are measured; the global axes unless the support is turned.
     pub axes: [[f64; 3]; 3],
@@ -165,17 +181,36 @@ pub struct RigidBody {
     pub nodes: Vec<NodeId>,
     /// The node whose motion is that of the body.
     pub reference: NodeId,
+    /// At the reference.
     pub mass: f64,
 }
 
+/// A linear spring. Stiffnesses are force per length for components 0, 1, 2 and moment per radian for 3, 4, 5.
 #[derive(Clone, Debug)]
 pub enum Spring {
     /// Node to ground: energy ½ Σ k u² + ½ Σ k θ², θ the rotation vector of the node.
-    Ground { node: NodeId, stiffness: [f64; 6] },
+    Ground {
+        /// The node.
+        node: NodeId,
+        /// Force per length; of six components also moment per radian.
+        stiffness: [f64; 6],
+    },
     /// Along the line between two nodes: energy ½ k (l − natural length)².
-    Axial { nodes: [NodeId; 2], stiffness: f64, natural_length: f64 },
+    Axial {
+        /// First and second node.
+        nodes: [NodeId; 2],
+        /// Force per length; of six components also moment per radian.
+        stiffness: f64,
+        /// Length without force.
+        natural_length: f64,
+    },
     /// Six components, at the second node's place, in axes that turn with the first node.
-    Coupling { nodes: [NodeId; 2], stiffness: [f64; 6] },
+    Coupling {
+        /// First and second node.
+        nodes: [NodeId; 2],
+        /// Force per length; of six components also moment per radian.
+        stiffness: [f64; 6],
+    },
 }
 
 /// A value that steps move. Component 0, 1, 2 is x, y, z in global axes.
@@ -206,7 +241,9 @@ pub struct Step {
     pub changes: Vec<Change>,
     /// At least so many increments.
     pub min_increments: Option<usize>,
+    /// How the step goes along its ramp.
     pub method: Method,
+    /// Which way it takes at a bifurcation.
     pub branch: Branch,
     /// Where an arc-length step ends, besides the end of its ramp.
     pub stop: Option<Stop>,
@@ -238,7 +275,14 @@ pub enum Branch {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {
     /// A displacement (0, 1, 2, global axes) or rotation vector (3, 4, 5, radians) of a node reaches a value.
-    At { node: NodeId, component: usize, value: f64 },
+    At {
+        /// The node.
+        node: NodeId,
+        /// 0, 1, 2 displacement along x, y, z; 3, 4, 5 rotation about them.
+        component: usize,
+        /// Length or radians.
+        value: f64,
+    },
     /// The fraction of the ramp reaches a value, from either side.
     Fraction(f64),
     /// So many increments have been made.
@@ -250,11 +294,35 @@ pub enum Stop {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
     /// Held, and moved to this value (from the unloaded position) over the step.
-    Prescribe { node: NodeId, component: usize, to: f64 },
+    Prescribe {
+        /// The node.
+        node: NodeId,
+        /// 0, 1, 2 displacement; 3, 4, 5 rotation vector.
+        component: usize,
+        /// Length or radians.
+        to: f64,
+    },
     /// Held where it is.
-    Hold { node: NodeId, component: usize },
+    Hold {
+        /// The node.
+        node: NodeId,
+        /// 0, 1, 2 displacement; 3, 4, 5 rotation vector.
+        component: usize,
+    },
     /// Held, and moved by this much over the step.
-    MoveBy { node: NodeId, component: usize, by: f64 },
+    MoveBy {
+        /// The node.
+        node: NodeId,
+        /// 0, 1, 2 displacement; 3, 4, 5 rotation vector.
+        component: usize,
+        /// Length or radians.
+        by: f64,
+    },
     /// No longer held; the reaction found falls to zero over the step.
-    Free { node: NodeId, component: usize },
+    Free {
+        /// The node.
+        node: NodeId,
+        /// 0, 1, 2 displacement; 3, 4, 5 rotation vector.
+        component: usize,
+    },
 }

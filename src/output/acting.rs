@@ -9,7 +9,7 @@ use pennate_solver::structure::Change;
 const GLOBAL_AXES: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 /// The loads that steps put on nodes and members, follower loads as they are turned; and the held components of each node.
-pub struct Acting {
+pub(crate) struct Acting {
     pub forces: Vec<[f64; 3]>,
     pub moments: Vec<[f64; 3]>,
     /// Of each member, force per unloaded length.
@@ -19,7 +19,7 @@ pub struct Acting {
 
 /// What holds a node: its supports, with what steps have prescribed, held and freed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Hold {
+pub(crate) struct Hold {
     /// Components that are held, as the sum of 1 ux, 2 uy, 4 uz, 8 rx, 16 ry, 32 rz.
     pub components: i32,
     /// Directions of the first two components; zero where nothing is held.
@@ -28,7 +28,7 @@ pub struct Hold {
 
 impl Acting {
     /// What acts in an increment of a step; of a step that there is not, in the unloaded state.
-    pub fn of(model: &Model, step: usize, increment: &Increment) -> Self {
+    pub(crate) fn of(model: &Model, step: usize, increment: &Increment) -> Self {
         let none = |count: usize| vec![Vector3::zeros(); count];
         let nodes = model.nodes.len();
         let [mut dead, mut following] = [[none(nodes), none(nodes)], [none(nodes), none(nodes)]];

@@ -10,7 +10,9 @@ use tempfile::{Builder, NamedTempFile};
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {}", .path.display(), in_words(.source))]
 pub struct WriteError {
+    /// The file.
     pub path: PathBuf,
+    /// What the system says.
     pub source: io::Error,
 }
 

@@ -12,7 +12,7 @@ const BROKEN_LEVELS: usize = 4;
 ///
 /// # Errors
 /// Those of the writer; the values written here have no others.
-pub fn write_json<T: Serialize>(value: &T, mut writer: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write_json<T: Serialize>(value: &T, mut writer: &mut dyn Write) -> io::Result<()> {
     value.serialize(&mut Serializer::with_formatter(&mut writer, Layout::default()))?;
     writer.write_all(b"\n")
 }

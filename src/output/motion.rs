@@ -9,11 +9,11 @@ use vtkio::model::{Attribute, Attributes, CellType, Cells, UnstructuredGridPiece
 use super::vtu::{flat, scalar, vector, write_piece};
 
 /// Largest displacement in a picture over the extent of the network.
-pub const AMPLITUDE: f64 = 0.1;
+pub(crate) const AMPLITUDE: f64 = 0.1;
 
 /// A state, and the motion of its points: displacement and spin.
 #[derive(Clone, Copy)]
-pub struct Moving<'a> {
+pub(crate) struct Moving<'a> {
     pub model: &'a Model,
     pub nodes: &'a [NodeState],
     pub members: &'a [MemberShape],
@@ -24,7 +24,7 @@ pub struct Moving<'a> {
 }
 
 #[derive(Clone, Copy)]
-pub struct Point {
+pub(crate) struct Point {
     place: [f64; 3],
     motion: [f64; 6],
     radius: f64,
@@ -32,12 +32,12 @@ pub struct Point {
 }
 
 /// Three components of the motion of every point.
-pub fn part(points: &[Point], name: &str, from: usize) -> Attribute {
+pub(crate) fn part(points: &[Point], name: &str, from: usize) -> Attribute {
     vector(name, flat(points, move |p: &Point| [p.motion[from], p.motion[from + 1], p.motion[from + 2]]))
 }
 
 /// Numbers that belong to a whole picture, as XML.
-pub fn field_data(values: &[(&str, f64)]) -> String {
+pub(crate) fn field_data(values: &[(&str, f64)]) -> String {
     let arrays = values.iter().map(|(name, value)| {
         format!(r#"<DataArray type="Float64" Name="{name}" NumberOfTuples="1" format="ascii">{value:?}</DataArray>"#)
     });
@@ -46,7 +46,7 @@ pub fn field_data(values: &[(&str, f64)]) -> String {
 
 impl Moving<'_> {
     /// Writes the picture with the motion times `scale`; `data` makes the point data of it.
-    pub fn write(
+    pub(crate) fn write(
         &self,
         scale: f64,
         data: impl Fn(&[Point]) -> Vec<Attribute>,

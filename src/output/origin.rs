@@ -10,7 +10,7 @@ use super::json::Map;
 
 /// Where a solution comes from.
 #[derive(Serialize)]
-pub struct Origin<'a> {
+pub(crate) struct Origin<'a> {
     /// Version of the program.
     version: &'static str,
     /// The network file first, then the muscle files that it refers to.
@@ -28,7 +28,7 @@ struct File {
 }
 
 impl<'a> Origin<'a> {
-    pub fn of(model: &'a Model) -> Self {
+    pub(crate) fn of(model: &'a Model) -> Self {
         let file = |source: &pennate_models::error::Source| {
             let name = Path::new(&source.name)
                 .file_name()

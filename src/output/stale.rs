@@ -13,7 +13,7 @@ use super::files::WriteError;
 ///
 /// # Errors
 /// [`WriteError`] names the picture that cannot be removed.
-pub fn clear(directory: &Path, name: &str, results: &str) -> Result<(), WriteError> {
+pub(crate) fn clear(directory: &Path, name: &str, results: &str) -> Result<(), WriteError> {
     let Ok(text) = fs::read_to_string(directory.join(results)) else { return Ok(()) };
     let Ok(earlier) = serde_json::from_str::<Value>(&text) else { return Ok(()) };
     let format = earlier["format"].as_str().unwrap_or_default();

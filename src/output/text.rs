@@ -67,7 +67,9 @@ pub fn list(names: &[String], most: usize) -> String {
 /// Side of a column on which its entries are flush.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
+    /// At the left edge of the column.
     Left,
+    /// At its right edge.
     Right,
 }
 

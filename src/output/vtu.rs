@@ -38,6 +38,7 @@ const NO_MEMBER: i32 = -1;
 /// Which increments get a picture, besides the unloaded state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pictures {
+    /// Of every increment.
     #[default]
     All,
     /// Every so-manieth of a step, and its last.

@@ -26,12 +26,15 @@ use self::table::{Columns, Earlier, Journal, Manifest, Row};
 pub struct Sweep {
     /// Network files; with several of them each is swept.
     pub files: Vec<PathBuf>,
+    /// The designs.
     pub plan: Plan,
     /// Parameters set to one value throughout.
     pub settings: Vec<(String, String)>,
+    /// Mesh error asked for, relative.
     pub accuracy: f64,
     /// Solves at a time; one for each core by default.
     pub threads: Option<usize>,
+    /// Folder of the table.
     pub directory: PathBuf,
     /// Whether the table of another sweep there may go.
     pub overwrite: bool,
@@ -40,7 +43,9 @@ pub struct Sweep {
 /// Why a sweep has no table.
 #[derive(Debug)]
 pub enum Failure {
+    /// The network file or the designs are wrong.
     Input(InputErrors),
+    /// A file cannot be written.
     Write(WriteError),
 }
 
@@ -53,11 +58,13 @@ impl From<WriteError> for Failure {
 /// What came of a sweep.
 #[derive(Clone, Debug)]
 pub struct Outcome {
+    /// What the table has of every design.
     pub columns: Columns,
     /// In the order of the files and of the combinations.
     pub rows: Vec<Row>,
     /// Rows that an earlier run had solved.
     pub reused: usize,
+    /// Whether it was told to stop.
     pub interrupted: bool,
 }
 

@@ -15,9 +15,11 @@ use crate::output::files::{WriteError, write_whole};
 /// What a table belongs to: rows of another network, or of another accuracy, are of no use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
+    /// Name of the format.
     pub format: String,
     /// Version of the program.
     pub version: String,
+    /// Mesh error asked for, relative.
     pub accuracy: f64,
     /// The texts of all files that were read.
     pub sources: Vec<(String, String)>,
@@ -28,6 +30,7 @@ pub struct Manifest {
 pub struct Columns {
     /// What tells rows from each other: file, where there are several, and parameters.
     pub keys: Vec<String>,
+    /// Names of the probes, in the order of their columns.
     pub probes: Vec<String>,
     /// What the probes are measured in; empty where they have no unit.
     pub units: Vec<String>,
@@ -38,6 +41,7 @@ pub struct Columns {
 pub struct Row {
     /// Values of the key columns, as written.
     pub keys: Vec<String>,
+    /// How the design ended.
     pub status: String,
     /// Whether the ends of all steps are stable; `None` where that is not known, or has no meaning.
     pub stable: Option<bool>,
@@ -101,6 +105,7 @@ const STABLE: [(&str, Option<bool>); 3] = [("yes", Some(true)), ("no", Some(fals
 /// What an earlier run left in a directory.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Earlier {
+    /// There is none.
     None,
     /// Rows of the same sweep, by their keys.
     Same(HashMap<Vec<String>, Row>),

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord};
 use pennate_models::error::{InputError, InputErrors, Source, Span};
-use pennate_models::input::read::suggest;
+use pennate_models::input::suggest;
 use pennate_models::model::Units;
 use pennate_models::unit::{self, Kind, Unit};
 

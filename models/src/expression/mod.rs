@@ -110,6 +110,7 @@ pub enum Certainty {
     Guessed,
     /// A bare number of the expression had: that is a mere factor, most likely.
     Likely,
+    /// Known.
     Certain,
 }
 

@@ -3,15 +3,17 @@
 //! One set of types says what a file may hold, how it is read and what its JSON Schema is; nothing is
 //! evaluated or looked up here.
 
-pub mod probe;
-pub mod read;
-pub mod step;
+pub(crate) mod probe;
+pub(crate) mod read;
+pub(crate) mod step;
 pub mod tree;
 
 use schemars::JsonSchema;
 
-pub use self::probe::{AxialPlace, Direction, Greatest, PositionWord, Probe, ProbeTable, RotationProbe};
-pub use self::step::{Branch, Method, Motion, Step, Stop};
+pub use self::read::suggest;
+
+pub(crate) use self::probe::{AxialPlace, Direction, Greatest, Probe, ProbeTable, RotationProbe};
+pub(crate) use self::step::{Branch, Method, Motion, Step, Stop};
 
 use self::read::{Count, Counted, Input, Map, Number, Spanned, record, words, wrong_type};
 use self::tree::{Kind, Value};
@@ -19,7 +21,7 @@ use crate::error::{InputError, Span};
 
 record! {
     /// A network of pneumatic muscles and compliant members.
-    pub struct Network as "a network file" {
+    pub(crate) struct Network as "a network file" {
         /// "pennate/1".
         format: Option<Spanned<String>>,
         title: Option<String>,
@@ -53,7 +55,7 @@ record! {
 
 record! {
     /// Copies, each moved from the one before by one turn and one translation; copy k of a name is name-k.
-    pub struct Pattern as "a pattern" {
+    pub(crate) struct Pattern as "a pattern" {
         /// How many there are in the end, the original among them.
         count: Spanned<Counted>,
         /// Members and groups that are copied, with their nodes, bodies and springs; all by default.
@@ -69,7 +71,7 @@ record! {
 
 record! {
     /// A turn from one copy to the next.
-    pub struct PatternRotation as "a rotation" {
+    pub(crate) struct PatternRotation as "a rotation" {
         angle: Number,
         /// Direction of the axis; global z by default.
         axis: Option<Spanned<Vec<Number>>>,
@@ -79,14 +81,14 @@ record! {
 }
 
 words! {
-    pub enum UnitsWord as "a unit system" {
+    pub(crate) enum UnitsWord as "a unit system" {
         MmNMpa = "mm-N-MPa",
         MNPa = "m-N-Pa",
     }
 }
 
 words! {
-    pub enum DimensionWord as "a dimension" {
+    pub(crate) enum DimensionWord as "a dimension" {
         Plane = "plane",
         Space = "space",
     }
@@ -94,7 +96,7 @@ words! {
 
 record! {
     /// An elastic material: Poisson's ratio or shear modulus.
-    pub struct Material as "a material" {
+    pub(crate) struct Material as "a material" {
         youngs_modulus: Number,
         poissons_ratio: Option<Number>,
         shear_modulus: Option<Number>,
@@ -104,7 +106,7 @@ record! {
 
 record! {
     /// A cross section: one of circle, annulus, rectangle, stiffness.
-    pub struct Section as "a section" {
+    pub(crate) struct Section as "a section" {
         circle: Option<Spanned<Circle>>,
         annulus: Option<Spanned<Annulus>>,
         rectangle: Option<Spanned<Rectangle>>,
@@ -119,13 +121,13 @@ record! {
 }
 
 record! {
-    pub struct Circle as "a circle" {
+    pub(crate) struct Circle as "a circle" {
         radius: Number,
     }
 }
 
 record! {
-    pub struct Annulus as "an annulus" {
+    pub(crate) struct Annulus as "an annulus" {
         outer_radius: Number,
         wall: Number,
     }
@@ -133,7 +135,7 @@ record! {
 
 record! {
     /// The height is along axis 2, the width along axis 3.
-    pub struct Rectangle as "a rectangle" {
+    pub(crate) struct Rectangle as "a rectangle" {
         width: Number,
         height: Number,
     }
@@ -142,7 +144,7 @@ record! {
 record! {
     /// Stiffnesses given outright. GA2, GA3 left out: shear-rigid; in the plane EA, GA2, EI3 suffice.
     #[allow(non_snake_case)]
-    pub struct Stiffness as "a stiffness" {
+    pub(crate) struct Stiffness as "a stiffness" {
         EA: Option<Number>,
         GA2: Option<Number>,
         GA3: Option<Number>,
@@ -155,7 +157,7 @@ record! {
 
 record! {
     /// Data of an HSIM muscle, or the file that holds them, or the name of a muscle that the program knows.
-    pub struct Muscle as "a muscle" {
+    pub(crate) struct Muscle as "a muscle" {
         /// Name of a muscle that comes with the program.
         library: Option<Spanned<String>>,
         /// File with the data of the muscle, relative to the network file.
@@ -184,7 +186,7 @@ record! {
 record! {
     /// Parameters of a muscle at one pressure.
     #[allow(non_snake_case)]
-    pub struct MuscleRow as "a row of a muscle's table" {
+    pub(crate) struct MuscleRow as "a row of a muscle's table" {
         pressure: Number,
         E: Number,
         /// Modulus of the ends; E by default.
@@ -200,7 +202,7 @@ record! {
 
 record! {
     /// A bar between two nodes, or bars along a path of them: one of muscle, section, segments.
-    pub struct Member as "a member" {
+    pub(crate) struct Member as "a member" {
         /// Start and end.
         nodes: Option<Spanned<Vec<Spanned<String>>>>,
         /// Instead of nodes: one bar from each to the next, name.1, name.2 and so on, which the name addresses together.
@@ -231,12 +233,12 @@ record! {
 
 impl Member {
     /// Names of the nodes, as far as they are written.
-    pub fn ends(&self) -> &[Spanned<String>] {
+    pub(crate) fn ends(&self) -> &[Spanned<String>] {
         self.nodes.as_ref().map_or(&[], |nodes| &nodes.value)
     }
 
     /// The point that an arc goes through, and its place in the file.
-    pub fn through(&self) -> Option<(&[Number], Span)> {
+    pub(crate) fn through(&self) -> Option<(&[Number], Span)> {
         match &self.arc {
             Some(Spanned { span, value: Arc::Through(point) }) => Some((point, *span)),
             _ => None,
@@ -247,7 +249,7 @@ impl Member {
 record! {
     /// How far the middle of an arc lies from the line between its ends: positive towards axis 2 of a straight member
     /// there, in the plane to the left.
-    pub struct Rise as "an arc" {
+    pub(crate) struct Rise as "an arc" {
         rise: Number,
     }
 }
@@ -255,7 +257,7 @@ record! {
 /// A circle through a point, or of a rise.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum Arc {
+pub(crate) enum Arc {
     Through(Vec<Number>),
     Rise(Rise),
 }
@@ -271,7 +273,7 @@ impl Input for Arc {
 }
 
 words! {
-    pub enum Formulation as "a formulation" {
+    pub(crate) enum Formulation as "a formulation" {
         Exact = "exact",
         Corotational = "corotational",
     }
@@ -279,7 +281,7 @@ words! {
 
 record! {
     /// A stretch of a member.
-    pub struct Segment as "a segment" {
+    pub(crate) struct Segment as "a segment" {
         length: Number,
         section: Spanned<String>,
         material: Option<Spanned<String>>,
@@ -294,21 +296,21 @@ record! {
 
 record! {
     /// How the ends of a member are connected to their nodes, where they are not welded.
-    pub struct Releases as "a release" {
+    pub(crate) struct Releases as "a release" {
         start: Option<Spanned<EndRelease>>,
         end: Option<Spanned<EndRelease>>,
     }
 }
 
 words! {
-    pub enum PinWord as "a release: \"pin\", a list of rx ry rz, or { hinge = […] }" {
+    pub(crate) enum PinWord as "a release: \"pin\", a list of rx ry rz, or { hinge = […] }" {
         Pin = "pin",
     }
 }
 
 words! {
     /// Rotations about the member's own axes.
-    pub enum RotationWord as "one of rx, ry, rz" {
+    pub(crate) enum RotationWord as "one of rx, ry, rz" {
         Rx = "rx",
         Ry = "ry",
         Rz = "rz",
@@ -316,7 +318,7 @@ words! {
 }
 
 record! {
-    pub struct Hinge as "a hinge" {
+    pub(crate) struct Hinge as "a hinge" {
         /// The free axis, in global directions.
         hinge: Spanned<Vec<Number>>,
     }
@@ -325,7 +327,7 @@ record! {
 /// What is free at one end of a member.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum EndRelease {
+pub(crate) enum EndRelease {
     Word(PinWord),
     Axes(Vec<RotationWord>),
     Hinge(Hinge),
@@ -343,7 +345,7 @@ impl Input for EndRelease {
 
 words! {
     /// Displacements and rotations of a node.
-    pub enum Component as "one of ux, uy, uz, rx, ry, rz" {
+    pub(crate) enum Component as "one of ux, uy, uz, rx, ry, rz" {
         Ux = "ux",
         Uy = "uy",
         Uz = "uz",
@@ -354,13 +356,13 @@ words! {
 }
 
 impl Component {
-    pub fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         self as usize
     }
 }
 
 words! {
-    pub enum SupportWord as "a support: \"clamped\", \"pinned\", or a list of ux uy uz rx ry rz" {
+    pub(crate) enum SupportWord as "a support: \"clamped\", \"pinned\", or a list of ux uy uz rx ry rz" {
         /// Nothing moves.
         Clamped = "clamped",
         /// Only rotations are free.
@@ -371,7 +373,7 @@ words! {
 /// Components that are held.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum Fix {
+pub(crate) enum Fix {
     Word(SupportWord),
     List(Vec<Component>),
 }
@@ -387,7 +389,7 @@ impl Input for Fix {
 
 record! {
     /// A support in turned axes.
-    pub struct TurnedSupport as "a support" {
+    pub(crate) struct TurnedSupport as "a support" {
         fix: Fix,
         /// Direction of its x axis; its y axis is global z × x, or global y where x is along z.
         x_axis: Option<Spanned<Vec<Number>>>,
@@ -397,7 +399,7 @@ record! {
 /// What holds a node.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum Support {
+pub(crate) enum Support {
     Fix(Fix),
     Turned(TurnedSupport),
 }
@@ -413,7 +415,7 @@ impl Input for Support {
 
 record! {
     /// Nodes that move as one.
-    pub struct RigidBody as "a rigid body" {
+    pub(crate) struct RigidBody as "a rigid body" {
         nodes: Spanned<Vec<Spanned<String>>>,
         /// The node whose motion is that of the body; the first of its nodes by default.
         reference: Option<Spanned<String>>,
@@ -423,7 +425,7 @@ record! {
 
 record! {
     /// A spring from a node to the ground, or between two nodes.
-    pub struct Spring as "a spring" {
+    pub(crate) struct Spring as "a spring" {
         node: Option<Spanned<String>>,
         nodes: Option<Spanned<Vec<Spanned<String>>>>,
         stiffness: Spanned<SpringStiffness>,
@@ -435,7 +437,7 @@ record! {
 /// One stiffness along the line between two nodes, or one for each component.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum SpringStiffness {
+pub(crate) enum SpringStiffness {
     Axial(Number),
     Components(Box<Components>),
 }
@@ -451,7 +453,7 @@ impl Input for SpringStiffness {
 
 record! {
     /// Values by component.
-    pub struct Components as "a table of ux uy uz rx ry rz" {
+    pub(crate) struct Components as "a table of ux uy uz rx ry rz" {
         ux: Option<Number>,
         uy: Option<Number>,
         uz: Option<Number>,
@@ -463,7 +465,7 @@ record! {
 
 impl Components {
     /// The values in the order ux uy uz rx ry rz.
-    pub fn in_order(&self) -> [&Option<Number>; 6] {
+    pub(crate) fn in_order(&self) -> [&Option<Number>; 6] {
         [&self.ux, &self.uy, &self.uz, &self.rx, &self.ry, &self.rz]
     }
 }

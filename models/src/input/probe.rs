@@ -10,7 +10,7 @@ use crate::error::InputError;
 /// A number wanted by name.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum Probe {
+pub(crate) enum Probe {
     /// An expression over other probes, "= -stroke / 17.9"; `stroke@inflate` is the value after a step.
     Expression(String),
     Quantity(Box<ProbeTable>),
@@ -28,7 +28,7 @@ impl Input for Probe {
 
 record! {
     /// A quantity of a node, a body, two nodes or a member.
-    pub struct ProbeTable as "a probe" {
+    pub(crate) struct ProbeTable as "a probe" {
         node: Option<Spanned<String>>,
         nodes: Option<Spanned<Vec<Spanned<String>>>>,
         body: Option<Spanned<String>>,
@@ -55,7 +55,7 @@ record! {
 }
 
 words! {
-    pub enum Greatest as "one of max, bending" {
+    pub(crate) enum Greatest as "one of max, bending" {
         /// Of the outermost fibres, bending and axial part together.
         Max = "max",
         /// Of bending alone.
@@ -66,7 +66,7 @@ words! {
 /// A component by name, or a direction.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged, rename = "Direction_{T}")]
-pub enum Direction<T> {
+pub(crate) enum Direction<T> {
     Word(T),
     Vector(Vec<Number>),
 }
@@ -81,7 +81,7 @@ impl<T: Input> Input for Direction<T> {
 }
 
 words! {
-    pub enum PositionWord as "one of x, y, z" {
+    pub(crate) enum PositionWord as "one of x, y, z" {
         X = "x",
         Y = "y",
         Z = "z",
@@ -89,7 +89,7 @@ words! {
 }
 
 words! {
-    pub enum RotationProbe as "one of rx, ry, rz, angle" {
+    pub(crate) enum RotationProbe as "one of rx, ry, rz, angle" {
         Rx = "rx",
         Ry = "ry",
         Rz = "rz",
@@ -98,7 +98,7 @@ words! {
 }
 
 words! {
-    pub enum AxialPlace as "one of start, middle, end" {
+    pub(crate) enum AxialPlace as "one of start, middle, end" {
         Start = "start",
         Middle = "middle",
         End = "end",

@@ -8,7 +8,7 @@ use super::tree::{Entry, Kind, Value};
 use crate::error::{InputError, Span};
 
 /// A type that can be read off the tree. `None` means that an error was reported.
-pub trait Input: Sized {
+pub(crate) trait Input: Sized {
     fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self>;
 
     /// What stands for a key that is not there: an error unless the type is optional.
@@ -35,7 +35,7 @@ impl<T: Input> Input for Option<T> {
 
 /// A value with its place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Spanned<T> {
+pub(crate) struct Spanned<T> {
     pub span: Span,
     pub value: T,
 }
@@ -48,7 +48,7 @@ impl<T: Input> Input for Spanned<T> {
 
 /// A named entry of a table.
 #[derive(Clone, Debug)]
-pub struct Named<T> {
+pub(crate) struct Named<T> {
     pub name: String,
     /// Place of the name.
     pub span: Span,
@@ -57,7 +57,7 @@ pub struct Named<T> {
 
 /// A table whose keys the user chooses, in the order of the file.
 #[derive(Clone, Debug)]
-pub struct Map<T>(pub Vec<Named<T>>);
+pub(crate) struct Map<T>(pub Vec<Named<T>>);
 
 impl<T> Default for Map<T> {
     fn default() -> Self {
@@ -66,7 +66,7 @@ impl<T> Default for Map<T> {
 }
 
 impl<T> Map<T> {
-    pub fn iter(&self) -> std::slice::Iter<'_, Named<T>> {
+    pub(crate) fn iter(&self) -> std::slice::Iter<'_, Named<T>> {
         self.0.iter()
     }
 }
@@ -122,13 +122,13 @@ impl Input for bool {
 
 /// A number as written: bare, or a text with a unit or an expression.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Written {
+pub(crate) enum Written {
     Bare(f64),
     Text(String),
 }
 
 /// A number as written, with its place.
-pub type Number = Spanned<Written>;
+pub(crate) type Number = Spanned<Written>;
 
 impl Input for Written {
     fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
@@ -152,11 +152,11 @@ impl Input for Written {
 
 /// A count of something, at least one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Count(pub usize);
+pub(crate) struct Count(pub usize);
 
 impl Count {
     /// More of anything than any computer could mesh.
-    pub const LIMIT: usize = 1_000_000;
+    pub(crate) const LIMIT: usize = 1_000_000;
 }
 
 impl Input for Count {
@@ -181,7 +181,7 @@ impl Input for Count {
 
 /// A count, or an expression of the parameters that gives one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Counted {
+pub(crate) enum Counted {
     Bare(Count),
     Expression(String),
 }
@@ -196,7 +196,7 @@ impl Input for Counted {
 }
 
 /// Reports that something else is expected here.
-pub fn wrong_type<T>(value: &Value, expected: &str, errors: &mut Vec<InputError>) -> Option<T> {
+pub(crate) fn wrong_type<T>(value: &Value, expected: &str, errors: &mut Vec<InputError>) -> Option<T> {
     errors.push(
         InputError::new(format!("{expected} is expected here, not {}", value.description()))
             .at(value.span)
@@ -207,7 +207,7 @@ pub fn wrong_type<T>(value: &Value, expected: &str, errors: &mut Vec<InputError>
 }
 
 /// The entries of a table.
-pub fn table<'a>(value: &'a Value, what: &str, errors: &mut Vec<InputError>) -> Option<&'a [Entry]> {
+pub(crate) fn table<'a>(value: &'a Value, what: &str, errors: &mut Vec<InputError>) -> Option<&'a [Entry]> {
     match &value.kind {
         Kind::Table(entries) => Some(entries),
         _ => wrong_type(value, what, errors),
@@ -215,7 +215,7 @@ pub fn table<'a>(value: &'a Value, what: &str, errors: &mut Vec<InputError>) -> 
 }
 
 /// Reports the keys that are none of `known`.
-pub fn refuse_unknown(entries: &[Entry], what: &str, known: &[&str], errors: &mut Vec<InputError>) {
+pub(crate) fn refuse_unknown(entries: &[Entry], what: &str, known: &[&str], errors: &mut Vec<InputError>) {
     for entry in entries.iter().filter(|entry| !known.contains(&entry.key.as_str())) {
         errors.push(
             InputError::new(format!("unknown key '{}' in {what}", entry.key))
@@ -254,7 +254,7 @@ pub fn suggest<'a>(name: &str, known: impl Iterator<Item = &'a str>, plural: &st
 const LISTED: [&str; 2] = ["steps", "patterns"];
 
 /// Reads one key of a table.
-pub fn field<T: Input>(
+pub(crate) fn field<T: Input>(
     entries: &[Entry],
     owner: Span,
     what: &str,
@@ -315,9 +315,9 @@ macro_rules! words {
         impl $name {
             /// The words as written.
             #[allow(dead_code, reason = "of some, only the reading is used")]
-            pub const WORDS: &'static [&'static str] = &[$($word),*];
+            pub(crate) const WORDS: &'static [&'static str] = &[$($word),*];
 
-            pub fn from_word(word: &str) -> Option<Self> {
+            pub(crate) fn from_word(word: &str) -> Option<Self> {
                 match word {
                     $($word => Some(Self::$variant),)*
                     _ => None,

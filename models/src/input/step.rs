@@ -10,7 +10,7 @@ use crate::error::InputError;
 /// A vector, or some of its components.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum Motion {
+pub(crate) enum Motion {
     Vector(Vec<Number>),
     Components(Box<Components>),
 }
@@ -27,7 +27,7 @@ impl Input for Motion {
 
 record! {
     /// One step: absolute targets that are reached together; what is not named stays.
-    pub struct Step as "a step" {
+    pub(crate) struct Step as "a step" {
         name: Option<Spanned<String>>,
         /// Of muscles, by member, group or "all".
         pressure: Option<Map<Number>>,
@@ -64,7 +64,7 @@ record! {
 }
 
 words! {
-    pub enum Method as "a method" {
+    pub(crate) enum Method as "a method" {
         Newton = "newton",
         ArcLength = "arc_length",
         Jump = "jump",
@@ -72,7 +72,7 @@ words! {
 }
 
 words! {
-    pub enum Branch as "a branch" {
+    pub(crate) enum Branch as "a branch" {
         Stable = "stable",
         Primary = "primary",
     }
@@ -81,7 +81,7 @@ words! {
 record! {
     /// Where an arc-length step ends before its ramp does: where a component of a node reaches a value, where the ramp
     /// reaches a fraction, or after so many increments.
-    pub struct Stop as "a stop" {
+    pub(crate) struct Stop as "a stop" {
         node: Option<Spanned<String>>,
         /// One of ux uy uz, or of rx ry rz.
         displacement: Option<Component>,

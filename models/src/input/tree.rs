@@ -13,17 +13,26 @@ const DEPTH_LIMIT: usize = 60;
 /// A value and where it stands.
 #[derive(Clone, Debug)]
 pub struct Value {
+    /// Its place in the file.
     pub span: Span,
+    /// What it is.
     pub kind: Kind,
 }
 
+/// What a value is.
 #[derive(Clone, Debug)]
 pub enum Kind {
+    /// JSON's null.
     Null,
+    /// True or false.
     Bool(bool),
+    /// A number.
     Number(f64),
+    /// A text.
     String(String),
+    /// A list.
     Array(Vec<Value>),
+    /// Keys and values in the order of the file.
     Table(Vec<Entry>),
     /// A date or time of TOML, which no key takes.
     Date,
@@ -32,15 +41,20 @@ pub enum Kind {
 /// A key with its value.
 #[derive(Clone, Debug)]
 pub struct Entry {
+    /// The key.
     pub key: String,
+    /// Its place in the file.
     pub key_span: Span,
+    /// What it has.
     pub value: Value,
 }
 
 /// The language of an input file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
+    /// TOML.
     Toml,
+    /// JSON.
     Json,
 }
 

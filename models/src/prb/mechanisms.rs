@@ -7,7 +7,9 @@ use super::{NoEquilibrium, Prb, cos, sin, stationary};
 /// How the apex of a dyad is joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Joint {
+    /// It neither moves nor turns.
     Fixed,
+    /// It turns freely.
     Pinned,
 }
 

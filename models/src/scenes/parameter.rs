@@ -57,6 +57,7 @@ pub struct Range {
     pub high: Bound,
 }
 
+/// An end of the range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// There is none.

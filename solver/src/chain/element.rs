@@ -12,19 +12,25 @@ use super::{Chain, Pack};
 /// Geometry, section and state of one element of one member.
 #[derive(Clone, Debug)]
 pub struct ElementState<const D: usize> {
+    /// Kind of the element.
     pub formulation: Formulation,
+    /// Unloaded geometry.
     pub piece: Piece<f64>,
     /// Initial curvature in the axes of the element's start.
     pub curvature: V3<f64>,
+    /// Index of its segment in the member.
     pub segment: usize,
+    /// Displacements and rotations of its ends.
     pub ends: [Placement; 2],
     /// Local unknowns and unloaded local positions of nodes 1…P.
     pub local: Vec<[f64; D]>,
+    /// Unloaded places of its nodes.
     pub reference: Vec<V3<f64>>,
     /// Gauss frames of an initially curved element.
     pub curved: Option<Vec<M3<f64>>>,
     /// Mixed stresses at the Gauss points.
     pub stress: Vec<[f64; D]>,
+    /// Stiffness and induced strains of the section.
     pub moduli: Moduli<f64, D>,
     /// Dead force per unloaded length, in global axes.
     pub load: V3<f64>,

@@ -23,16 +23,16 @@ pub(crate) struct Bent {
 
 impl Bent {
     /// Material axes at s, in those of the start: the columns.
-    pub fn frame(&self, s: f64) -> M3<f64> {
+    pub(crate) fn frame(&self, s: f64) -> M3<f64> {
         rotation::matrix(rotation::exp(scale(s, self.curvature)))
     }
 
     /// Position at s: s times the mean of the tangents up to there.
-    pub fn position(&self, s: f64) -> V3<f64> {
+    pub(crate) fn position(&self, s: f64) -> V3<f64> {
         scale(s, apply(&rotation::tangent_map(scale(s, self.curvature)), &[1.0, 0.0, 0.0]))
     }
 
-    pub fn curve<const P: usize>(&self) -> Curve<f64, P> {
+    pub(crate) fn curve<const P: usize>(&self) -> Curve<f64, P> {
         let (points, _) = gauss::<P>();
         let mut curve = Curve { frames: [zeros(); P], nodes: [[0.0; 3]; P] };
         for i in 0..P {
@@ -42,7 +42,7 @@ impl Bent {
         curve
     }
 
-    pub fn piece<const P: usize>(&self, axes: &M3<f64>) -> Piece<f64> {
+    pub(crate) fn piece<const P: usize>(&self, axes: &M3<f64>) -> Piece<f64> {
         let mut bulge = [0.0; 3];
         if self.curvature != [0.0; 3] {
             let table = Table::<P>::new();
@@ -73,7 +73,7 @@ pub(super) struct Geometry<T, const P: usize> {
 
 impl<T: Real, const P: usize> Geometry<T, P> {
     /// The last member is repeated in the lanes where there are fewer.
-    pub fn new(meshes: &[ChainMesh]) -> Self {
+    pub(crate) fn new(meshes: &[ChainMesh]) -> Self {
         let first = &meshes[0];
         let mut segment_of = Vec::new();
         for (index, segment) in first.segments.iter().enumerate() {

@@ -8,6 +8,7 @@ use super::Chain;
 /// The axial force of the parts of a member that cannot be stretched, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldForce {
+    /// Axial force, positive in tension.
     pub force: f64,
     /// Force that an iteration adds for a unit of the strain that is left.
     pub auxiliary: f64,

@@ -10,6 +10,7 @@ use crate::history::Peak;
 /// Present length of the axis of a member, and its largest strains.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Measures {
+    /// Present length of the centre line.
     pub length: f64,
     /// See [`crate::history::MemberState::stretch`].
     pub stretch: Peak,

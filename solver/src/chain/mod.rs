@@ -45,15 +45,20 @@ pub const SLOTS: usize = 4;
 /// Mesh and unloaded geometry of one member, as its chain is built from it.
 #[derive(Clone, Debug)]
 pub struct ChainMesh {
+    /// Index of the member in the structure.
     pub member: usize,
     /// Material axes at the start by rows; in the plane axis 3 is z.
     pub axes: M3<f64>,
+    /// At least one, in a row from start to end.
     pub segments: Vec<SegmentMesh>,
 }
 
+/// A stretch of a member with equal elements.
 #[derive(Clone, Copy, Debug)]
 pub struct SegmentMesh {
+    /// Unloaded length.
     pub length: f64,
+    /// Number of elements.
     pub elements: usize,
     /// In the axes of [`ChainMesh::axes`].
     pub curvature: V3<f64>,
@@ -83,11 +88,14 @@ struct NodeFactor<T, const D: usize> {
 /// The size of an increment: largest rotation (radians) and largest displacement over the member's length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Size {
+    /// Largest rotation (radians).
     pub rotation: f64,
+    /// Largest displacement, over the length of the member.
     pub displacement: f64,
 }
 
 impl Size {
+    /// The larger of each.
     pub fn join(self, other: Self) -> Self {
         Self {
             rotation: larger(self.rotation, other.rotation),
@@ -95,6 +103,7 @@ impl Size {
         }
     }
 
+    /// The larger of both.
     pub fn largest(self) -> f64 {
         larger(self.rotation, self.displacement)
     }
@@ -110,22 +119,30 @@ pub type MemberEnds<const D: usize> = Ends<f64, D>;
 
 /// The chains of the members that lie side by side in one `T`, whatever their order.
 pub trait Pack<const D: usize>: Send {
+    /// Members of the lanes, by index in the structure.
     fn members(&self) -> &[usize];
+    /// Number of segments of each member.
     fn segments(&self) -> usize;
+    /// Unloaded length of the elements of a segment.
     fn element_length(&self, lane: usize, segment: usize) -> f64;
+    /// Sets stiffness and induced strains of a segment.
     fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
     /// Dead force per unloaded length.
     fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>);
+    /// Where an end of the member is, 0 its start and 1 its end.
     fn end(&self, lane: usize, end: usize) -> Placement;
+    /// Puts an end of the member somewhere.
     fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self);
+    /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
     fn pivots(&self, lane: usize) -> (usize, f64);
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
     /// are held, those within the elements too: the terms that elimination subtracts from. For every member of the pack.
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]>;
+    /// Strain energy of the member.
     fn energy(&self, lane: usize) -> f64;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
@@ -133,6 +150,7 @@ pub trait Pack<const D: usize>: Send {
     fn held_force(&self, lane: usize) -> Option<HeldForce>;
     /// Adds to that force.
     fn add_held_force(&mut self, lane: usize, by: f64);
+    /// Sets the motion of both ends that the next advance makes: displacements, then spins.
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
     /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
     /// [`Pack::set_end`] and [`Pack::unroll`].
@@ -143,6 +161,7 @@ pub trait Pack<const D: usize>: Send {
     fn unroll(&mut self);
     /// Moves the nodes between the ends by their increments, each on its own.
     fn shift(&mut self);
+    /// Size of the last increment.
     fn size(&self, lane: usize) -> Size;
     /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
@@ -163,7 +182,9 @@ pub trait Pack<const D: usize>: Send {
     fn restore_shape(&mut self, slot: usize, part: f64);
     /// How far the element ends of every member are from a saved state.
     fn distances(&self, slot: usize) -> Vec<Size>;
+    /// Keeps the state in a slot.
     fn save(&mut self, slot: usize);
+    /// Goes back to the state in a slot.
     fn restore(&mut self, slot: usize);
     /// Exchanges two saved states.
     fn swap(&mut self, a: usize, b: usize);
@@ -188,6 +209,7 @@ pub trait Pack<const D: usize>: Send {
     fn variations(&self, lane: usize) -> Vec<Variation>;
     /// Keeps the present state for good, as the next of those that [`Pack::recall`] knows.
     fn keep(&mut self);
+    /// Goes back to a kept state.
     fn recall(&mut self, index: usize);
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
@@ -200,11 +222,15 @@ pub trait Pack<const D: usize>: Send {
     fn field(&self, lane: usize, element: usize) -> Field<D>;
     /// Gauss points in the unit interval.
     fn points(&self) -> &[f64];
+    /// Where the node before an element is, and after the last one.
     fn element_end(&self, lane: usize, index: usize) -> Placement;
     /// An element with all that it is evaluated at.
     fn element(&self, lane: usize, element: usize) -> ElementState<D>;
+    /// Number of elements of each member.
     fn elements(&self) -> usize;
+    /// Their polynomial order.
     fn order(&self) -> usize;
+    /// Their kind.
     fn formulation(&self) -> Formulation;
     /// Present length and largest strains of every member.
     fn measures(&self) -> Vec<Measures>;

@@ -15,11 +15,11 @@ pub(super) struct Sizes<T> {
 }
 
 impl<T: Real> Sizes<T> {
-    pub fn whole(&self, lane: usize) -> Size {
+    pub(crate) fn whole(&self, lane: usize) -> Size {
         Size { rotation: self.whole[0].lane(lane), displacement: self.whole[1].lane(lane) }
     }
 
-    pub fn own(&self, lane: usize) -> Size {
+    pub(crate) fn own(&self, lane: usize) -> Size {
         Size { rotation: self.own[0].lane(lane), displacement: self.own[1].lane(lane) }
     }
 }

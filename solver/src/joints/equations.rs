@@ -14,12 +14,15 @@ use super::topology::{Idle, Topology};
 pub struct JointEquations {
     /// First equation and number of equations.
     pub first: usize,
+    /// How many equations the joint has.
     pub count: usize,
+    /// The motions that these are of.
     pub basis: Basis,
     /// Indices of the rows that hold the joint.
     rows: Vec<usize>,
 }
 
+/// Free motions of a joint.
 #[derive(Clone, Debug)]
 pub enum Basis {
     /// Each component is an equation of its own, or held.
@@ -41,9 +44,13 @@ pub type Active<const D: usize> = [usize; D];
 /// Equations of all joints for one set of components.
 #[derive(Clone, Debug)]
 pub struct Equations<const D: usize> {
+    /// Components that are solved for.
     pub active: Active<D>,
+    /// By index of the joint.
     pub joints: Vec<JointEquations>,
+    /// Number of equations of all joints.
     pub size: usize,
+    /// Rows that hold components, one after the other.
     pub held: Vec<Held>,
     /// Motion of held components still to be made, per joint.
     pub pending: Vec<[f64; 6]>,
@@ -54,6 +61,7 @@ pub struct Equations<const D: usize> {
 }
 
 impl<const D: usize> Equations<D> {
+    /// Numbers the free components of all joints.
     pub fn new(topology: &Topology, active: Active<D>, held: Vec<Held>) -> Self {
         let joints = topology.references.len();
         let mut rows = vec![Vec::new(); joints];
@@ -481,15 +489,18 @@ impl<const D: usize> Equations<D> {
         stiffness
     }
 
+    /// Whether the free motions of a joint are no components of their own.
     pub fn is_general(&self, joint: usize) -> bool {
         matches!(self.joints[joint].basis, Basis::Columns(_))
     }
 
+    /// Whether there is such a joint.
     pub fn has_general(&self) -> bool {
         (0..self.joints.len()).any(|j| self.is_general(j))
     }
 }
 
+/// Scalar product of a motion and an action on it.
 pub fn dot6(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -11,6 +11,7 @@ use crate::structure::NodeId;
 /// Position and rotation of a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointState {
+    /// Displacement from the unloaded position, and rotation.
     pub place: Placement,
     /// Rotation vector with whole turns, kept where a rotation is partly held.
     pub theta: V3<f64>,
@@ -68,23 +69,34 @@ pub(super) fn whole_turns(theta: V3<f64>, guess: V3<f64>) -> V3<f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HeldKind {
     /// Displacement of a node along a direction.
-    Translation { direction: V3<f64> },
+    Translation {
+        /// Unit vector in global axes.
+        direction: V3<f64>,
+    },
     /// Component of the rotation vector along an axis.
-    Rotation { axis: V3<f64> },
+    Rotation {
+        /// Unit vector in global axes.
+        axis: V3<f64>,
+    },
 }
 
 /// One held component, and the values it has at the beginning and at the end of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
+    /// The node that is held.
     pub node: NodeId,
     /// 0 to 5, in the axes of the node's support.
     pub component: usize,
+    /// Displacement or rotation, and along what.
     pub kind: HeldKind,
+    /// Value at the beginning of the step (length or radians).
     pub from: f64,
+    /// Value at its end (length or radians).
     pub to: f64,
 }
 
 impl Held {
+    /// The value at a fraction of the step.
     pub fn at(&self, fraction: f64) -> f64 {
         if fraction == 1.0 { self.to } else { self.from + fraction * (self.to - self.from) }
     }

@@ -10,11 +10,14 @@ use crate::structure::{NodeId, Release, Spring, Structure};
 /// Where a node sits: its joint, and its unloaded position against the joint's reference node.
 #[derive(Clone, Copy, Debug)]
 pub struct Link {
+    /// Index of the joint.
     pub joint: usize,
+    /// From the reference of the joint to the node, unloaded, in global axes.
     pub arm: V3<f64>,
 }
 
 impl Link {
+    /// Whether the node is not the reference.
     pub fn has_arm(&self) -> bool {
         self.arm != [0.0; 3]
     }
@@ -23,9 +26,11 @@ impl Link {
 /// Connection of a member's end, motions that no force belongs to taken out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EndKind {
+    /// The end turns with the joint.
     Welded,
     /// The end turns freely; with `spin_removed` not about the member itself.
     Free {
+        /// Whether the end turns about the member with the joint.
         spin_removed: bool,
     },
     /// Free about axes that turn with the joint.
@@ -35,16 +40,20 @@ pub enum EndKind {
 /// The network as joints and member ends.
 #[derive(Clone, Debug)]
 pub struct Topology {
+    /// Where every node sits.
     pub links: Vec<Link>,
     /// Reference node of every joint.
     pub references: Vec<NodeId>,
+    /// Connections of both ends of every member.
     pub ends: Vec<[EndKind; 2]>,
     /// Motions of joints that no force belongs to: rotation as a whole, or spin about one axis.
     pub idle: Vec<Idle>,
 }
 
+/// A motion of a joint that no force belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Idle {
+    /// There is none.
     None,
     /// The joint has no rotation of its own.
     Rotation,

@@ -52,7 +52,7 @@ pub(super) struct Metric {
 impl Metric {
     /// Joints and fraction count for the same where the joints move as they do here, but for joints that hardly move:
     /// a straight column only shortens until it buckles, and must not be measured by that.
-    pub fn balanced(motions: &[[f64; 6]], rate: f64, size: f64) -> Self {
+    pub(crate) fn balanced(motions: &[[f64; 6]], rate: f64, size: f64) -> Self {
         let plain = Self { displacement: 1.0 / (size * size), rotation: 1.0 };
         let moved = plain.product(motions, motions).max((HARDLY * rate).powi(2));
         let factor = if moved > 0.0 && rate != 0.0 { rate * rate / moved } else { 1.0 };
@@ -65,12 +65,12 @@ impl Metric {
         self.displacement * sum(0) + self.rotation * sum(3)
     }
 
-    pub fn inner(&self, a: &Direction, b: &Direction) -> f64 {
+    pub(crate) fn inner(&self, a: &Direction, b: &Direction) -> f64 {
         self.product(&a.motions, &b.motions) + a.rate * b.rate
     }
 
     /// The direction, made of length one.
-    pub fn unit(&self, mut direction: Direction) -> Direction {
+    pub(crate) fn unit(&self, mut direction: Direction) -> Direction {
         let length = self.inner(&direction, &direction).sqrt().max(f64::MIN_POSITIVE);
         direction.motions.iter_mut().flatten().for_each(|x| *x /= length);
         direction.rate /= length;
@@ -80,7 +80,7 @@ impl Metric {
     /// Whether the way between two points of a path goes the way of the unit tangents at both, taken together.
     ///
     /// It does where the path bends as a circle, whatever the angle; a chord that does not leads to another path.
-    pub fn is_chord(&self, chord: &Direction, tangents: [&Direction; 2]) -> bool {
+    pub(crate) fn is_chord(&self, chord: &Direction, tangents: [&Direction; 2]) -> bool {
         let [first, second] = tangents;
         let along = self.inner(chord, first) + self.inner(chord, second);
         let length = (2.0 + 2.0 * self.inner(first, second)).max(0.0).sqrt();
@@ -88,7 +88,7 @@ impl Metric {
     }
 
     /// The functional that measures along a direction.
-    pub fn functional(&self, direction: &Direction) -> Direction {
+    pub(crate) fn functional(&self, direction: &Direction) -> Direction {
         let mut functional = direction.clone();
         for motion in &mut functional.motions {
             for (c, x) in motion.iter_mut().enumerate() {
@@ -101,7 +101,7 @@ impl Metric {
 
 impl Direction {
     /// Value of this functional.
-    pub fn along(&self, motions: &[[f64; 6]], fraction: f64) -> f64 {
+    pub(crate) fn along(&self, motions: &[[f64; 6]], fraction: f64) -> f64 {
         let joints: f64 = self.motions.iter().zip(motions).map(|(n, m)| (0..6).map(|c| n[c] * m[c]).sum::<f64>()).sum();
         joints + self.rate * fraction
     }
@@ -143,7 +143,7 @@ pub(super) struct Tracer<'a, const D: usize> {
 impl<const D: usize> Tracer<'_, D> {
     /// The path's direction at the present state, which is an equilibrium: motion of the joints for a unit of the
     /// fraction.
-    pub fn rate(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
+    pub(crate) fn rate(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
         let ramp = self.ramp;
         let mut apply = |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction);
         let (linearized, solved) = self.system.linearize(fraction, ahead(fraction), &mut apply);
@@ -154,7 +154,7 @@ impl<const D: usize> Tracer<'_, D> {
     /// Brings the present state to the equilibrium at the distance `s`, measured by `n`, from the last saved one.
     ///
     /// `from` is the fraction of the saved state, `guess` that of the present one.
-    pub fn correct(&mut self, n: &Direction, s: f64, from: f64, guess: f64) -> Result<Point, Lost> {
+    pub(crate) fn correct(&mut self, n: &Direction, s: f64, from: f64, guess: f64) -> Result<Point, Lost> {
         let newton = self.newton;
         let ramp = self.ramp;
         let mut apply = |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction);
@@ -232,7 +232,7 @@ impl<const D: usize> Tracer<'_, D> {
     ///
     /// `judge` tells for a point whether it is still on the near side, and the value of a test function that is zero
     /// at the singular point. Where the value has different signs at both ends it decides, else the side does.
-    pub fn singular_point(
+    pub(crate) fn singular_point(
         &mut self,
         ends: [f64; 2],
         metric: Option<Metric>,

@@ -41,7 +41,7 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    pub fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
+    pub(crate) fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
         let [from, to] = &self.drives;
         system.fraction = fraction;
         for (value, (from, to)) in system.drives.iter_mut().zip(from.iter().zip(to)) {

@@ -18,11 +18,13 @@ const ASIDE: f64 = 0.2;
 
 /// What a solve on a coarser mesh went through.
 pub struct Guide<const D: usize> {
+    /// The structure on the coarser mesh.
     pub system: System<D>,
     /// Which of the states that the system keeps is the end of a step.
     pub ends: Vec<Option<usize>>,
     /// The same on elements of the next order, where there is one: it is much nearer.
     pub refined: Option<System<D>>,
+    /// States at the ends of steps on the next order of elements, by index.
     pub refined_ends: Vec<Option<usize>>,
 }
 

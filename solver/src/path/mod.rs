@@ -57,7 +57,9 @@ pub trait OutOfPlane<const D: usize> {
 
 /// Follows the steps of a structure.
 pub struct Path<'a, const D: usize> {
+    /// The structure in its present state.
     pub system: System<D>,
+    /// The tangent out of the plane, where stability is judged there.
     pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
@@ -73,8 +75,11 @@ pub struct Path<'a, const D: usize> {
     pub ends: Vec<Option<usize>>,
     /// See [`Guide::refined_ends`].
     pub refined_ends: Vec<Option<usize>>,
+    /// What was asked for.
     pub options: Options,
+    /// What is to be said of the solve.
     pub notes: Vec<Note>,
+    /// Where stability is judged.
     pub stability: Dimension,
     held: HeldRows,
     /// Axes of the supports, by node.
@@ -110,6 +115,7 @@ impl Count {
 }
 
 impl<'a, const D: usize> Path<'a, D> {
+    /// A path from the present state of a system.
     pub fn new(system: System<D>, options: Options) -> Self {
         let structure = Arc::clone(&system.structure);
         let mut path = Self {

@@ -48,12 +48,12 @@ pub(super) struct Walk {
 
 impl Walk {
     /// How fast the fraction grows along the arc.
-    pub fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         self.tangent.rate
     }
 
     /// Goes the other way from here.
-    pub fn turn_back(&mut self) {
+    pub(crate) fn turn_back(&mut self) {
         self.tangent.motions.iter_mut().flatten().for_each(|x| *x = -*x);
         self.tangent.rate = -self.tangent.rate;
     }
@@ -81,7 +81,7 @@ pub(super) struct Passed {
 }
 
 impl Passed {
-    pub fn any(&self) -> bool {
+    pub(crate) fn any(&self) -> bool {
         self.limit || self.own || self.sideways
     }
 }

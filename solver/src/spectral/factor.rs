@@ -26,6 +26,7 @@ pub struct Factor {
     values: Vec<f64>,
     /// Roots of the magnitudes of D.
     roots: Vec<f64>,
+    /// Negative pivots.
     pub negative: usize,
     /// Pivots at noise level.
     pub neutral: usize,
@@ -94,6 +95,7 @@ impl Factor {
         })
     }
 
+    /// Number of rows.
     pub fn size(&self) -> usize {
         self.original.len()
     }

@@ -24,14 +24,14 @@ const SETTLED: f64 = 1e-7;
 /// times as large as that of the ramp the other way.
 const NEGLIGIBLE: f64 = 1e-6;
 /// Eigenvalues below this part of the largest are rounding.
-pub const ROUNDING: f64 = 1e-11;
+pub(crate) const ROUNDING: f64 = 1e-11;
 /// Change of an eigenvalue by a restart, over the eigenvalue, that is rounding: its residual is below the root of that, or does not
 /// shrink.
 const STILL: f64 = 1e-13;
 
 /// An eigenvalue with its vector, and the length of what the operator makes of it beside.
 #[derive(Clone, Debug)]
-pub struct Pair {
+pub(crate) struct Pair {
     pub value: f64,
     pub vector: Vec<f64>,
     pub residual: f64,
@@ -39,7 +39,7 @@ pub struct Pair {
 
 /// Pairs of an operator by falling eigenvalues, and its largest eigenvalue by size, of either sign.
 #[derive(Debug, Default)]
-pub struct Largest {
+pub(crate) struct Largest {
     pub pairs: Vec<Pair>,
     pub scale: f64,
 }
@@ -50,7 +50,7 @@ pub struct Largest {
 /// given. Where a restart changes no eigenvalue any more, rounding leaves no better ones, and all are given with their residuals.
 /// Where none is above `NEGLIGIBLE` of the largest by size, `any_above` is asked whether there are any above a value: an operator
 /// without positive eigenvalues makes no end to a search for the one that is nearest to zero.
-pub fn largest(
+pub(crate) fn largest(
     size: usize,
     count: usize,
     seed: usize,

@@ -25,7 +25,9 @@ use crate::system::System;
 /// What an element's tangent is made with.
 #[derive(Clone, Debug)]
 pub struct Stressing {
+    /// Of the section: EA, GA2, GA3, GJ, EI2, EI3.
     pub stiffness: [f64; 6],
+    /// Section forces and moments at the integration points.
     pub stress: Vec<[f64; 6]>,
     /// Dead force per unloaded length, in global axes.
     pub load: V3<f64>,
@@ -38,6 +40,7 @@ pub struct Operators {
     pub stiffness: CsMat<f64>,
     /// The tangent without Gᵀ G, as it is made.
     pub form: Form,
+    /// Mass matrix.
     pub mass: CsMat<f64>,
     /// G, one row a constraint.
     pub constraints: CsMat<f64>,
@@ -89,9 +92,11 @@ pub type Entries = Vec<(usize, usize, f64)>;
 /// Everything of a network before a family is chosen.
 #[derive(Clone, Debug, Default)]
 pub struct Assembled {
+    /// Entries of the stiffness matrix.
     pub stiffness: Entries,
     /// What the stiffness holds beside the products of the rows.
     pub rest: Entries,
+    /// Entries of the mass matrix.
     pub mass: Entries,
     /// Rows of elastic strains.
     pub strains: Vec<SparseRow>,
@@ -239,7 +244,9 @@ fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {
 pub struct Evaluated {
     /// The tangent at a fixed section, or what it has beside the products of `rows`.
     pub stiffness: Rows,
+    /// Mass matrix of the element.
     pub mass: Rows,
+    /// Strains at its integration points by the motions of its nodes.
     pub rows: StrainRows,
     /// Forces and moments of the stresses on the nodes.
     pub forces: Vec<[f64; 6]>,

@@ -61,9 +61,11 @@ pub struct Pencil<'a> {
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
+    /// Eigenvalues, in order.
     pub values: Vec<f64>,
     /// Part of each that rounding, and what the search leaves, may be.
     pub rounding: Vec<f64>,
+    /// Their vectors, one a row.
     pub vectors: Vec<Vec<f64>>,
     /// Whether the count of pivots confirms that none is missing above the last.
     pub complete: bool,

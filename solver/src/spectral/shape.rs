@@ -18,6 +18,7 @@ pub struct Shape {
 /// A point of a network.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spot {
+    /// A node.
     Node(NodeId),
     /// At a part of the way between the ends of a member, counted in nodes of its elements.
     Member(MemberId, f64),
@@ -26,13 +27,16 @@ pub enum Spot {
 /// The largest component of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Largest {
+    /// Where it is.
     pub spot: Spot,
     /// 0, 1, 2 displacement along x, y, z; 3, 4, 5 spin about them, only where nothing is displaced.
     pub component: usize,
+    /// How large it is.
     pub value: f64,
 }
 
 impl Shape {
+    /// The shape of an eigenvector.
     pub fn new(system: &System<6>, unknowns: &Unknowns, x: &[f64]) -> Self {
         let nodes = (0..system.structure.nodes.len()).map(|node| motion(&network_node(system, node), x)).collect();
         let member = |index: usize| {

@@ -30,6 +30,7 @@ pub enum Family {
 /// Numbers of the unknowns of a network.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
+    /// How many there are.
     pub size: usize,
     /// Free spins of both ends of every member, and their first unknown.
     releases: Vec<[(usize, Vec<V3<f64>>); 2]>,
@@ -38,6 +39,7 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
+    /// Numbers the free components of all nodes.
     pub fn new(system: &System<6>) -> Self {
         let mut size = system.equations.size;
         let mut releases = Vec::with_capacity(system.members.len());

@@ -130,6 +130,7 @@ impl<const D: usize> System<D> {
         }
     }
 
+    /// The motion of a node by those of the joints.
     pub fn node_motion(&self, link: &crate::joints::Link, motions: &[[f64; 6]]) -> [f64; 6] {
         let mut motion = motions[link.joint];
         if link.has_arm() {

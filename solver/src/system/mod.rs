@@ -38,38 +38,51 @@ use skew::Skew;
 /// Everything of the joints that changes during a solve.
 #[derive(Clone, Debug, Default)]
 pub struct State {
+    /// By index of the joint.
     pub joints: Vec<JointState>,
+    /// Rotations of released ends, by index of the member.
     pub releases: Vec<[ReleaseState; 2]>,
 }
 
 /// Loads on one node, at the present values of the drives.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NodeLoad {
+    /// Dead force, in global axes.
     pub force: V3<f64>,
+    /// Dead moment, in global axes.
     pub moment: V3<f64>,
     /// Components in the unloaded state.
     pub follower_force: V3<f64>,
+    /// Components in the unloaded state.
     pub follower_moment: V3<f64>,
 }
 
 /// A force and a moment on a node that fade over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fading {
+    /// The node that is set free.
     pub node: NodeId,
+    /// Reaction force at the beginning of the step, in global axes.
     pub force: V3<f64>,
+    /// Reaction moment at the beginning of the step, in global axes.
     pub moment: V3<f64>,
 }
 
 /// Largest residual of the joints, over the scale of its kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residual {
+    /// Of forces, over the largest force that acts on a joint.
     pub force: f64,
+    /// Of moments, over the largest moment that acts on a joint.
     pub moment: f64,
+    /// Index of the joint where most is left.
     pub worst_joint: usize,
+    /// Component there: 0, 1, 2 of force, 3, 4, 5 of moment.
     pub worst_component: usize,
 }
 
 impl Residual {
+    /// The larger of both.
     pub fn largest(&self) -> f64 {
         self.force.max(self.moment)
     }
@@ -78,10 +91,13 @@ impl Residual {
 /// Pivots of a whole network: joints, interiors, released ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inertia {
+    /// Negative pivots.
     pub negative: usize,
+    /// Pivots that are rounding.
     pub neutral: usize,
     /// Pivots that would be rounding in an unloaded structure, neutral ones included.
     pub idle: usize,
+    /// The smallest pivot, over the largest stiffness of its component.
     pub smallest: f64,
     /// Sign of the determinant of the unsymmetric correction.
     pub skew_negative: bool,
@@ -97,12 +113,17 @@ impl Inertia {
 /// A member's place among the packs, and what its ends are.
 #[derive(Clone, Debug)]
 pub struct MemberSlot {
+    /// Index of its pack.
     pub pack: usize,
+    /// Its lane in the pack.
     pub lane: usize,
+    /// From its axes to those of its chain.
     pub turn: Turn,
     /// Unloaded tangents at both ends.
     pub tangents: [V3<f64>; 2],
+    /// Factors of its released rotations.
     pub factor: ReleaseFactor,
+    /// Whether an end of it is released.
     pub released: bool,
     /// Moves of its released rotations in the last increment.
     pub moves: [f64; MAX_FREE],
@@ -114,35 +135,50 @@ pub struct MemberSlot {
 pub struct System<const D: usize> {
     /// Section laws are replaced by [`System::set_laws`] alone: members that are as they were keep their stiffness.
     pub structure: Arc<Structure>,
+    /// The structure as joints and member ends.
     pub topology: Arc<Topology>,
+    /// Chains of all members, those of equal mesh side by side.
     pub packs: Vec<Box<dyn Pack<D>>>,
+    /// Where every member is among them.
     pub members: Vec<MemberSlot>,
+    /// Where joints and released ends are.
     pub state: State,
     saved: [State; SLOTS],
     kept: Vec<State>,
+    /// Present values of the drives.
     pub drives: Vec<f64>,
     /// Part of the springs' misfit that is in place.
     pub prestress: f64,
     unstressed: Vec<f64>,
+    /// Part of the step's ramp.
     pub fraction: f64,
+    /// Free and held components of the joints.
     pub equations: Equations<D>,
+    /// The symmetric part of the tangent of the joints, and its factors.
     pub linear: Symmetric,
     scatters: Arc<Scatters>,
     /// Internal less external force of every joint.
     pub forces: Vec<[f64; 6]>,
+    /// Present loads by index of the node.
     pub loads: Vec<NodeLoad>,
     loaded_nodes: Vec<NodeId>,
     /// Reactions of what a step sets free: they fall to zero over it.
     pub fading: Vec<Fading>,
+    /// Forces of axial springs, positive in tension; zero of others.
     pub spring_forces: Vec<f64>,
+    /// Energy of all springs.
     pub spring_energy: f64,
+    /// Right-hand side of the equations, then their solution.
     pub rhs: Vec<f64>,
     motions: Vec<[f64; 6]>,
     skew: Skew,
-    /// Memory of the last solve; see [`HeldForces`].
+    /// Memory of the last solve, of forces that held rows bear.
     pub held_forces: HeldForces,
+    /// Largest force that acts on a joint.
     pub force_scale: f64,
+    /// Largest moment that acts on a joint, no smaller than 1e-3 of force times size.
     pub moment_scale: f64,
+    /// Largest extent of the unloaded structure along an axis.
     pub size: f64,
     /// See [`crate::options::Options::stop`].
     pub stop: Option<Arc<AtomicBool>>,
@@ -169,6 +205,7 @@ pub struct System<const D: usize> {
     /// one of an iteration.
     parts: Parts,
     moves: Vec<Size>,
+    /// By how much each part of the network moved in the first increment of an iteration.
     pub first_moves: Vec<Size>,
     scratch: Vec<JointState>,
     released_neutral: usize,
@@ -184,6 +221,7 @@ pub struct System<const D: usize> {
 }
 
 impl<const D: usize> System<D> {
+    /// A structure at rest, with the chains of its members.
     pub fn new(
         structure: Arc<Structure>,
         topology: Arc<Topology>,

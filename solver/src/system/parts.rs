@@ -14,7 +14,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    pub fn of(structure: &Structure, topology: &Topology) -> Self {
+    pub(crate) fn of(structure: &Structure, topology: &Topology) -> Self {
         let joint = |node: usize| topology.links[node].joint;
         let mut root: Vec<usize> = (0..topology.references.len()).collect();
         let springs = structure.springs.iter().map(spring_nodes);

@@ -8,7 +8,9 @@ use super::{Inertia, Residual, System};
 /// The equations at a state, linearized in the motion of the joints and in the fraction of the ramp.
 #[derive(Debug, Default)]
 pub struct Linearized {
+    /// Pivots of the tangent.
     pub inertia: Inertia,
+    /// What is left of the equations.
     pub residual: Residual,
     /// Solution of the joint equations at a fixed fraction.
     pub step: Vec<f64>,
@@ -16,6 +18,7 @@ pub struct Linearized {
     pub rate: Vec<f64>,
     /// The same two as motions of the joints, what is held included.
     pub step_motions: Vec<[f64; 6]>,
+    /// Motions of the joints for a unit of the fraction.
     pub rate_motions: Vec<[f64; 6]>,
 }
 

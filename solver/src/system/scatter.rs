@@ -25,7 +25,7 @@ impl Scatters {
     /// The pattern of the matrix, and the place in it of what members, springs and single joints add.
     ///
     /// `members` and `springs` are the joints that each of them connects.
-    pub fn analyse<const D: usize>(
+    pub(crate) fn analyse<const D: usize>(
         equations: &Equations<D>,
         members: &[Vec<usize>],
         springs: &[Vec<usize>],

@@ -47,11 +47,13 @@ impl<const D: usize> System<D> {
         all
     }
 
+    /// Keeps the present state in a slot.
     pub fn save(&mut self, slot: usize) {
         copy_state(&self.state, &mut self.saved[slot]);
         self.packs.iter_mut().for_each(|pack| pack.save(slot));
     }
 
+    /// Goes back to the state in a slot.
     pub fn restore(&mut self, slot: usize) {
         copy_state(&self.saved[slot], &mut self.state);
         self.packs.iter_mut().for_each(|pack| pack.restore(slot));
@@ -148,6 +150,7 @@ impl<const D: usize> System<D> {
         self.packs.iter_mut().for_each(|pack| pack.keep());
     }
 
+    /// Goes back to a kept state.
     pub fn recall(&mut self, index: usize) {
         copy_state(&self.kept[index], &mut self.state);
         self.packs.iter_mut().for_each(|pack| pack.recall(index));

@@ -11,7 +11,7 @@ use pennate_solver::structure::{
 };
 
 #[derive(Debug)]
-pub struct Fixed(pub SectionState);
+pub(crate) struct Fixed(pub SectionState);
 
 impl SectionLaw for Fixed {
     fn at(&self, control: f64) -> SectionState {
@@ -19,18 +19,18 @@ impl SectionLaw for Fixed {
     }
 }
 
-pub fn elastic(ea: f64, ga: f64, gj: f64, ei: f64) -> Section {
+pub(crate) fn elastic(ea: f64, ga: f64, gj: f64, ei: f64) -> Section {
     Section { ea, ga2: ga, ga3: ga, gj, ei2: ei, ei3: ei, mass_per_length: 0.0, rotary_inertia: [0.0; 2] }
 }
 
-pub const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub(crate) const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-pub fn law(section: Section) -> Arc<dyn SectionLaw> {
+pub(crate) fn law(section: Section) -> Arc<dyn SectionLaw> {
     Arc::new(Fixed(SectionState { section, strain: 0.0, curvature: [0.0; 3] }))
 }
 
 /// A cantilever along x, clamped at node 0.
-pub fn cantilever(
+pub(crate) fn cantilever(
     dimension: Dimension,
     length: f64,
     section: Section,
@@ -61,7 +61,7 @@ pub fn cantilever(
 }
 
 /// Solves one step that moves new drives to the given values.
-pub fn solve_one(mut structure: Structure, loads: &[(Drive, f64)]) -> (StepHistory, History) {
+pub(crate) fn solve_one(mut structure: Structure, loads: &[(Drive, f64)]) -> (StepHistory, History) {
     let mut step = Step::default();
     for &(drive, value) in loads {
         step.targets.push((structure.drives.len(), value));
