@@ -19,6 +19,7 @@
 //! # Ok::<(), pennate_models::InputErrors>(())
 //! ```
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 pub mod discretize;
@@ -53,6 +54,8 @@ pub struct Document {
     language: input::tree::Language,
     /// Where files that the network refers to are looked for.
     directory: PathBuf,
+    /// Texts of files that are known already, by their paths.
+    files: HashMap<PathBuf, String>,
 }
 
 impl Document {
@@ -66,7 +69,12 @@ impl Document {
             Ok(text) => {
                 let directory = path.parent().unwrap_or(Path::new("")).to_owned();
                 let language = resolve::language(path, &text);
-                Ok(Self { source: Source { name, path: path.to_owned(), text }, language, directory })
+                Ok(Self {
+                    source: Source { name, path: path.to_owned(), text },
+                    language,
+                    directory,
+                    files: HashMap::new(),
+                })
             }
             Err(error) => {
                 let error = InputError::new(format!("{name} cannot be read: {error}"))
@@ -76,12 +84,44 @@ impl Document {
         }
     }
 
+    /// A text that is no file of its own, in the language that the extension of its name tells; files that it refers to are
+    /// looked for in `directory`.
+    pub fn new(name: &str, text: &str, directory: &Path) -> Self {
+        let source = Source { name: name.to_owned(), path: PathBuf::new(), text: text.to_owned() };
+        let language = resolve::language(Path::new(name), text);
+        Self { source, language, directory: directory.to_owned(), files: HashMap::new() }
+    }
+
+    /// The same, with the texts of files that it refers to: what stands at their paths does not matter any more.
+    pub fn with_files(self, files: impl IntoIterator<Item = (PathBuf, String)>) -> Self {
+        Self { files: files.into_iter().collect(), ..self }
+    }
+
+    /// Name, text and path; the path is empty where the text is no file.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Where files that the network refers to are looked for.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// What is written, before anything is evaluated.
+    ///
+    /// # Errors
+    /// What the language forbids, at its place.
+    pub fn tree(&self) -> Result<input::tree::Value, InputErrors> {
+        input::tree::parse(&self.source.text, self.language, 0)
+            .map_err(|error| InputErrors { errors: vec![*error], sources: vec![self.source.clone()] })
+    }
+
     /// The checked model, after setting parameters (name, text).
     ///
     /// # Errors
     /// Everything found wrong, with its place.
     pub fn model(&self, settings: &[(String, String)]) -> Result<Model, InputErrors> {
-        resolve::read(self.source.clone(), self.language, &self.directory, settings)
+        resolve::read(self.source.clone(), self.language, &self.directory, &self.files, settings)
     }
 }
 
@@ -98,6 +138,5 @@ pub fn read(path: &Path, settings: &[(String, String)]) -> Result<Model, InputEr
 /// # Errors
 /// Everything found wrong, with its place.
 pub fn read_text(name: &str, text: &str, settings: &[(String, String)]) -> Result<Model, InputErrors> {
-    let source = Source { name: name.to_owned(), path: PathBuf::new(), text: text.to_owned() };
-    resolve::read(source, resolve::language(Path::new(name), text), Path::new(""), settings)
+    Document::new(name, text, Path::new("")).model(settings)
 }

@@ -22,6 +22,8 @@ pub(crate) struct Context {
     pub(crate) sources: Vec<Source>,
     /// Where files that the network refers to are looked for.
     pub(crate) directory: PathBuf,
+    /// Texts of files that are known already, by their paths.
+    pub(crate) files: HashMap<PathBuf, String>,
     pub(crate) units: Units,
     /// `None` where evaluating the parameter failed: no message about what depends on it.
     pub(crate) parameters: HashMap<String, Option<Quantity>>,
@@ -108,12 +110,13 @@ fn plural(what: &str) -> String {
 }
 
 impl Context {
-    pub(crate) fn new(directory: PathBuf) -> Self {
+    pub(crate) fn new(directory: PathBuf, files: HashMap<PathBuf, String>) -> Self {
         Self {
             errors: Vec::new(),
             warnings: Vec::new(),
             sources: Vec::new(),
             directory,
+            files,
             units: Units::default(),
             parameters: HashMap::new(),
             parameter_names: Vec::new(),

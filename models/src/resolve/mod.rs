@@ -20,7 +20,7 @@ mod steps;
 mod topology;
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use pennate_solver::structure::{Dimension, Stability};
 
@@ -43,7 +43,7 @@ pub(crate) use self::muscles::language;
 /// The format that this reader knows.
 const FORMAT: &str = "pennate/1";
 
-/// Reads a text; files that it refers to are looked for in `directory`.
+/// Reads a text; files that it refers to are looked for in `directory`, but for those in `files`, whose texts are known.
 ///
 /// # Errors
 /// Everything found wrong.
@@ -51,9 +51,10 @@ pub(crate) fn read(
     source: Source,
     language: Language,
     directory: &Path,
+    files: &HashMap<PathBuf, String>,
     settings: &[(String, String)],
 ) -> Result<Model, InputErrors> {
-    let mut cx = Context::new(directory.to_owned());
+    let mut cx = Context::new(directory.to_owned(), files.clone());
     cx.sources.push(source);
     let value = match tree::parse(&cx.sources[0].text, language, 0) {
         Ok(value) => value,
