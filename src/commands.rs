@@ -2,7 +2,6 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -12,8 +11,6 @@ use pennate_analysis::fit::Request;
 use pennate_analysis::solution::Solution;
 use pennate_analysis::spectrum::NoSpectrum;
 use pennate_models::scenes::{self, SCENES};
-use pennate_models::{Mesh, Model, discretize};
-use pennate_solver::error::NearMotion;
 use pennate_solver::history::Status;
 
 use crate::diagnostics::{Message, Severity, show, show_errors, show_warnings};
@@ -22,7 +19,6 @@ use crate::output::files::{check_writable, write_whole};
 use crate::output::{Pictures, json, table, write_files};
 use crate::progress::{Bar, Counter};
 use crate::spectrum::{self, NoAnswer};
-use crate::strains;
 use crate::sweep::{self, Sweep};
 use crate::{Input, Job, Refusal, clock, explain, output, read, run_until};
 
@@ -39,14 +35,15 @@ pub enum Exit {
     Interrupted,
 }
 
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        Self::from(match exit {
-            Exit::Done => 0,
-            Exit::NotSolved => 1,
-            Exit::WrongInput => 2,
-            Exit::Interrupted => 130,
-        })
+impl Exit {
+    /// The exit status of the process.
+    pub fn status(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::NotSolved => 1,
+            Self::WrongInput => 2,
+            Self::Interrupted => 130,
+        }
     }
 }
 
@@ -60,9 +57,6 @@ pub struct Destination {
     /// Print `results.json` instead of the table.
     pub json: bool,
 }
-
-/// Mechanisms that are described one by one.
-const MECHANISMS: usize = 10;
 
 /// `pennate solve`: solves a network, prints the table or the results and writes the files asked for.
 pub fn solve(job: &Job, destination: &Destination) -> Exit {
@@ -146,21 +140,15 @@ pub fn check(input: &Input) -> Exit {
         Ok(model) => model,
         Err(errors) => return refuse(&Refusal::Input(errors)),
     };
-    let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-3));
-    let motions = pennate_solver::free_motions(&structure, &steps);
-    if !motions.is_empty() {
-        return refuse(&Refusal::Mechanism(Box::new(model), motions));
-    }
-    show_warnings(&model.warnings, &model.sources);
-    if let Some(near) = pennate_solver::near_motion(&structure, &steps) {
-        show_near_mechanism(&model, &near);
-    }
-    let count = match model.steps.len() {
-        0 => "no steps: prestress alone".to_owned(),
-        1 => "1 step".to_owned(),
-        many => format!("{many} steps"),
+    let near = match crate::near_motion(&model) {
+        Ok(near) => near,
+        Err(motions) => return refuse(&Refusal::Mechanism(Box::new(model), motions)),
     };
-    print(|out| writeln!(out, "{}; {count}; ready to be solved", table::summary(&model)))
+    show_warnings(&model.warnings, &model.sources);
+    if let Some(near) = near {
+        show(Severity::Warning, &explain::near_mechanism(&model, &near), &model.sources);
+    }
+    print(|out| writeln!(out, "{}", table::checked(&model)))
 }
 
 /// `pennate sweep`: many combinations of parameters, into one table and one plot.
@@ -269,16 +257,7 @@ pub fn scenes() -> Exit {
 
 fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) -> Exit {
     show_warnings(&solution.model.warnings, &solution.model.sources);
-    if let Some(near) = &solution.history.near_motion {
-        show_near_mechanism(&solution.model, near);
-    }
-    if let Some(message) = explain::few_digits(&solution.model, &solution.history) {
-        show(Severity::Warning, &message, &solution.model.sources);
-    }
-    if let Some(message) = explain::inaccurate(solution) {
-        show(Severity::Warning, &message, &[]);
-    }
-    for message in strains::warnings(solution) {
+    for message in explain::remarks(solution) {
         show(Severity::Warning, &message, &solution.model.sources);
     }
     let written = match &destination.directory {
@@ -289,7 +268,7 @@ fn deliver(solution: &mut Solution, input: &Input, destination: &Destination) ->
         true => print(|out| json::write(solution, &[], out)),
         false => print(|out| out.write_all(table::report(solution).as_bytes())),
     };
-    for message in failures(solution) {
+    for message in explain::failures(solution) {
         show(Severity::Error, &message, &solution.model.sources);
     }
     match written {
@@ -317,40 +296,18 @@ fn exit_of(solution: &Solution) -> Exit {
     }
 }
 
-fn failures(solution: &Solution) -> Vec<Message> {
-    let steps = solution.history.steps.iter().enumerate();
-    let failed = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
-    failed.chain(explain::no_estimate(solution)).collect()
-}
-
 /// Says why a network is not solved at all.
 pub fn refuse(refusal: &Refusal) -> Exit {
     match refusal {
         Refusal::Input(errors) => show_errors(errors),
         Refusal::Mechanism(model, motions) => {
             show_warnings(&model.warnings, &model.sources);
-            show_mechanism(model, motions);
+            for message in explain::mechanisms(model, motions) {
+                show(Severity::Error, &message, &model.sources);
+            }
         }
     }
     Exit::WrongInput
-}
-
-fn show_mechanism(model: &Model, motions: &[pennate_solver::error::FreeMotion]) {
-    for motion in motions.iter().take(MECHANISMS) {
-        show(Severity::Error, &explain::mechanism(model, motion), &model.sources);
-    }
-    if motions.is_empty() {
-        let title = "the network is a mechanism: it can move without force".to_owned();
-        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
-    }
-    if motions.len() > MECHANISMS {
-        let title = format!("the network has {} more free motions", motions.len() - MECHANISMS);
-        show(Severity::Error, &Message { title, ..Message::default() }, &[]);
-    }
-}
-
-fn show_near_mechanism(model: &Model, near: &NearMotion) {
-    show(Severity::Warning, &explain::near_mechanism(model, near), &model.sources);
 }
 
 /// Prints to standard output; a reader that has seen enough is no error.
@@ -432,10 +389,10 @@ mod tests {
         assert_eq!((exit_of(&met), explain::inaccurate(&met).is_some()), (Exit::Done, false));
         let forced = converged(Verdict::Forced, Some(0.5));
         assert_eq!((exit_of(&forced), explain::inaccurate(&forced).is_some()), (Exit::Done, true));
-        assert!(failures(&forced).is_empty());
+        assert!(explain::failures(&forced).is_empty());
         let unknown = converged(Verdict::NotEstimated, None);
         assert_eq!(exit_of(&unknown), Exit::NotSolved);
-        assert_eq!(failures(&unknown).len(), 1);
+        assert_eq!(explain::failures(&unknown).len(), 1);
         assert!(table::report(&unknown).contains("NO ERROR ESTIMATE"));
     }
 }

@@ -60,6 +60,18 @@ fn show_all(severity: Severity, plural: &str, findings: &[InputError], sources: 
     }
 }
 
+/// What [`show_errors`] shows, where there is no colour: each error with its place, a blank line between two.
+pub fn texts(errors: &InputErrors) -> String {
+    let shown = errors.errors.iter().take(SHOWN);
+    let mut texts: Vec<String> =
+        shown.map(|error| text(Severity::Error, &Message::from(error), &errors.sources)).collect();
+    let more = errors.errors.len().saturating_sub(SHOWN);
+    if more > 0 {
+        texts.push(format!("error: {more} more errors"));
+    }
+    texts.join("\n\n")
+}
+
 /// Shows a message on standard error; in colour only where that is a terminal and the user has not objected.
 pub fn show(severity: Severity, message: &Message, sources: &[Source]) {
     let text = render(severity, message, sources, &Renderer::styled());

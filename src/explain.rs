@@ -17,10 +17,40 @@ use crate::strains;
 const NAMES: usize = 6;
 /// Residual, over the largest force, of a try that converged.
 const CONVERGED: f64 = 1e-9;
+/// Mechanisms that are described one by one.
+const MECHANISMS: usize = 10;
 /// Digits with which nobody need worry about rounding.
 const ENOUGH: f64 = 6.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
 const COMPONENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
+
+/// What is remarkable about a run, besides the warnings of its input.
+pub fn remarks(solution: &Solution) -> Vec<Message> {
+    let (model, history) = (&solution.model, &solution.history);
+    let near = history.near_motion.as_ref().map(|near| near_mechanism(model, near));
+    let remarks = near.into_iter().chain(few_digits(model, history)).chain(inaccurate(solution));
+    remarks.chain(strains::warnings(solution)).collect()
+}
+
+/// Why a run is no answer, or no answer to all that was asked: steps that failed, and a missing estimate.
+pub fn failures(solution: &Solution) -> Vec<Message> {
+    let steps = solution.history.steps.iter().enumerate();
+    let failed = steps.filter_map(|(index, step)| failed_step(&solution.model, index, step));
+    failed.chain(no_estimate(solution)).collect()
+}
+
+/// Why a network that can move without force is not solved.
+pub fn mechanisms(model: &Model, motions: &[FreeMotion]) -> Vec<Message> {
+    let bare = |title: String| Message { title, ..Message::default() };
+    let mut messages: Vec<Message> = motions.iter().take(MECHANISMS).map(|motion| mechanism(model, motion)).collect();
+    if motions.is_empty() {
+        messages.push(bare("the network is a mechanism: it can move without force".to_owned()));
+    }
+    if motions.len() > MECHANISMS {
+        messages.push(bare(format!("the network has {} more free motions", motions.len() - MECHANISMS)));
+    }
+    messages
+}
 
 /// A motion of the unloaded network that needs no force.
 pub fn mechanism(model: &Model, motion: &FreeMotion) -> Message {

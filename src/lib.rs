@@ -1,5 +1,6 @@
 //! Reads a network, solves it and writes the results: what the command line does, for programs and tests.
 
+pub mod cli;
 pub mod commands;
 pub mod diagnostics;
 pub mod explain;
@@ -19,8 +20,8 @@ use std::time::{Duration, Instant};
 
 use pennate_analysis::accuracy;
 use pennate_analysis::solution::Solution;
-use pennate_models::{InputError, InputErrors, Model};
-use pennate_solver::error::FreeMotion;
+use pennate_models::{InputError, InputErrors, Mesh, Model, discretize};
+use pennate_solver::error::{FreeMotion, NearMotion, SolveError};
 use pennate_solver::options::{Options, Progress};
 
 /// Where a network comes from, and the parameters that are set in it.
@@ -91,14 +92,39 @@ pub fn run_until(
     let start = clock();
     let model = read(&job.input).map_err(Refusal::Input)?;
     let read = clock().saturating_sub(start);
-    let solved = on_threads(job.threads, |threads| {
-        let options = Options { shapes: job.shapes, estimate: true, near_motion: true, stop, ..options(threads) };
-        accuracy::solve_to_accuracy(model, job.accuracy, &options, observe)
-    });
-    let mut solution = solved
-        .map_err(|(model, pennate_solver::error::SolveError::Mechanism(motions))| Refusal::Mechanism(model, motions))?;
+    let options = Options { shapes: job.shapes, stop, ..Options::default() };
+    let mut solution = solve(model, job.accuracy, job.threads, &options, observe)?;
     solution.timing.read = read;
     Ok(solution)
+}
+
+/// Solves a network that was read, with the estimates and the remarks that a person is told.
+///
+/// # Errors
+/// A [`Refusal`] where the network can move without force; a step that fails is part of the solution.
+pub fn solve(
+    model: Model,
+    accuracy: f64,
+    threads: Option<usize>,
+    wishes: &Options,
+    observe: &mut (dyn FnMut(&Progress) -> bool + Send),
+) -> Result<Solution, Refusal> {
+    on_threads(threads, |threads| {
+        let options = Options { estimate: true, near_motion: true, threads, clock, ..wishes.clone() };
+        accuracy::solve_to_accuracy(model, accuracy, &options, observe)
+    })
+    .map_err(|(model, SolveError::Mechanism(motions))| Refusal::Mechanism(model, motions))
+}
+
+/// Looks for motions that need no force, and for the softest one if that is nearly free.
+///
+/// # Errors
+/// The motions that need no force.
+pub fn near_motion(model: &Model) -> Result<Option<NearMotion>, Vec<FreeMotion>> {
+    // Free motions are those of the joints, whatever the mesh.
+    let (structure, steps) = discretize(model, &Mesh::initial(model, 1e-3));
+    let motions = pennate_solver::free_motions(&structure, &steps);
+    if motions.is_empty() { Ok(pennate_solver::near_motion(&structure, &steps)) } else { Err(motions) }
 }
 
 /// The time since the program first asked for it.

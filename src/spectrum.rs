@@ -1,11 +1,14 @@
 //! `pennate modes` and `pennate buckle`: the network is read and asked, and what there is instead of an answer is put into
 //! words.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use pennate_analysis::spectrum::{self, NoSpectrum, Note, Request, Spectrum};
 use pennate_models::{InputError, InputErrors, Model};
 use pennate_solver::buckling::NoFactors;
 use pennate_solver::modes::NoModes;
-use pennate_solver::options::Progress;
+use pennate_solver::options::{Options, Progress};
 use pennate_solver::spectral::unknowns::Family;
 
 use crate::diagnostics::Message;
@@ -40,10 +43,24 @@ pub fn run(job: &Job, observe: &mut (dyn FnMut(&Progress) -> bool + Send)) -> Re
     let start = clock();
     let model = read(&job.input).map_err(NoAnswer::Input)?;
     let read = clock().saturating_sub(start);
-    let solve = |threads| spectrum::solve(model, &job.request, &options(threads), observe);
-    let mut spectrum = on_threads(job.threads, solve).map_err(refused)?;
+    let mut spectrum = answer(model, &job.request, job.threads, None, observe)?;
     spectrum.timing.read = read;
     Ok(spectrum)
+}
+
+/// Answers a question about a network that was read; given up as soon as `stop` is set.
+///
+/// # Errors
+/// [`NoAnswer`] says why there is no answer.
+pub fn answer(
+    model: Model,
+    request: &Request,
+    threads: Option<usize>,
+    stop: Option<Arc<AtomicBool>>,
+    observe: &mut (dyn FnMut(&Progress) -> bool + Send),
+) -> Result<Spectrum, NoAnswer> {
+    let solve = |threads| spectrum::solve(model, request, &Options { stop, ..options(threads) }, observe);
+    on_threads(threads, solve).map_err(refused)
 }
 
 /// What the input is to blame for, with its place.

@@ -12,8 +12,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// A value that steps move, of one or more members or nodes.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// What it is, of what, and its unit.
-    pub head: String,
+    /// What it is, and of what.
+    pub name: String,
+    /// Empty where there is none.
+    pub unit: String,
     /// Values at the beginning and at the end of every step.
     levels: Vec<[f64; 2]>,
 }
@@ -44,7 +46,7 @@ pub fn columns(model: &Model) -> Vec<Column> {
     }
     let column = |Together { kind, unit, levels, of }| {
         let whom = whom(model, &kind, &of);
-        Column { head: super::csv::head(&kind.replace("{}", &whom), &unit), levels }
+        Column { name: kind.replace("{}", &whom), unit, levels }
     };
     together.into_iter().map(column).collect()
 }

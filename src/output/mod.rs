@@ -3,6 +3,7 @@
 mod acting;
 pub mod critical;
 pub mod csv;
+pub mod drawing;
 pub mod files;
 pub mod json;
 mod layout;

@@ -50,6 +50,16 @@ pub fn summary(model: &Model) -> String {
     format!("{dimension} network of {}; units {}", super::text::list(&parts, parts.len()), model.units.name())
 }
 
+/// What `pennate check` says of a network in which it finds nothing wrong.
+pub fn checked(model: &Model) -> String {
+    let count = match model.steps.len() {
+        0 => "no steps: prestress alone".to_owned(),
+        1 => "1 step".to_owned(),
+        many => format!("{many} steps"),
+    };
+    format!("{}; {count}; ready to be solved", summary(model))
+}
+
 fn counted(count: usize, noun: &str) -> String {
     match (count, noun.strip_suffix('y')) {
         (1, _) => format!("1 {noun}"),
@@ -171,6 +181,11 @@ pub fn unit(model: &Model, kind: ProbeKind) -> &'static str {
         ProbeKind::Stress => model.units.symbols()[2],
         ProbeKind::Strain | ProbeKind::Other => "",
     }
+}
+
+/// Unit of a probe, by its place; empty for an expression, and for what has none.
+pub fn probe_unit(model: &Model, index: usize) -> &'static str {
+    if index < model.probes.len() { unit(model, model.probes.kind(index)) } else { "" }
 }
 
 /// Displacements and reactions of the nodes at the end of the last step.

@@ -86,12 +86,11 @@ pub fn write(
 ) -> Result<(), WriteError> {
     let model = &solution.model;
     let mut entries = Vec::new();
-    let mut add = |increment: &Increment, step: usize, time: f64| {
+    let mut add = |increment: &Increment, step: Option<usize>, time: f64| {
         let file = format!("{name}_{:04}.vtu", entries.len());
-        let acting = Acting::of(model, step, increment);
-        let number = if step == UNLOADED { 0.0 } else { (step + 1) as f64 };
-        let place = field_data(&[("step", number), ("fraction", increment.fraction)]);
-        let grid = Grid::new(model, increment, &acting);
+        let [number, fraction] = step.map_or([0.0; 2], |step| [(step + 1) as f64, increment.fraction]);
+        let place = field_data(&[("step", number), ("fraction", fraction)]);
+        let grid = Grid::of(model, step, increment);
         write_whole(&directory.join(&file), |writer| write_piece(grid.into_piece(), &place, writer))?;
         written.push(file.clone());
         entries.push((time, file));
@@ -99,12 +98,12 @@ pub fn write(
     };
     let mut steps = solution.history.steps.iter().enumerate();
     if let Some(first) = solution.history.steps.iter().find_map(|step| step.increments.first()) {
-        add(&at_rest(model, first), UNLOADED, 0.0)?;
+        add(first, None, 0.0)?;
     }
     steps.try_for_each(|(index, step)| {
         let count = step.increments.len();
         let shown = step.increments.iter().enumerate().filter(|(k, _)| pictures.has(*k, count));
-        shown.map(|(_, increment)| increment).try_for_each(|each| add(each, index, index as f64 + each.fraction))
+        shown.map(|(_, increment)| increment).try_for_each(|each| add(each, Some(index), index as f64 + each.fraction))
     })?;
     let collection = format!("{name}.pvd");
     write_whole(&directory.join(&collection), |writer| write_pvd(&entries, writer))?;
@@ -212,12 +211,24 @@ struct Cell {
     kind: i32,
 }
 
-struct Grid {
+/// Points and lines of one state, with all that is known of them.
+pub(super) struct Grid {
     points: Vec<Point>,
     cells: Vec<Cell>,
 }
 
 impl Grid {
+    /// An increment of a step, with its shapes; `None` is the unloaded state, with the points of the increment.
+    pub(super) fn of(model: &Model, step: Option<usize>, increment: &Increment) -> Self {
+        match step {
+            Some(step) => Self::new(model, increment, &Acting::of(model, step, increment)),
+            None => {
+                let unloaded = at_rest(model, increment);
+                Self::new(model, &unloaded, &Acting::of(model, UNLOADED, &unloaded))
+            }
+        }
+    }
+
     fn new(model: &Model, increment: &Increment, acting: &Acting) -> Self {
         let state = &increment.state;
         let radii = node_radii(model, state);
@@ -267,7 +278,7 @@ impl Grid {
         }
     }
 
-    fn into_piece(self) -> UnstructuredGridPiece {
+    pub(super) fn into_piece(self) -> UnstructuredGridPiece {
         let (points, cells) = (&self.points, &self.cells);
         UnstructuredGridPiece {
             points: flat(points, |point| point.reference),
