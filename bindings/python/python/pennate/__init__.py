@@ -1,0 +1,54 @@
+"""Networks of soft pneumatic muscles and compliant parts: how they deform, what they hold, whether they are stable.
+
+    network = pennate.load("dyad.toml", beta=30)
+    solution = network.solve()
+    solution["stroke"], solution.error["stroke"]
+"""
+
+from __future__ import annotations
+
+import logging
+
+from ._core import __version__
+from ._errors import (
+    Error,
+    Finding,
+    InternalError,
+    Interrupted,
+    MechanismError,
+    Motion,
+    NetworkError,
+    SolveError,
+)
+from ._network import Check, Network, load, loads, scene, scenes, schema
+from ._solution import History, Member, Node, Solution, Step
+from ._spectra import Buckling, Modes
+
+__all__ = [
+    "Buckling",
+    "Check",
+    "Error",
+    "Finding",
+    "History",
+    "InternalError",
+    "Interrupted",
+    "MechanismError",
+    "Member",
+    "Modes",
+    "Motion",
+    "Network",
+    "NetworkError",
+    "Node",
+    "Solution",
+    "SolveError",
+    "Step",
+    "__version__",
+    "load",
+    "loads",
+    "scene",
+    "scenes",
+    "schema",
+]
+
+# Nothing is printed unless asked: logging would print warnings by itself.
+logging.getLogger("pennate").addHandler(logging.NullHandler())

@@ -1,0 +1,33 @@
+"""The program: the same arguments as the Rust program, and `plot`, which draws."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+
+from . import _core
+
+MORE = """
+With this package also:
+  plot    Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Does what the arguments ask for, and returns the exit status."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments[:1] == ["plot"]:
+        from .pictures.__main__ import main as plot
+
+        return plot(arguments[1:])
+    # The program listens for interrupts itself.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    status = _core.main(arguments)
+    if arguments in (["--help"], ["-h"], ["help"]):
+        print(MORE, end="")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
