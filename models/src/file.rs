@@ -1,13 +1,37 @@
 //! Texts of a user's files, read within reason.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Bytes of a file at most: a network of a million members needs less.
 const LIMIT: u64 = 256 << 20;
 /// The byte order mark.
 const MARK: &[u8] = "\u{feff}".as_bytes();
+
+/// Where the files come from that a network refers to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Folder {
+    /// Where their paths begin.
+    pub(crate) directory: PathBuf,
+    /// Texts that are known already, by their paths: what stands there now does not matter.
+    pub(crate) known: Arc<HashMap<PathBuf, String>>,
+}
+
+impl Folder {
+    pub(crate) fn at(directory: &Path) -> Self {
+        Self { directory: directory.to_owned(), known: Arc::default() }
+    }
+
+    /// The path of a file, and its text.
+    pub(crate) fn read(&self, name: &str) -> (PathBuf, io::Result<String>) {
+        let path = self.directory.join(name);
+        let text = self.known.get(&path).cloned().map_or_else(|| read(&path), Ok);
+        (path, text)
+    }
+}
 
 /// The text of a file.
 ///

@@ -19,8 +19,8 @@
 //! # Ok::<(), pennate_models::InputErrors>(())
 //! ```
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub mod discretize;
 pub mod error;
@@ -34,6 +34,7 @@ pub mod mesh;
 pub mod model;
 pub mod prb;
 pub mod probes;
+mod reading;
 mod resolve;
 pub mod scenes;
 pub mod section;
@@ -44,18 +45,17 @@ pub use error::{InputError, InputErrors};
 pub use input::schema;
 pub use mesh::Mesh;
 pub use model::Model;
+pub use reading::Reading;
 
 use error::Source;
+use file::Folder;
 
 /// The text of a network file, from which models with different parameters can be made.
 #[derive(Clone, Debug)]
 pub struct Document {
     source: Source,
     language: input::tree::Language,
-    /// Where files that the network refers to are looked for.
-    directory: PathBuf,
-    /// Texts of files that are known already, by their paths.
-    files: HashMap<PathBuf, String>,
+    folder: Folder,
 }
 
 impl Document {
@@ -67,14 +67,9 @@ impl Document {
         let name = path.display().to_string();
         match file::read(path) {
             Ok(text) => {
-                let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+                let folder = Folder::at(path.parent().unwrap_or(Path::new("")));
                 let language = resolve::language(path, &text);
-                Ok(Self {
-                    source: Source { name, path: path.to_owned(), text },
-                    language,
-                    directory,
-                    files: HashMap::new(),
-                })
+                Ok(Self { source: Source { name, path: path.to_owned(), text }, language, folder })
             }
             Err(error) => {
                 let error = InputError::new(format!("{name} cannot be read: {error}"))
@@ -89,12 +84,13 @@ impl Document {
     pub fn new(name: &str, text: &str, directory: &Path) -> Self {
         let source = Source { name: name.to_owned(), path: PathBuf::new(), text: text.to_owned() };
         let language = resolve::language(Path::new(name), text);
-        Self { source, language, directory: directory.to_owned(), files: HashMap::new() }
+        Self { source, language, folder: Folder::at(directory) }
     }
 
     /// The same, with the texts of files that it refers to: what stands at their paths does not matter any more.
     pub fn with_files(self, files: impl IntoIterator<Item = (PathBuf, String)>) -> Self {
-        Self { files: files.into_iter().collect(), ..self }
+        let known = Arc::new(files.into_iter().collect());
+        Self { folder: Folder { known, ..self.folder }, ..self }
     }
 
     /// Name, text and path; the path is empty where the text is no file.
@@ -104,7 +100,7 @@ impl Document {
 
     /// Where files that the network refers to are looked for.
     pub fn directory(&self) -> &Path {
-        &self.directory
+        &self.folder.directory
     }
 
     /// What is written, before anything is evaluated.
@@ -116,12 +112,26 @@ impl Document {
             .map_err(|error| InputErrors { errors: vec![*error], sources: vec![self.source.clone()] })
     }
 
+    /// A network from its text; `name` stands in messages and tells the language by its extension.
+    pub fn from_text(name: &str, text: &str) -> Self {
+        Self::new(name, text, Path::new(""))
+    }
+
+    /// Reads the network once, after setting parameters (name, text), to evaluate it for other values of them; and the model
+    /// that it is as it stands.
+    ///
+    /// # Errors
+    /// Everything found wrong, with its place.
+    pub fn reading(&self, settings: &[(String, String)]) -> Result<(Reading, Model), InputErrors> {
+        Reading::new(self.source.clone(), self.language, self.folder.clone(), settings)
+    }
+
     /// The checked model, after setting parameters (name, text).
     ///
     /// # Errors
     /// Everything found wrong, with its place.
     pub fn model(&self, settings: &[(String, String)]) -> Result<Model, InputErrors> {
-        resolve::read(self.source.clone(), self.language, &self.directory, &self.files, settings)
+        resolve::read(self.source.clone(), self.language, &self.folder, settings)
     }
 }
 
@@ -138,5 +148,5 @@ pub fn read(path: &Path, settings: &[(String, String)]) -> Result<Model, InputEr
 /// # Errors
 /// Everything found wrong, with its place.
 pub fn read_text(name: &str, text: &str, settings: &[(String, String)]) -> Result<Model, InputErrors> {
-    Document::new(name, text, Path::new("")).model(settings)
+    Document::from_text(name, text).model(settings)
 }

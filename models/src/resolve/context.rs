@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
 use crate::error::{InputError, InputErrors, Source, Span, Warning};
 use crate::expression::{Certainty, Quantity};
+use crate::file::Folder;
 use crate::input::read::{Count, Counted, Number, Spanned, Written, suggest};
 use crate::model::Units;
 use crate::unit::{self, Kind, Unit};
@@ -20,14 +20,18 @@ pub(crate) struct Context {
     pub(crate) errors: Vec<InputError>,
     pub(crate) warnings: Vec<Warning>,
     pub(crate) sources: Vec<Source>,
-    /// Where files that the network refers to are looked for.
-    pub(crate) directory: PathBuf,
-    /// Texts of files that are known already, by their paths.
-    pub(crate) files: HashMap<PathBuf, String>,
+    /// Where files that the network refers to come from.
+    pub(crate) folder: Folder,
     pub(crate) units: Units,
     /// `None` where evaluating the parameter failed: no message about what depends on it.
     pub(crate) parameters: HashMap<String, Option<Quantity>>,
     pub(crate) parameter_names: Vec<String>,
+    /// Values that take the place of what the file and settings say.
+    pub(crate) given: HashMap<String, Quantity>,
+    /// Parameters that a count depends on, by itself or through others.
+    pub(crate) counting: Vec<String>,
+    /// The parameters that a parameter is worked out from.
+    pub(crate) sources_of: HashMap<String, Vec<String>>,
     /// The path that a member is a part of, by the name of the member.
     pub(crate) paths: HashMap<String, String>,
 }
@@ -110,16 +114,18 @@ fn plural(what: &str) -> String {
 }
 
 impl Context {
-    pub(crate) fn new(directory: PathBuf, files: HashMap<PathBuf, String>) -> Self {
+    pub(crate) fn new(folder: Folder) -> Self {
         Self {
             errors: Vec::new(),
             warnings: Vec::new(),
             sources: Vec::new(),
-            directory,
-            files,
+            folder,
             units: Units::default(),
             parameters: HashMap::new(),
             parameter_names: Vec::new(),
+            given: HashMap::new(),
+            counting: Vec::new(),
+            sources_of: HashMap::new(),
             paths: HashMap::new(),
         }
     }
@@ -270,6 +276,7 @@ impl Context {
             Counted::Bare(count) => return Some(count.0),
             Counted::Expression(text) => text,
         };
+        self.note_counting(text);
         let quantity = self.expression(text, counted.span)?;
         self.check_measure(&quantity, Kind::Pure, text, counted.span)?;
         let value = quantity.value.round();

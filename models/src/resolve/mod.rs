@@ -20,7 +20,6 @@ mod steps;
 mod topology;
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 
 use pennate_solver::structure::{Dimension, Stability};
 
@@ -32,6 +31,8 @@ use self::steps::Actors;
 use self::topology::Parts;
 use crate::discretize::plane_turn;
 use crate::error::{InputError, InputErrors, Source};
+use crate::expression::Quantity;
+use crate::file::Folder;
 use crate::input::read::{Input, Map, Named, Number, Spanned};
 use crate::input::tree::{self, Language};
 use crate::input::{DimensionWord, Formulation, Network, UnitsWord};
@@ -43,34 +44,71 @@ pub(crate) use self::muscles::language;
 /// The format that this reader knows.
 const FORMAT: &str = "pennate/1";
 
-/// Reads a text; files that it refers to are looked for in `directory`, but for those in `files`, whose texts are known.
+/// Reads a text; files that it refers to come from a folder.
 ///
 /// # Errors
 /// Everything found wrong.
 pub(crate) fn read(
     source: Source,
     language: Language,
-    directory: &Path,
-    files: &HashMap<PathBuf, String>,
+    folder: &Folder,
     settings: &[(String, String)],
 ) -> Result<Model, InputErrors> {
-    let mut cx = Context::new(directory.to_owned(), files.clone());
-    cx.sources.push(source);
-    let value = match tree::parse(&cx.sources[0].text, language, 0) {
-        Ok(value) => value,
-        Err(error) => {
-            cx.error(*error);
-            return Err(cx.into_errors());
-        }
-    };
-    let network = Network::read(&value, &mut cx.errors);
-    let Some(network) = network.filter(|_| cx.errors.is_empty()) else { return Err(cx.into_errors()) };
-    match resolve(&network, settings, &mut cx) {
+    let network = parse(&source, language)?;
+    let request = Request { source: Some(&source), folder, settings, given: HashMap::new() };
+    let (mut model, _) = evaluate(&network, &request)?;
+    model.settings = settings.to_vec();
+    Ok(model)
+}
+
+/// What a network is evaluated with.
+pub(crate) struct Request<'a> {
+    /// The text that places are in; without it messages have none to show.
+    pub(crate) source: Option<&'a Source>,
+    /// Where files that it refers to come from.
+    pub(crate) folder: &'a Folder,
+    /// Parameters set from outside, as written.
+    pub(crate) settings: &'a [(String, String)],
+    /// Values that take the place of those of the file and of the settings.
+    pub(crate) given: HashMap<String, Quantity>,
+}
+
+/// What an evaluation learned about the parameters.
+pub(crate) struct Known {
+    /// Those that could be evaluated, in the order of the file.
+    pub(crate) parameters: Vec<(String, Quantity)>,
+    /// Those that a count depends on.
+    pub(crate) counting: Vec<String>,
+}
+
+/// Reads the keys of a network; nothing is evaluated.
+///
+/// # Errors
+/// Everything found wrong.
+pub(crate) fn parse(source: &Source, language: Language) -> Result<Network, InputErrors> {
+    let refused = |errors| InputErrors { errors, sources: vec![source.clone()] };
+    let mut errors = Vec::new();
+    let value = tree::parse(&source.text, language, 0).map_err(|error| refused(vec![*error]))?;
+    match Network::read(&value, &mut errors) {
+        Some(network) if errors.is_empty() => Ok(network),
+        _ => Err(refused(errors)),
+    }
+}
+
+/// Evaluates and checks a network.
+///
+/// # Errors
+/// Everything found wrong.
+pub(crate) fn evaluate(network: &Network, request: &Request<'_>) -> Result<(Model, Known), InputErrors> {
+    let mut cx = Context::new(request.folder.clone());
+    cx.sources.extend(request.source.cloned());
+    cx.given.clone_from(&request.given);
+    match resolve(network, request.settings, &mut cx) {
         Some(mut model) if cx.errors.is_empty() => {
+            let known = Known { parameters: cx.quantities(), counting: std::mem::take(&mut cx.counting) };
             model.warnings = cx.warnings;
             model.sources = cx.sources;
-            model.settings = settings.to_vec();
-            Ok(model)
+            Ok((model, known))
         }
         _ => Err(cx.into_errors()),
     }

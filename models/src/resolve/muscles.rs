@@ -92,9 +92,8 @@ fn scales(from: Units, to: Units) -> [f64; 3] {
 }
 
 fn read_muscle_file(name: &str, file: &Spanned<String>, cx: &mut Context) -> Option<input::Muscle> {
-    let path = cx.directory.join(&file.value);
-    let known = cx.files.get(&path).cloned();
-    let text = match known.map_or_else(|| crate::file::read(&path), Ok) {
+    let (path, text) = cx.folder.read(&file.value);
+    let text = match text {
         Ok(text) => text,
         Err(error) => {
             cx.error(

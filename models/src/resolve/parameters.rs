@@ -16,6 +16,23 @@ impl Context {
         self.parameter_names.iter().filter_map(value).collect()
     }
 
+    /// The same with what they measure.
+    pub(crate) fn quantities(&self) -> Vec<(String, Quantity)> {
+        let value = |name: &String| Some((name.clone(), (*self.parameters.get(name)?)?));
+        self.parameter_names.iter().filter_map(value).collect()
+    }
+
+    /// Notes the parameters that an expression for a count refers to, and those that these are worked out from.
+    pub(crate) fn note_counting(&mut self, text: &str) {
+        let mut open = names_in(text);
+        while let Some(name) = open.pop() {
+            if !self.counting.contains(&name) {
+                open.extend(self.sources_of.get(&name).into_iter().flatten().cloned());
+                self.counting.push(name);
+            }
+        }
+    }
+
     /// Takes in the parameters of the file, replaced by those set from outside.
     pub(crate) fn set_parameters(&mut self, parameters: &Map<Number>, settings: &[(String, String)]) {
         let mut numbers: Vec<(String, Number)> =
@@ -53,13 +70,18 @@ impl Context {
     fn evaluate_parameters(&mut self, numbers: &[(String, Number)]) {
         let index: HashMap<&str, usize> =
             numbers.iter().enumerate().map(|(index, (name, _))| (name.as_str(), index)).collect();
-        let needs = |number: &Number| -> Vec<usize> {
-            let Written::Text(text) = &number.value else { return Vec::new() };
-            let Some(formula) = text.trim().strip_prefix('=') else { return Vec::new() };
-            let Ok(expression) = Expression::parse(formula) else { return Vec::new() };
-            expression.references().iter().filter_map(|name| index.get(name.name.as_str()).copied()).collect()
-        };
-        let needs: Vec<Vec<usize>> = numbers.iter().map(|(_, number)| needs(number)).collect();
+        let given = std::mem::take(&mut self.given);
+        let mut needs = Vec::with_capacity(numbers.len());
+        for (name, number) in numbers {
+            let names = match &number.value {
+                Written::Text(text) if !given.contains_key(name) => names_in(text),
+                _ => Vec::new(),
+            };
+            needs.push(names.iter().filter_map(|name| index.get(name.as_str()).copied()).collect::<Vec<usize>>());
+            if !names.is_empty() {
+                self.sources_of.insert(name.clone(), names);
+            }
+        }
         let mut users = vec![Vec::new(); numbers.len()];
         let mut open: Vec<usize> = needs.iter().map(Vec::len).collect();
         for (user, needed) in needs.iter().enumerate() {
@@ -68,7 +90,7 @@ impl Context {
         let mut ready: Vec<usize> = (0..numbers.len()).filter(|&at| open[at] == 0).collect();
         while let Some(at) = ready.pop() {
             let (name, number) = &numbers[at];
-            let value = self.parameter(name, number);
+            let value = given.get(name).copied().or_else(|| self.parameter(name, number));
             self.parameters.insert(name.clone(), value);
             for &user in &users[at] {
                 open[user] -= 1;
@@ -213,4 +235,11 @@ impl Context {
             }
         }
     }
+}
+
+/// Names that an expression "= …" refers to; none in any other text.
+fn names_in(text: &str) -> Vec<String> {
+    let Some(formula) = text.trim().strip_prefix('=') else { return Vec::new() };
+    let Ok(expression) = Expression::parse(formula) else { return Vec::new() };
+    expression.references().iter().map(|reference| reference.name.clone()).collect()
 }

@@ -1,0 +1,61 @@
+//! One design: its structure on the common mesh, and what a solve of it says.
+
+use pennate_models::{Model, discretize};
+use pennate_solver::history::{History, Status};
+use pennate_solver::options::Options;
+use pennate_solver::structure::{Step, Structure};
+
+use super::{Control, Problem, Reason, mesh, outputs};
+use crate::solution::ProbeTable;
+
+/// A design on the mesh of its problem.
+pub(super) struct Design {
+    pub model: Model,
+    pub structure: Structure,
+    /// Those that the outputs need.
+    pub steps: Vec<Step>,
+}
+
+impl Problem {
+    /// The design of a row of values.
+    pub(super) fn design(&self, row: &[f64]) -> Result<Design, Reason> {
+        let model = self.model(row)?;
+        let (structure, mut steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
+        steps.truncate(self.steps());
+        Ok(Design { model, structure, steps })
+    }
+
+    /// The outputs of a row of values, as far as its steps went, and why they went no farther.
+    pub(super) fn solve(&self, row: &[f64], control: &Control) -> (Vec<f64>, Option<Reason>) {
+        let nothing = || vec![f64::NAN; self.outputs.len()];
+        let design = match self.design(row) {
+            Ok(design) => design,
+            Err(reason) => return (nothing(), Some(reason)),
+        };
+        let options = Options { stop: control.stop.clone(), ..Options::default() };
+        let wanted = || !control.is_stopped();
+        match pennate_solver::solve(&design.structure, &design.steps, &options, &mut |_| wanted()) {
+            Ok(mut history) => self.read(&design.model, &mut history),
+            Err(error) => (nothing(), Some(error.into())),
+        }
+    }
+
+    /// The outputs in a history, and why it ends early.
+    pub(super) fn read(&self, model: &Model, history: &mut History) -> (Vec<f64>, Option<Reason>) {
+        self.mesh.name_segments(model, history);
+        let failed = history.steps.iter().position(|step| step.status != Status::Converged);
+        let table = ProbeTable::new(model, history);
+        let reached = failed.unwrap_or(history.steps.len());
+        let reason = failed.map(|index| {
+            let step = &history.steps[index];
+            match step.status {
+                Status::Interrupted => Reason::Interrupted,
+                status => {
+                    let cause = step.failure.as_ref().map(|failure| failure.cause);
+                    Reason::Stopped { step: index, status, fraction: step.fraction, cause }
+                }
+            }
+        });
+        (outputs::values(&table, &self.outputs, reached), reason)
+    }
+}

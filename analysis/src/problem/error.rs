@@ -1,0 +1,119 @@
+//! Why there is no problem, and why a design has no answer.
+
+use pennate_models::InputErrors;
+use pennate_solver::error::{FreeMotion, SolveError};
+use pennate_solver::history::{Cause, Status};
+
+/// Why a network cannot be compiled for some parameters and probes.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ProblemError {
+    /// The network is wrong.
+    #[error("{0}")]
+    Network(InputErrors),
+    /// The network has no equilibrium to look for at the values of its file.
+    #[error("the network cannot be solved at the values of its file: {0}")]
+    Unsolvable(SolveError),
+    /// There is no such parameter.
+    #[error("there is no parameter '{name}'; the parameters are {}", list(known))]
+    UnknownParameter {
+        /// As it was given.
+        name: String,
+        /// Those of the file.
+        known: Vec<String>,
+    },
+    /// A parameter is named twice.
+    #[error("parameter '{name}' is named twice")]
+    Twice {
+        /// The parameter.
+        name: String,
+    },
+    /// A number of copies, elements or increments depends on a parameter.
+    #[error("parameter '{name}' sets a count, which is the same in all designs; make a problem for each of its values")]
+    Counts {
+        /// The parameter.
+        name: String,
+    },
+    /// Nodes, members, supports or steps are others for other values of a parameter.
+    #[error("parameter '{name}' changes which {what} the network has; only numbers may differ from design to design")]
+    ChangesTopology {
+        /// The parameter.
+        name: String,
+        /// What is another then.
+        what: &'static str,
+    },
+    /// There is no such probe.
+    #[error("there is no probe '{name}'; the probes are {}", list(known))]
+    UnknownProbe {
+        /// As it was given.
+        name: String,
+        /// Those of the file.
+        known: Vec<String>,
+    },
+    /// There is no such step.
+    #[error("there is no step '{step}' for the probe '{probe}'; the steps are {}", list(known))]
+    UnknownStep {
+        /// The probe as it was given.
+        probe: String,
+        /// The step behind the @.
+        step: String,
+        /// Those of the file.
+        known: Vec<String>,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// Why a design has no answer, or not all of it.
+#[derive(Clone, Debug)]
+pub enum Reason {
+    /// The value of this parameter, by its place in the row, is no finite number.
+    NotFinite {
+        /// Place in the row.
+        parameter: usize,
+    },
+    /// The values of the parameters make no network.
+    Refused(Box<InputErrors>),
+    /// The values of the parameters make a network with other nodes, members, supports or steps.
+    OtherTopology,
+    /// The unloaded network can move without force.
+    Mechanism(Vec<FreeMotion>),
+    /// A step stopped short, at this part of its ramp; outputs of the steps before it are known.
+    Stopped {
+        /// The step.
+        step: usize,
+        /// How it ended.
+        status: Status,
+        /// Part of its ramp that was reached.
+        fraction: f64,
+        /// Why, where the solver can tell.
+        cause: Option<Cause>,
+    },
+    /// The tangent at the end of this step is singular to within rounding, or so nearly that derivatives have no digits:
+    /// values are known, derivatives are not.
+    Singular {
+        /// The step.
+        step: usize,
+    },
+    /// The probe of this output has no derivative there, or none that is known.
+    NoDerivative {
+        /// Place among the outputs.
+        output: usize,
+    },
+    /// A state that was followed lost its stability, or its equilibrium, at this part of the change that was asked for.
+    Lost {
+        /// Part of the change, from 0 to 1.
+        fraction: f64,
+    },
+    /// Nobody wanted to wait any longer.
+    Interrupted,
+}
+
+impl From<SolveError> for Reason {
+    fn from(error: SolveError) -> Self {
+        match error {
+            SolveError::Mechanism(motions) => Self::Mechanism(motions),
+        }
+    }
+}

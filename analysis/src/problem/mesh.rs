@@ -1,0 +1,30 @@
+//! One mesh for many designs.
+
+use pennate_models::{Mesh, Model};
+
+/// The mesh that serves what either of two serves.
+///
+/// Of meshes that are graded, or of different elements, the one with more nodes is taken.
+pub(super) fn finer(a: Mesh, b: Mesh) -> Mesh {
+    let nodes = |mesh: &Mesh| mesh.order * mesh.elements();
+    let alike = a.grading.is_empty() && b.grading.is_empty() && a.refinement.len() == b.refinement.len();
+    if !alike {
+        return if nodes(&b) > nodes(&a) { b } else { a };
+    }
+    let order = a.order.max(b.order);
+    let pairs = a.refinement.iter().zip(&b.refinement);
+    let refinement = pairs.map(|(a, b)| a.iter().zip(b).map(|(&a, &b)| a.max(b)).collect()).collect();
+    Mesh::new(order, refinement)
+}
+
+/// The mesh of one design for another: stretches of graded members keep their parts of their segments.
+pub(super) fn fitted(mesh: &Mesh, of: &Model, to: &Model) -> Mesh {
+    let mut fitted = mesh.clone();
+    for (&member, stretches) in &mut fitted.grading {
+        let [from, to] = [of, to].map(|model| &model.members[member].segments);
+        for stretch in stretches {
+            stretch.length *= to[stretch.segment].length / from[stretch.segment].length;
+        }
+    }
+    fitted
+}

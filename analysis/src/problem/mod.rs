@@ -1,0 +1,210 @@
+//! One network compiled for "these numbers in, those numbers out": parameters of its file in, probes at ends of steps out.
+//!
+//! Reading, checking and meshing happen once; other values of the parameters re-evaluate expressions, geometry, sections
+//! and loads on the same mesh and topology.
+//!
+//! ```
+//! use pennate_analysis::problem::Problem;
+//! use pennate_models::Document;
+//!
+//! let text = r#"
+//!     format = "pennate/1"
+//!     parameters = { L = 100, F = 5 }
+//!     nodes = { A = [0, 0], B = ["= L", 0] }
+//!     materials.steel = { youngs_modulus = "200 GPa", poissons_ratio = 0.3 }
+//!     sections.wire = { circle = { radius = "0.75 mm" } }
+//!     members.wire = { nodes = ["A", "B"], section = "wire", material = "steel" }
+//!     supports = { A = "clamped" }
+//!     steps = [{ name = "push", force = { B = [0, "= -F"] } }]
+//!     probes = { drop = { node = "B", displacement = "uy" } }
+//! "#;
+//! let document = Document::from_text("wire.toml", text);
+//! let problem = Problem::new(&document, &[], &["L", "F"], &["drop"], 1e-6)?;
+//! // Two designs: rows of values in the order of the parameters.
+//! let answer = problem.evaluate(&[100.0, 5.0, 80.0, 5.0]);
+//! assert!((answer.values[0] + 30.325).abs() < 1e-3 && answer.values[1] > answer.values[0]);
+//! assert!(answer.reasons.iter().all(Option::is_none));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod design;
+mod error;
+mod evaluate;
+mod gradient;
+mod live;
+mod mesh;
+mod outputs;
+mod topology;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use pennate_models::{Document, Mesh, Model, Reading};
+use pennate_solver::options::Options;
+
+use crate::accuracy::solve_to_accuracy;
+use crate::solution::Solution;
+
+pub use error::{ProblemError, Reason};
+pub use evaluate::Evaluation;
+pub use gradient::Derivatives;
+pub use live::{Live, Lives};
+pub use outputs::Output;
+
+/// A network compiled for some of its parameters and probes.
+///
+/// It is a value that any number of threads may use at once: nothing in it changes.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    reading: Arc<Reading>,
+    /// The network with the values of its file.
+    middle: Arc<Model>,
+    mesh: Mesh,
+    /// Names and places of the parameters.
+    inputs: Vec<(String, usize)>,
+    outputs: Vec<Output>,
+    accuracy: f64,
+    /// Estimated error of every output: the largest of the designs that the mesh was made for.
+    error: Vec<f64>,
+}
+
+impl Problem {
+    /// Compiles a network, with some parameters set first (name, text) as on the command line.
+    ///
+    /// `parameters` are names under `[parameters]`; their values are in the units of the file, angles in degrees. `probes` are
+    /// names of probes: at the end of the last step, or `name@step` at the end of that step. The mesh is what `accuracy`
+    /// needs at the file's own values.
+    ///
+    /// # Errors
+    /// A network that is wrong or cannot be solved at its own values, a name that is not known, or a parameter that changes
+    /// the topology of the network.
+    pub fn new(
+        document: &Document,
+        settings: &[(String, String)],
+        parameters: &[&str],
+        probes: &[&str],
+        accuracy: f64,
+    ) -> Result<Self, ProblemError> {
+        Self::with_sample(document, settings, parameters, probes, accuracy, &[])
+    }
+
+    /// The same with a mesh that also serves a sample of designs: rows of values of the parameters.
+    ///
+    /// Designs of the sample that have no answer do not count.
+    ///
+    /// # Errors
+    /// As [`Problem::new`].
+    pub fn with_sample(
+        document: &Document,
+        settings: &[(String, String)],
+        parameters: &[&str],
+        probes: &[&str],
+        accuracy: f64,
+        sample: &[f64],
+    ) -> Result<Self, ProblemError> {
+        let (reading, middle) = document.reading(settings).map_err(ProblemError::Network)?;
+        let inputs = inputs(&reading, parameters)?;
+        let outputs = outputs::outputs(&middle, probes)?;
+        topology::check(&reading, &middle, &inputs)?;
+        let solve = |model: Model| solve_for_mesh(model, accuracy);
+        let solution = solve(middle.clone()).map_err(|(_, error)| ProblemError::Unsolvable(error))?;
+        let mut problem = Self {
+            error: outputs::errors(&solution, &outputs),
+            mesh: solution.mesh,
+            reading: Arc::new(reading),
+            middle: Arc::new(middle),
+            inputs,
+            outputs,
+            accuracy,
+        };
+        for row in sample.chunks_exact(problem.inputs.len().max(1)) {
+            let Ok(model) = problem.model(row) else { continue };
+            let Ok(solution) = solve(model) else { continue };
+            problem.mesh = mesh::finer(problem.mesh, solution.mesh.clone());
+            outputs::join_errors(&mut problem.error, &outputs::errors(&solution, &problem.outputs));
+        }
+        Ok(problem)
+    }
+
+    /// Names of the parameters, in the order of a row of values.
+    pub fn parameters(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.inputs.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// The outputs, in the order of a row of answers.
+    pub fn outputs(&self) -> &[Output] {
+        &self.outputs
+    }
+
+    /// The values of the parameters in the file.
+    pub fn middle(&self) -> Vec<f64> {
+        self.inputs.iter().map(|&(_, place)| self.middle.parameters[place].1).collect()
+    }
+
+    /// The network with the values of the file.
+    pub fn model(&self, row: &[f64]) -> Result<Model, Reason> {
+        let values: Vec<(usize, f64)> =
+            self.inputs.iter().zip(row).map(|(&(_, place), &value)| (place, value)).collect();
+        if let Some((index, _)) = row.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+            return Err(Reason::NotFinite { parameter: index });
+        }
+        let model = self.reading.model(&values).map_err(|errors| Reason::Refused(Box::new(errors)))?;
+        if topology::alike(&self.middle, &model) { Ok(model) } else { Err(Reason::OtherTopology) }
+    }
+
+    /// The network as its file has it.
+    pub fn network(&self) -> &Model {
+        &self.middle
+    }
+
+    /// The mesh of all designs.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The relative accuracy that the mesh was made for.
+    pub fn accuracy(&self) -> f64 {
+        self.accuracy
+    }
+
+    /// Estimated discretization error of every output: the largest of the designs that the mesh was made for.
+    pub fn error(&self) -> &[f64] {
+        &self.error
+    }
+
+    /// Steps that have to be solved for the outputs.
+    fn steps(&self) -> usize {
+        self.outputs.iter().map(|output| output.step + 1).max().unwrap_or(1)
+    }
+}
+
+/// The parameters of some names.
+fn inputs(reading: &Reading, names: &[&str]) -> Result<Vec<(String, usize)>, ProblemError> {
+    let mut inputs: Vec<(String, usize)> = Vec::with_capacity(names.len());
+    for &name in names {
+        let Some(place) = reading.parameter(name) else {
+            let known = reading.parameters().map(str::to_owned).collect();
+            return Err(ProblemError::UnknownParameter { name: name.to_owned(), known });
+        };
+        if inputs.iter().any(|(_, known)| *known == place) {
+            return Err(ProblemError::Twice { name: name.to_owned() });
+        }
+        if reading.counts(place) {
+            return Err(ProblemError::Counts { name: name.to_owned() });
+        }
+        inputs.push((name.to_owned(), place));
+    }
+    Ok(inputs)
+}
+
+fn solve_for_mesh(model: Model, accuracy: f64) -> Result<Solution, (Box<Model>, pennate_solver::error::SolveError)> {
+    let options = Options { estimate: true, ..Options::default() };
+    solve_to_accuracy(model, accuracy, &options, &mut |_| true)
+}
+
+/// What a caller may ask of an evaluation while it runs.
+#[derive(Clone, Debug, Default)]
+pub struct Control {
+    /// Set from outside where nobody wants to wait any longer: designs that are not done have [`Reason::Interrupted`].
+    pub stop: Option<Arc<AtomicBool>>,
+}

@@ -1,0 +1,3 @@
+//! Networks compiled for some of their parameters and probes.
+
+mod inputs;

@@ -1,0 +1,82 @@
+//! A network that is read once, and evaluated for many values of its parameters.
+
+use crate::error::{InputErrors, Source};
+use crate::expression::Quantity;
+use crate::file::Folder;
+use crate::input::Network;
+use crate::input::tree::Language;
+use crate::model::Model;
+use crate::resolve;
+
+/// A network that was read and checked, ready to be evaluated again with other values of its parameters.
+///
+/// Values are those of [`Model::parameters`]: in the units of the file, angles in degrees. A parameter that the file gives a
+/// unit keeps it: what is set is the same quantity with another value.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    source: Source,
+    folder: Folder,
+    settings: Vec<(String, String)>,
+    network: Network,
+    /// The parameters of the file with what they measure.
+    parameters: Vec<(String, Quantity)>,
+    /// Parameters that a number of things depends on: copies, elements, increments.
+    counting: Vec<String>,
+}
+
+impl Reading {
+    pub(crate) fn new(
+        source: Source,
+        language: Language,
+        folder: Folder,
+        settings: &[(String, String)],
+    ) -> Result<(Self, Model), InputErrors> {
+        let network = resolve::parse(&source, language)?;
+        let settings = settings.to_vec();
+        let reading = Self { source, folder, settings, network, parameters: Vec::new(), counting: Vec::new() };
+        let (model, known) = resolve::evaluate(&reading.network, &reading.request(&[], true))?;
+        Ok((Self { parameters: known.parameters, counting: known.counting, ..reading }, model))
+    }
+
+    /// Names of the parameters, in the order of the file.
+    pub fn parameters(&self) -> impl Iterator<Item = &str> {
+        self.parameters.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// The parameter of a name: its place among the parameters.
+    pub fn parameter(&self, name: &str) -> Option<usize> {
+        self.parameters().position(|known| known == name)
+    }
+
+    /// Whether a number of things depends on a parameter, by itself or through others: copies, elements, increments.
+    pub fn counts(&self, parameter: usize) -> bool {
+        self.counting.iter().any(|name| *name == self.parameters[parameter].0)
+    }
+
+    /// The network with values of some of its parameters, given by their places; the others are as they were read, or follow.
+    ///
+    /// The model knows no sources and no settings.
+    ///
+    /// # Errors
+    /// Everything found wrong, with its place.
+    pub fn model(&self, values: &[(usize, f64)]) -> Result<Model, InputErrors> {
+        match resolve::evaluate(&self.network, &self.request(values, false)) {
+            Ok((model, _)) => Ok(model),
+            // Once more, with the texts that messages are shown in.
+            Err(_) => resolve::evaluate(&self.network, &self.request(values, true)).map(|(model, _)| model),
+        }
+    }
+
+    fn request(&self, values: &[(usize, f64)], sources: bool) -> resolve::Request<'_> {
+        let given = |&(parameter, value): &(usize, f64)| {
+            let (name, quantity) = &self.parameters[parameter];
+            (name.clone(), Quantity { value, ..*quantity })
+        };
+        resolve::Request {
+            source: sources.then_some(&self.source),
+            folder: &self.folder,
+            settings: &self.settings,
+            given: values.iter().map(given).collect(),
+        }
+    }
+}
