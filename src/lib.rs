@@ -8,6 +8,7 @@ pub mod fit;
 #[cfg(test)]
 mod fixture;
 pub mod output;
+pub mod problems;
 pub mod progress;
 pub mod spectrum;
 pub mod strains;

@@ -116,3 +116,12 @@ pub fn unsolved(py: Python<'_>, messages: &[Message], sources: &[Source]) -> PyE
     };
     made().map_or_else(|error| error, PyErr::from_value)
 }
+
+/// A `NetworkError` of what does not fit the network, and has no place in its file.
+pub fn unfit(py: Python<'_>, message: &Message) -> PyErr {
+    let made = || {
+        let found = findings(py, Severity::Error, std::slice::from_ref(message), &[])?;
+        class(py, "NetworkError")?.call1((diagnostics::text(Severity::Error, message, &[]), found))
+    };
+    made().map_or_else(|error| error, PyErr::from_value)
+}

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 /// How often signals are looked for while Rust works: nobody notices so short a wait.
 const TICK: Duration = Duration::from_millis(20);
 /// Of the thread that solves; that of a main thread on Linux.
-const STACK: usize = 8 << 20;
+pub const STACK: usize = 8 << 20;
 
 /// Where the last panic of any thread was.
 static LAST: Mutex<Option<String>> = Mutex::new(None);

@@ -7,6 +7,7 @@
 mod findings;
 mod guard;
 mod network;
+mod problem;
 mod program;
 mod solution;
 mod spectrum;
@@ -20,6 +21,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<network::Network>()?;
     module.add_class::<solution::Solution>()?;
+    module.add_class::<problem::Problem>()?;
+    module.add_class::<problem::Live>()?;
+    module.add_class::<problem::Lives>()?;
     module.add_function(wrap_pyfunction!(program::main, module)?)?;
     module.add_function(wrap_pyfunction!(program::scene, module)?)?;
     module.add_function(wrap_pyfunction!(program::scenes, module)?)?;

@@ -15,6 +15,7 @@ use pyo3::types::PyDict;
 
 use crate::findings::{finding, mechanism, refused, warnings, wrong};
 use crate::guard::{Listener, patient, quick};
+use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::tree;
 
@@ -142,6 +143,19 @@ impl Network {
             (Err(_), Some(raised)) => Err(raised),
             (Err(refusal), None) => Err(refused(py, &refusal)),
         }
+    }
+
+    /// The network compiled for some of its parameters and probes; `sample` has one row of values a design.
+    fn problem(
+        &self,
+        py: Python<'_>,
+        parameters: Vec<String>,
+        probes: Vec<String>,
+        accuracy: f64,
+        sample: Vec<f64>,
+        threads: usize,
+    ) -> PyResult<Problem> {
+        crate::problem::compile(py, self, &parameters, &probes, accuracy, &sample, threads)
     }
 
     /// Modes or factors, as the JSON and the table of the program.

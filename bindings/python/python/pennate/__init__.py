@@ -21,6 +21,7 @@ from ._errors import (
     SolveError,
 )
 from ._network import Check, Network, load, loads, scene, scenes, schema
+from ._problem import Live, Lives, Problem, Reason
 from ._solution import History, Member, Node, Solution, Step
 from ._spectra import Buckling, Modes
 
@@ -32,6 +33,8 @@ __all__ = [
     "History",
     "InternalError",
     "Interrupted",
+    "Live",
+    "Lives",
     "MechanismError",
     "Member",
     "Modes",
@@ -39,6 +42,8 @@ __all__ = [
     "Network",
     "NetworkError",
     "Node",
+    "Problem",
+    "Reason",
     "Solution",
     "SolveError",
     "Step",

@@ -198,7 +198,7 @@ class Network:
             Interrupted: Ctrl-C; what converged is in its attribute `solution`.
         """
         core, raised = self._read.solve(_accuracy(accuracy), _count(threads, "threads"), shapes, progress)
-        solution = Solution._of(core)
+        solution = Solution(core, self)
         for finding in (*solution.warnings[len(self.warnings) :], *solution.failures):
             log.log(logging.WARNING if finding.severity == "warning" else logging.ERROR, "%s", finding)
         if raised is None:
@@ -214,6 +214,37 @@ class Network:
             MechanismError: The network can move without force.
         """
         return Check(*self._read.check())
+
+    def problem(
+        self,
+        parameters: Sequence[str] | None = None,
+        probes: Sequence[str] | None = None,
+        *,
+        accuracy: float = 1e-6,
+        sample: npt.ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> Problem:
+        """Compiles the network for "these numbers in, those numbers out".
+
+        Args:
+            parameters: Names under `[parameters]`; all by default.
+            probes: Names of probes, at the end of the last step, or `probe@step`; all by default.
+            accuracy: What the mesh is made for, at the values of the file.
+            sample: (n, k), designs that the mesh is to serve as well.
+            threads: One for each core by default; answers are the same with any number.
+
+        Raises:
+            NetworkError: A name that there is not, or a parameter that changes a count or the topology.
+        """
+        from ._problem import Problem
+
+        names = tuple(self.parameters) if parameters is None else _texts(parameters, "parameters")
+        wanted = tuple(self.probes) if probes is None else _texts(probes, "probes")
+        rows = np.zeros((0, len(names))) if sample is None else np.atleast_2d(np.asarray(sample, dtype=np.float64))
+        if rows.ndim != 2 or rows.shape[1] != len(names):
+            raise ValueError(f"sample has the shape {rows.shape}, but there are {len(names)} parameters")
+        count = os.cpu_count() or 1 if threads is None else _count(threads, "threads")
+        return Problem(self, names, wanted, _accuracy(accuracy), rows, count)
 
     def modes(
         self,
@@ -278,9 +309,6 @@ class Network:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, self._read.parts()
-
-    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
-        return {"text/plain": repr(self)}
 
 
 class Check:
@@ -355,6 +383,9 @@ def _settings(parameters: Mapping[str, Value]) -> list[tuple[str, str]]:
 def _setting(name: str, value: object) -> str:
     if isinstance(value, str):
         return value
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        # Counts of scenes are whole.
+        return str(int(value))
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -381,6 +412,13 @@ def _count(value: int, name: str) -> int:
     if int(value) != value or not 1 <= value <= 1000:
         raise ValueError(f"{name}: a whole number from 1 to 1000 expected, not {value}")
     return int(value)
+
+
+def _texts(names: Sequence[str], what: str) -> tuple[str, ...]:
+    """Names, and not the letters of one."""
+    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+        raise TypeError(f"{what}: a list of names expected, not {names!r}")
+    return tuple(names)
 
 
 def _short(parts: Sequence[str], most: int = 6) -> str:

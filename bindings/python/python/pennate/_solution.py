@@ -17,6 +17,8 @@ from ._errors import Finding, SolveError
 if TYPE_CHECKING:
     import pyvista
 
+    from ._network import Network
+
 Array = npt.NDArray[np.float64]
 
 
@@ -140,13 +142,12 @@ class Solution:
     moments in the units of the file.
     """
 
-    def __init__(self, source: Source) -> None:
-        self._source = source
-        self._facts = source.facts()
+    network: Network
+    """The network that was solved."""
 
-    @classmethod
-    def _of(cls, source: Source) -> Solution:
-        return cls(source)
+    def __init__(self, source: Source, network: Network) -> None:
+        self._source, self.network = source, network
+        self._facts = source.facts()
 
     # How it went.
 
@@ -191,6 +192,16 @@ class Solution:
     def failures(self) -> list[Finding]:
         """Why steps failed, and whether the results have no error estimate."""
         return list(self._source.failures())
+
+    def fractions(self, step: str | int) -> Array:
+        """(increments,), part of the step's ramp at each of its increments."""
+        found = self._source.fractions(_place(step, self.steps, "step"))
+        return np.zeros(0) if found is None else found
+
+    @property
+    def asked(self) -> float:
+        """The accuracy that was asked for."""
+        return float(self._facts["accuracy"][0])
 
     @property
     def accuracy(self) -> float:
@@ -371,7 +382,7 @@ class Solution:
         return self._source.report()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Solution, (Stored(self),)
+        return Solution, (Stored(self), self.network)
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.probes)

@@ -1,0 +1,261 @@
+"""Many designs: parameters in, probes out, with derivatives, and equilibria that are kept and followed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._errors import SolveError
+from ._solution import _place
+
+if TYPE_CHECKING:
+    from ._network import Network
+
+Array = npt.NDArray[np.float64]
+
+
+class Reason(str):
+    """Why a design has no answer, or not all of it, in a sentence; `kind` is a word for programs.
+
+    Kinds are `not_finite`, `refused`, `other_topology`, `mechanism`, `limit_point`, `bifurcation`, `not_converged`,
+    `singular`, `no_derivative`, `lost` and `interrupted`.
+    """
+
+    __slots__ = ("kind",)
+    kind: str
+
+    def __new__(cls, text: str, kind: str) -> Reason:
+        reason = super().__new__(cls, text)
+        reason.kind = kind
+        return reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Reason, (str(self), self.kind)
+
+
+class Problem:
+    """A network compiled for some of its parameters and probes: `y = problem(x)`.
+
+    `x` is (n, k) or, for one design, (k,), in the units of the file, angles in degrees; `y` is (n, m) or (m,), in the units
+    of the probes. Reading, checking and meshing happened once. Answers depend neither on the other designs of a call, nor on
+    their order, nor on the number of threads. A problem may be called by several Python threads at once.
+    """
+
+    __slots__ = ("_call", "_facts", "_last", "_made")
+
+    def __init__(
+        self,
+        network: Network,
+        parameters: Sequence[str],
+        probes: Sequence[str],
+        accuracy: float,
+        sample: Array,
+        threads: int,
+    ) -> None:
+        self._made = (network, tuple(parameters), tuple(probes), accuracy, sample, threads)
+        core = network._read.problem(list(parameters), list(probes), accuracy, sample.ravel().tolist(), threads)
+        self._call = core
+        self._facts = core.facts()
+        self._last = threading.local()
+
+    @property
+    def network(self) -> Network:
+        """The network that was compiled."""
+        return self._made[0]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the k parameters, in the order of a row of `x`."""
+        return tuple(self._facts[0])
+
+    @property
+    def probes(self) -> tuple[str, ...]:
+        """Names of the m probes, in the order of a row of `y`."""
+        return tuple(self._facts[1])
+
+    @property
+    def middle(self) -> Array:
+        """(k,), the values of the parameters in the file."""
+        return np.array(self._facts[2])
+
+    @property
+    def error(self) -> Array:
+        """(m,), estimated discretization error of the probes: the largest of the designs that the mesh was made for."""
+        return np.array(self._facts[3])
+
+    @property
+    def accuracy(self) -> float:
+        """The relative accuracy that the mesh was made for."""
+        return self._made[3]
+
+    def __call__(self, x: npt.ArrayLike) -> Array:
+        """The probes of some designs.
+
+        Args:
+            x: (n, k) or (k,), values of the parameters.
+
+        Returns:
+            (n, m) or (m,); not a number where there is no answer, and `reasons` says why.
+        """
+        y, self._last.found = self._call.evaluate(np.asarray(x, dtype=np.float64))
+        self._last.designs = 1 if y.ndim == 1 else len(y)
+        return y
+
+    def gradient(self, x: npt.ArrayLike) -> tuple[Array, Array]:
+        """The probes of some designs, and their derivatives by all parameters.
+
+        Args:
+            x: (n, k) or (k,), values of the parameters.
+
+        Returns:
+            `y`, (n, m) or (m,), and `j`, (n, m, k) or (m, k); not a number where there is no answer, or no derivative.
+        """
+        y, j, self._last.found = self._call.gradient(np.asarray(x, dtype=np.float64))
+        self._last.designs = 1 if y.ndim == 1 else len(y)
+        return y, j
+
+    @property
+    def reasons(self) -> list[Reason | None]:
+        """One entry a design of the last call that this thread made: why it has no answer, or `None`."""
+        found: list[Reason | None] = [None] * getattr(self._last, "designs", 0)
+        for index, kind, text in getattr(self._last, "found", []):
+            found[index] = Reason(text, kind)
+        return found
+
+    def live(self, count: int | None = None) -> Live | Lives:
+        """An equilibrium at the values of the file, to be followed from there; with a number, so many side by side.
+
+        Raises:
+            SolveError: There is no equilibrium there.
+        """
+        if count is None:
+            return Live(self)
+        if count < 1:
+            raise ValueError(f"a number of states expected, not {count}")
+        return Lives(self, count)
+
+    def __repr__(self) -> str:
+        title = self.network.title or self.network.name
+        return f"<Problem {title!r}: {' '.join(self.parameters)} -> {' '.join(self.probes)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Problem, self._made
+
+
+class Live:
+    """An equilibrium that is kept, and followed as parameters change.
+
+        live.set(pressure=12.5)
+        live.solve()
+        live["holding"], live.stable
+    """
+
+    __slots__ = ("_core", "_present", "_wanted", "problem", "stable", "values")
+    problem: Problem
+    values: Array
+    """(m,), the probes in the present state."""
+    stable: bool | None
+    """Whether the present state is stable; `None` where that is not defined, or not known."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self._core = problem._call.live()
+        self.values, self._present, self.stable = self._core.now()
+        self._wanted = self._present.tolist()
+
+    def set(self, **parameters: float) -> Live:
+        """Sets parameters to values that the next `solve` goes to."""
+        for name, value in parameters.items():
+            self._wanted[_place(name, self.problem.parameters, "parameter")] = float(value)
+        return self
+
+    def solve(self) -> Live:
+        """Goes to the values that were set.
+
+        Raises:
+            SolveError: The way does not lead there. The last state is kept, and so is what was set.
+        """
+        self.values, self._present, self.stable, why = self._core.go(self._wanted)
+        if why is not None:
+            raise SolveError(why[2])
+        return self
+
+    @property
+    def present(self) -> dict[str, float]:
+        """The parameters that the present state belongs to."""
+        return dict(zip(self.problem.parameters, self._present.tolist()))
+
+    def __getitem__(self, probe: str) -> float:
+        return float(self.values[_place(probe, self.problem.probes, "probe")])
+
+    def __repr__(self) -> str:
+        now = " ".join(f"{name}={value:.6g}" for name, value in self.present.items())
+        values = " ".join(f"{name}={value:.6g}" for name, value in zip(self.problem.probes, self.values))
+        return f"<Live {now}: {values}, {judged(self.stable)}>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.problem.probes)
+
+
+class Lives:
+    """Equilibria that are kept and followed side by side; everything is an array over them."""
+
+    __slots__ = ("_core", "_found", "_stable", "_wanted", "problem", "values")
+    problem: Problem
+    values: Array
+    """(n, m), the probes in the present states."""
+
+    def __init__(self, problem: Problem, count: int) -> None:
+        self.problem = problem
+        self._core = problem._call.live_all(count)
+        self.values, self._stable = self._core.now()
+        self._wanted = np.tile(problem.middle, (count, 1))
+        self._found: list[tuple[int, str, str]] = []
+
+    def __len__(self) -> int:
+        return len(self._wanted)
+
+    def set(self, **parameters: npt.ArrayLike) -> Lives:
+        """Sets parameters, each by a number or by (n,) numbers, to values that the next `solve` goes to."""
+        for name, values in parameters.items():
+            self._wanted[:, _place(name, self.problem.parameters, "parameter")] = values
+        return self
+
+    def solve(self) -> Lives:
+        """Goes to the values that were set; where the way does not lead there, the last state is kept, and `reasons` says why."""
+        self.values, self._stable, self._found = self._core.go(self._wanted)
+        return self
+
+    @property
+    def stable(self) -> list[bool | None]:
+        """Whether each state is stable; `None` where that is not defined, or not known."""
+        return list(self._stable)
+
+    @property
+    def reasons(self) -> list[Reason | None]:
+        """Why states did not get where the last `solve` was to go."""
+        found: list[Reason | None] = [None] * len(self)
+        for index, kind, text in self._found:
+            found[index] = Reason(text, kind)
+        return found
+
+    def __getitem__(self, probe: str) -> Array:
+        """(n,), a probe in all states."""
+        found: Array = self.values[:, _place(probe, self.problem.probes, "probe")]
+        return found
+
+    def __repr__(self) -> str:
+        return f"<Lives: {len(self)} states of {self.problem!r}>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.problem.probes)
+
+
+def judged(stable: bool | None) -> str:
+    """The verdict in words."""
+    return {True: "stable", False: "unstable", None: "stability not known"}[stable]

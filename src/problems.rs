@@ -1,0 +1,95 @@
+//! Why there is no problem, and why a design of one has no answer, in words.
+
+use pennate_analysis::problem::{Problem, ProblemError, Reason};
+use pennate_analysis::solution::status_name;
+use pennate_solver::error::SolveError;
+
+use crate::explain;
+use crate::output::text::{list, percent, shown};
+
+/// Names that are listed before the rest is counted.
+const NAMES: usize = 12;
+
+/// Why a design has no answer, or not all of it: one sentence without a full stop.
+pub fn reason(problem: &Problem, reason: &Reason) -> String {
+    let model = problem.network();
+    let step = |index: usize| model.step_names().get(index).map_or_else(String::new, |name| shown(name));
+    match reason {
+        Reason::NotFinite { parameter } => {
+            let name = problem.parameters().nth(*parameter).unwrap_or_default();
+            format!("the value of parameter '{}' is no finite number", shown(name))
+        }
+        Reason::Refused(errors) => match errors.errors.first() {
+            Some(first) => first.message.clone(),
+            None => "these values make no network".to_owned(),
+        },
+        Reason::OtherTopology => {
+            "these values make a network with other nodes, members, supports or steps; only numbers may differ"
+                .to_owned()
+        }
+        Reason::Mechanism(motions) => match motions.first() {
+            Some(motion) => explain::mechanism(model, motion).title,
+            None => "the network is a mechanism: it can move without force".to_owned(),
+        },
+        Reason::Stopped { step: index, status, fraction, .. } => {
+            let how = status_name(*status).replace('_', " ");
+            format!("step '{}' ends at {} of its ramp: {how}", step(*index), percent(*fraction))
+        }
+        Reason::Singular { step: index } => {
+            format!(
+                "the stiffness at the end of step '{}' is singular, or so nearly that there is no derivative",
+                step(*index)
+            )
+        }
+        Reason::NoDerivative { output } => {
+            let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
+            format!("the probe '{}' has no derivative there", shown(name))
+        }
+        Reason::Lost { fraction } => {
+            format!("the equilibrium, or its stability, is lost at {} of the way", percent(*fraction))
+        }
+        Reason::Interrupted => "interrupted".to_owned(),
+    }
+}
+
+/// The word for the kind of a reason, for programs.
+pub fn kind(reason: &Reason) -> &'static str {
+    match reason {
+        Reason::NotFinite { .. } => "not_finite",
+        Reason::Refused(_) => "refused",
+        Reason::OtherTopology => "other_topology",
+        Reason::Mechanism(_) => "mechanism",
+        Reason::Stopped { status, .. } => status_name(*status),
+        Reason::Singular { .. } => "singular",
+        Reason::NoDerivative { .. } => "no_derivative",
+        Reason::Lost { .. } => "lost",
+        Reason::Interrupted => "interrupted",
+    }
+}
+
+/// Why there is no problem, where neither the network nor a mechanism is to blame: what is wrong, and what would help.
+pub fn wrong(error: &ProblemError) -> (String, Option<String>) {
+    let known = |what: &str, known: &[String]| {
+        let names: Vec<String> = known.iter().map(|name| format!("'{}'", shown(name))).collect();
+        Some(if names.is_empty() {
+            format!("there are no {what}")
+        } else {
+            format!("known {what}: {}", list(&names, NAMES))
+        })
+    };
+    match error {
+        ProblemError::UnknownParameter { name, known: names } => {
+            (format!("there is no parameter '{}'", shown(name)), known("parameters", names))
+        }
+        ProblemError::UnknownProbe { name, known: names } => {
+            (format!("there is no probe '{}'", shown(name)), known("probes", names))
+        }
+        ProblemError::UnknownStep { probe, step, known: names } => {
+            (format!("there is no step '{}' for the probe '{}'", shown(step), shown(probe)), known("steps", names))
+        }
+        ProblemError::Unsolvable(SolveError::Mechanism(_)) | ProblemError::Network(_) => (error.to_string(), None),
+        ProblemError::Twice { .. } | ProblemError::Counts { .. } | ProblemError::ChangesTopology { .. } => {
+            (error.to_string(), None)
+        }
+    }
+}
