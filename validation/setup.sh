@@ -1,5 +1,6 @@
 #!/bin/sh
-# Makes validation/.venv with what the scripts of this folder need; `setup.sh bench` adds the programs of bench/.
+# Makes validation/.venv with what the scripts of this folder need, the Python package of pennate among it; `setup.sh bench`
+# adds the programs of bench/.
 #
 # Pictures are drawn off-screen. Where VTK finds no graphics library it says so; on Debian and Ubuntu this
 # helps: apt-get install libgl1 libegl1
@@ -14,6 +15,12 @@ fi
 
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 .venv/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
+# The package is built again where its sources, or those of the program, are newer than what is installed.
+installed=$(.venv/bin/python -c 'import pennate._core; print(pennate._core.__file__)' 2>/dev/null || true)
+sources="../src ../analysis/src ../models/src ../solver/src ../elements/src ../bindings/python/src ../bindings/python/python"
+if [ -z "$installed" ] || [ -n "$(find $sources ../bindings/python/pyproject.toml -newer "$installed" -name '*.*' ! -name '*.pyc' ! -name '*.so' -type f | head -n 1)" ]; then
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps ../bindings/python
+fi
 if [ "${1:-}" = bench ]; then
     .venv/bin/python -m pip install --quiet --disable-pip-version-check -r bench/requirements.txt
 fi

@@ -1,12 +1,16 @@
-"""Opens `.vtu` files with pyvista and with meshio, and compares what the two read."""
+"""Opens the `.vtu` files of a folder with pyvista and with meshio, and compares what the two read.
+
+    validation/.venv/bin/python validation/check_vtu.py DIR_OR_PVD
+"""
 
 from __future__ import annotations
 
 import pathlib
+import sys
 import warnings
 from typing import Any
 
-from .results import PictureError
+from pennate.pictures import PictureError, results
 
 import meshio
 import numpy as np
@@ -97,3 +101,22 @@ def check_frames(path: pathlib.Path, mesh: Any) -> None:
     product = frames[used] @ frames[used].transpose(0, 2, 1)
     if not np.allclose(product, np.eye(3), atol=1e-10):
         raise PictureError(f"{path}: frames are not orthonormal")
+
+
+def main() -> None:
+    """The command line."""
+    if len(sys.argv) != 2:
+        sys.exit((__doc__ or "").strip())
+    complaints = listen_to_vtk()
+    try:
+        files = results.list_files(results.find_pvd(pathlib.Path(sys.argv[1])))
+        points = sum(open_both(file) for file in files)
+    except PictureError as error:
+        sys.exit(f"error: {error}")
+    if complaints:
+        sys.exit("VTK complains:\n" + "\n".join(complaints))
+    print(f"opened {len(files)} files, {points} points")
+
+
+if __name__ == "__main__":
+    main()

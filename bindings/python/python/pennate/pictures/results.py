@@ -1,14 +1,16 @@
-"""Reads a folder of results: `results.json`, and the `.vtu` files that belong to it."""
+"""What pictures are drawn from: a solution, or a folder with `results.json` and the `.vtu` files that belong to it."""
 
 from __future__ import annotations
 
 import csv
 import dataclasses
+import functools
 import json
 import os
 import pathlib
 import re
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
 # Without a display VTK tries X first and complains; this asks for off-screen rendering at once.
 if not os.environ.get("DISPLAY"):
@@ -18,6 +20,9 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
+if TYPE_CHECKING:
+    from .._solution import Solution
+
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
@@ -25,7 +30,7 @@ Integers = npt.NDArray[np.int64]
 UNITS = {"mm-N-MPa": ("mm", "N"), "m-N-Pa": ("m", "N")}
 
 
-class PictureError(Exception):
+class PictureError(ValueError):
     """Something that the user can mend; the text says what, where, and how."""
 
 
@@ -43,16 +48,16 @@ class Step:
 
 @dataclasses.dataclass(frozen=True)
 class State:
-    """One `.vtu` file: the state at a fraction of a step; step None is the unloaded network."""
+    """The state at a fraction of a step; step None is the unloaded network."""
 
-    file: pathlib.Path
     step: int | None
     fraction: float
+    load: Callable[[], Shape]
 
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """The arrays of one `.vtu` file. The first points are the nodes of the network in their order."""
+    """The arrays of one state. The first points are the nodes of the network in their order."""
 
     points: Array
     cells: Integers
@@ -62,7 +67,7 @@ class Shape:
 
 @dataclasses.dataclass(frozen=True)
 class Run:
-    """A folder of results."""
+    """A solved network."""
 
     title: str
     length_unit: str
@@ -126,18 +131,36 @@ def read(source: pathlib.Path) -> Run:
     if not place.is_file():
         raise PictureError(f"{place} is missing: 'pennate solve FILE -o DIR --vtk' writes it beside the .pvd file")
     results = json.loads(place.read_text(encoding="utf-8"))
+    states = tuple(state_of(file) for file in list_files(pvd))
+    return run_of(results, states, pressure_unit(heads_of(pvd.parent / "history.csv")))
+
+
+def of(solution: Solution) -> Run:
+    """A solution, with the shapes of all its increments."""
+    states = []
+    for step in (None, *range(len(solution.steps))):
+        fractions = [0.0] if step is None else solution.fractions(step)
+        for increment, fraction in enumerate(fractions):
+            states.append(State(step, float(fraction), functools.partial(shape_of, solution, step, increment)))
+    units = solution.history.units.items()
+    heads = [f"{name} ({unit})" for name, unit in units]
+    return run_of(solution.to_dict(), tuple(states), pressure_unit(heads))
+
+
+def run_of(results: dict[str, Any], states: tuple[State, ...], pressures: str) -> Run:
+    """A run from what `results.json` holds."""
     length, force = UNITS[results["units"]]
     first = results["steps"][0]
     return Run(
         title=results["title"],
         length_unit=length,
         force_unit=force,
-        pressure_unit=pressure_unit(pvd.parent / "history.csv"),
+        pressure_unit=pressures,
         plane=results["dimension"] == "plane",
         nodes=tuple(first["nodes"]),
         members=tuple(first["members"]),
         steps=tuple(step_of(step) for step in results["steps"]),
-        states=tuple(state_of(file) for file in list_files(pvd)),
+        states=states,
         mesh_error=results["accuracy"]["reached"] or 0.0,
     )
 
@@ -170,25 +193,36 @@ def state_of(file: pathlib.Path) -> State:
             f"{file}: written by a version of pennate that did not say which step it is of; solve the network again"
         )
     number = int(fields["step"][0])
-    return State(file=file, step=number - 1 if number else None, fraction=float(fields["fraction"][0]))
+    load = functools.partial(load_file, file)
+    return State(step=number - 1 if number else None, fraction=float(fields["fraction"][0]), load=load)
 
 
-def pressure_unit(history: pathlib.Path) -> str:
-    """The unit in the heads of the pressures in `history.csv`, if they have but one."""
+def heads_of(history: pathlib.Path) -> list[str]:
+    """The heads of the columns of `history.csv`, where there is one."""
     if not history.is_file():
-        return ""
+        return []
     with history.open(encoding="utf-8", newline="") as lines:
-        heads = next(csv.reader(lines), [])
+        return next(csv.reader(lines), [])
+
+
+def pressure_unit(heads: Iterable[str]) -> str:
+    """The unit in the heads of the pressures of a history, if they have but one."""
     found = {match[1] for head in heads if (match := re.fullmatch(r"pressure .* \(([^()]*)\)", head))}
     return found.pop() if len(found) == 1 else ""
 
 
-def load(state: State) -> Shape:
-    """The arrays of a state."""
-    mesh = pyvista.read(str(state.file))
+def load_file(file: pathlib.Path) -> Shape:
+    """The arrays of a `.vtu` file."""
+    mesh = pyvista.read(str(file))
     return Shape(
         points=np.asarray(mesh.points, dtype=np.float64),
         cells=np.asarray(mesh.cells, dtype=np.int64).reshape(-1, 3)[:, 1:],
         point_data={name: np.asarray(mesh.point_data[name]) for name in mesh.point_data},
         cell_data={name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data},
     )
+
+
+def shape_of(solution: Solution, step: int | None, increment: int) -> Shape:
+    """The arrays of an increment of a solution."""
+    drawing = solution.drawing("unloaded" if step is None else step, increment)
+    return Shape(drawing["points"], drawing["lines"], drawing["point_data"], drawing["cell_data"])

@@ -11,7 +11,7 @@ import numpy as np
 from . import colours
 from .colours import Colouring, Theme
 from .paper import MILLIMETRE
-from .results import Array, Run, Shape, State, load
+from .results import Array, Run, Shape, State
 from .scene import Scene, build
 from .view import Frame, View, frame_of
 
@@ -79,11 +79,19 @@ def default_steps(run: Run) -> tuple[int | None, ...]:
     return tuple(reached) or (None,)
 
 
-def make_sheet(run: Run, options: Options, view: View, room: Array | None = None) -> Sheet:
-    """Reads the states and builds what is drawn of them; `room` is the size of a tile in points, if it is given."""
-    steps = options.steps or default_steps(run)
-    chosen = [(state, load(state)) for state in (run.state_after(step) for step in steps)]
-    first = load(run.state_after(None))
+def make_sheet(
+    run: Run, options: Options, view: View, room: Array | None = None, states: Sequence[State] | None = None
+) -> Sheet:
+    """Reads the states and builds what is drawn of them; `room` is the size of a tile in points, if it is given.
+
+    The states are those at the ends of the steps of the options, side by side, unless they are given: then each is to
+    have a picture of its own.
+    """
+    beside = states is None
+    if states is None:
+        states = [run.state_after(step) for step in options.steps or default_steps(run)]
+    chosen = [(state, state.load()) for state in states]
+    first = run.state_after(None).load()
     field = colours.field_named(run, options.field)
     colouring = colours.colouring(field, run, chosen)
 
@@ -94,7 +102,8 @@ def make_sheet(run: Run, options: Options, view: View, room: Array | None = None
     # How thick the thinnest visible line is depends on the scale, which depends on the size of the scenes.
     unloaded, built = scenes(0.0)
     frame = frame_of(view, [unloaded, *built] if options.ghost else built)
-    scale = lay_out(frame, len(built), options).scale if room is None else float((room / frame.size).min())
+    across = len(built) if beside else 1
+    scale = lay_out(frame, across, options).scale if room is None else float((room / frame.size).min())
     thinnest = THINNEST / scale
     unloaded, built = scenes(thinnest)
     frame = frame_of(view, [unloaded, *built] if options.ghost else built)

@@ -8,10 +8,14 @@ import pathlib
 
 import numpy as np
 import pytest
-import pyvista
+
+pyvista = pytest.importorskip("pyvista", reason="pictures need pennate[view]")
+
 from PIL import Image
 
-from . import colours, figure, labels, paper, results, scene, states, surfaces, view
+import pennate
+from pennate.__main__ import main
+from pennate.pictures import colours, figure, labels, paper, results, scene, states, surfaces, view
 
 # Two members of two sections from the feet A and B to the joint J: reference places of nodes, then of members.
 NODES = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
@@ -280,3 +284,38 @@ def test_what_is_hidden_gets_no_name(tmp_path: pathlib.Path) -> None:
     joint = sheet.panels[0].scene.joints[2]
     assert taken.sees(joint.place, joint.radius)
     assert not taken.sees(joint.place - np.array([0.0, 0.0, 5.0]), joint.radius)
+
+
+def test_a_solution_is_drawn_as_its_files_are() -> None:
+    solution = pennate.scene("dyad").solve()
+    run = results.of(solution)
+    assert run.state_after(None).load().points.shape[1] == 3
+    assert run.pressure_unit == "psi"
+    assert [step.name for step in run.steps] == list(solution.steps)
+
+
+def test_a_mesh_is_tubes_of_the_deformed_members() -> None:
+    solution = pennate.scene("dyad").solve()
+    mesh = solution.mesh(sides=12)
+    drawing = solution.drawing()
+    members = drawing["cell_data"]["member_id"] >= 0
+    assert mesh.n_cells == 12 * members.sum()
+    assert mesh.cell_data["axial_force"].max() == drawing["cell_data"]["axial_force"].max()
+    # The tip of a tube is a radius away from where its node is.
+    moved = drawing["points"] + drawing["point_data"]["displacement"]
+    far = np.linalg.norm(mesh.points[:, None] - moved[None], axis=2).min(axis=1)
+    np.testing.assert_allclose(far.max(), drawing["point_data"]["radius"].max(), rtol=1e-6)
+
+
+def test_one_command_goes_from_a_file_to_a_picture_and_a_film(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    network = tmp_path / "dyad.toml"
+    network.write_text(pennate.scene("dyad").text)
+    small = ["--resolution", "40", "--width", "110"]
+    assert main(["plot", str(network), "-o", str(tmp_path / "dyad.png"), *small]) == 0
+    assert Image.open(tmp_path / "dyad.png").size[0] > 100
+    solution = pennate.load(network).solve()
+    solution.animate(tmp_path / "dyad.gif", frames=2, resolution=30)
+    assert getattr(Image.open(tmp_path / "dyad.gif"), "n_frames") >= 3
+    assert main(["plot", str(network), "-o", str(tmp_path / "dyad.bmp")]) == 2
+    assert main(["plot", str(network), "-o", str(tmp_path / "a.png"), "--field", "colour"]) == 2
+    assert "there is no field 'colour'" in capsys.readouterr().err

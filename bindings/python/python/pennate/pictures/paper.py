@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import pathlib
 from typing import Any
 
@@ -61,7 +62,7 @@ def pixels_of(figure: Figure) -> npt.NDArray[np.uint8]:
     return np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
 
 
-def save(figure: Figure, output: pathlib.Path, transparent: bool) -> None:
+def save(figure: Figure, output: pathlib.Path | io.BytesIO, transparent: bool) -> None:
     """Writes the file, with the colour of the paper or without."""
     figure.patch.set_alpha(0.0 if transparent else 1.0)
     pixels = pixels_of(figure)
@@ -69,4 +70,4 @@ def save(figure: Figure, output: pathlib.Path, transparent: bool) -> None:
     pixels = np.minimum(2 * np.round(pixels / 2.0), 255).astype(np.uint8)
     pixels[pixels == 254] = 255
     image = Image.fromarray(pixels if transparent else pixels[..., :3])
-    image.save(output, optimize=True, dpi=(figure.dpi, figure.dpi))
+    image.save(output, format="png", optimize=True, dpi=(figure.dpi, figure.dpi))

@@ -26,6 +26,11 @@ MANY = 8
 
 def draw(sheet: Sheet, options: Options, output: pathlib.Path) -> None:
     """Draws a sheet into a file."""
+    save(make(sheet, options), output, options.transparent)
+
+
+def make(sheet: Sheet, options: Options) -> Figure:
+    """Draws a sheet."""
     layout = lay_out(sheet.frame, len(sheet.panels), options)
     # Names may use what the scale and the legend need more of in width than the networks.
     gutters = GUTTER * (layout.columns - 1)
@@ -48,7 +53,7 @@ def draw(sheet: Sheet, options: Options, output: pathlib.Path) -> None:
         boxes.append((axes, panel, draw_panel(axes, sheet, panel, frame, layout.scale, options)))
     names_of(figure, sheet, boxes, layout.scale, options)
     draw_foot(figure, sheet, layout.scale, options)
-    save(figure, output, options.transparent)
+    return figure
 
 
 def fits(panel: Panel, width: float) -> bool:
