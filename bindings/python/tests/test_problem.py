@@ -1,0 +1,152 @@
+"""Numbers in, numbers out."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import multiprocessing
+import pickle
+import resource
+import sys
+
+import numpy as np
+import pytest
+
+import pennate
+
+PROBES = ["stroke@inflate", "holding"]
+
+
+@pytest.fixture(scope="module")
+def problem(dyad: pennate.Network) -> pennate.Problem:
+    return dyad.problem(["beta", "pressure"], PROBES)
+
+
+def test_answers_are_those_of_solves(dyad: pennate.Network, problem: pennate.Problem) -> None:
+    designs = np.array([[22.0, 25.0], [30.0, 20.0], [15.0, 18.5]])
+    y = problem(designs)
+    assert y.shape == (3, 2) and problem.reasons == [None] * 3
+    for (beta, pressure), found in zip(designs, y):
+        solution = dyad.set(beta=beta, pressure=pressure).solve(accuracy=1e-8)
+        np.testing.assert_allclose(found, [solution["stroke@inflate"], solution["holding"][-1]], rtol=2e-6)
+    np.testing.assert_array_equal(problem(designs[1]), y[1])
+    np.testing.assert_array_equal(problem(designs[::-1].tolist()), y[::-1])
+    np.testing.assert_array_equal(problem(np.asfortranarray(designs)), y)
+    assert problem(np.zeros((0, 2))).shape == (0, 2)
+
+
+def test_a_problem_says_what_it_is(problem: pennate.Problem) -> None:
+    assert repr(problem) == "<Problem 'pennate dyad': beta pressure -> stroke@inflate holding>"
+    np.testing.assert_array_equal(problem.middle, [22.0, 25.0])
+    assert problem.error.shape == (2,) and (problem.error < 1e-3).all()
+
+
+def test_gradients_are_those_of_differences(problem: pennate.Problem) -> None:
+    x = np.array([22.0, 18.0])
+    y, j = problem.gradient(x)
+    assert y.shape == (2,) and j.shape == (2, 2)
+    step = 1e-4 * x
+    for parameter in range(2):
+        by = np.eye(2)[parameter] * step
+        difference = (problem(x + by) - problem(x - by)) / (2 * step[parameter])
+        np.testing.assert_allclose(j[:, parameter], difference, rtol=1e-5, atol=1e-7 * np.abs(j).max())
+    assert problem.gradient(np.stack([x, x]))[1].shape == (2, 2, 2)
+
+
+def test_designs_without_an_answer_have_a_reason(problem: pennate.Problem) -> None:
+    y = problem([[22.0, np.nan], [22.0, 25.0], [22.0, 1000.0]])
+    assert np.isnan(y[[0, 2]]).all() and np.isfinite(y[1]).all()
+    nan, none, beyond = problem.reasons
+    assert none is None and isinstance(nan, pennate.Reason) and isinstance(beyond, pennate.Reason)
+    assert nan.kind == "not_finite" and nan == "the value of parameter 'pressure' is no finite number"
+    assert beyond.kind == "refused" and beyond
+    assert pickle.loads(pickle.dumps(nan)).kind == "not_finite"
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (2, 3), (1, 2, 2)])
+def test_shapes_are_checked(problem: pennate.Problem, shape: tuple[int, ...]) -> None:
+    with pytest.raises(ValueError, match=r"2 parameters \(beta, pressure\): \(2,\) or \(n, 2\) expected"):
+        problem(np.zeros(shape))
+    with pytest.raises(ValueError, match="2 parameters"):
+        problem.gradient(np.zeros(shape))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "probes", "message"),
+    [
+        (["bet"], PROBES, "there is no parameter 'bet'"),
+        (["beta"], ["strike"], "there is no probe 'strike'"),
+        (["beta"], ["stroke@deflate"], "there is no step 'deflate'"),
+        (["beta", "beta"], PROBES, "'beta' is named twice"),
+    ],
+)
+def test_names_are_checked(dyad: pennate.Network, parameters: list[str], probes: list[str], message: str) -> None:
+    with pytest.raises(pennate.NetworkError, match=message):
+        dyad.problem(parameters, probes)
+
+
+def test_a_parameter_that_changes_a_count_is_refused_by_name(dyad: pennate.Network) -> None:
+    counted = dyad.edit(parameters={"n": 4}, steps={"inflate": {"increments": "= n"}})
+    with pytest.raises(pennate.NetworkError, match="parameter 'n' sets a count"):
+        counted.problem(["n"], ["stroke"])
+    with pytest.raises(TypeError, match="a list of names"):
+        counted.problem("beta", ["stroke"])  # type: ignore[arg-type]
+
+
+def test_a_live_state_is_followed(dyad: pennate.Network, problem: pennate.Problem) -> None:
+    live = problem.live()
+    assert live["stroke@inflate"] == pytest.approx(problem(problem.middle)[0], rel=1e-9)
+    live.set(pressure=20.0).solve()
+    assert live.present == {"beta": 22.0, "pressure": 20.0}
+    np.testing.assert_allclose(live.values, problem([22.0, 20.0]), rtol=1e-8)
+    with pytest.raises(KeyError, match="no parameter 'bet'"):
+        live.set(bet=1.0)
+
+
+def test_a_live_state_that_fails_stays_where_it_was(problem: pennate.Problem) -> None:
+    live = problem.live()
+    before = live.values.copy()
+    with pytest.raises(pennate.SolveError):
+        live.set(pressure=1000.0).solve()
+    np.testing.assert_array_equal(live.values, before)
+    assert live.present["pressure"] == 25.0
+    live.set(pressure=24.0).solve()
+    np.testing.assert_allclose(live.values, problem([22.0, 24.0]), rtol=1e-8)
+
+
+def test_live_states_side_by_side(problem: pennate.Problem) -> None:
+    lives = problem.live(3)
+    assert len(lives) == 3 and lives["holding"].shape == (3,)
+    lives.set(pressure=[25.0, 20.0, 1000.0], beta=22.0).solve()
+    assert isinstance(lives.reasons[2], pennate.Reason) and lives.reasons[:2] == [None, None]
+    np.testing.assert_allclose(lives["holding"], problem([[22, 25], [22, 20], [22, 25]])[:, 1], rtol=1e-8)
+    with pytest.raises(ValueError):
+        lives.set(pressure=[1.0, 2.0])
+
+
+def test_problems_are_pickled_and_called_by_threads_and_processes(problem: pennate.Problem) -> None:
+    x = np.stack([np.linspace(15, 30, 40), np.linspace(15, 25, 40)], axis=1)
+    y = problem(x)
+    again = pickle.loads(pickle.dumps(problem))
+    np.testing.assert_array_equal(again(x), y)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        for found in pool.map(problem, [x] * 8):
+            np.testing.assert_array_equal(found, y)
+    # A fork has no threads of its parent: the child makes its own.
+    if sys.platform == "linux" and sys.version_info < (3, 12):
+        with multiprocessing.get_context("fork").Pool(1) as processes:
+            np.testing.assert_array_equal(processes.apply_async(problem, (x,)).get(60), y)
+
+
+def test_memory_is_flat_over_many_calls(problem: pennate.Problem) -> None:
+    x = np.array([22.0, np.nan])
+
+    def used() -> int:
+        for _ in range(5000):
+            problem(x)
+            problem.reasons
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    used()
+    before = used()
+    # In KiB; 5000 calls that each kept a row would keep more.
+    assert used() - before < 512
