@@ -81,7 +81,7 @@ def run_of(digits: float | None = 12.0, error: float = 1e-7) -> results.Run:
     return results.Run("dyad", "mm", "N", "psi", True, ("A", "B", "J"), ("left", "right"), (step,), (), error)
 
 
-AFTER = results.State(pathlib.Path("after.vtu"), 0, 1.0)
+AFTER = results.State(0, 1.0, lambda: shape_of(0.0))
 
 
 def coloured(run: results.Run, *forces: float) -> colours.Colouring:
@@ -307,15 +307,19 @@ def test_a_mesh_is_tubes_of_the_deformed_members() -> None:
     np.testing.assert_allclose(far.max(), drawing["point_data"]["radius"].max(), rtol=1e-6)
 
 
-def test_one_command_goes_from_a_file_to_a_picture_and_a_film(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_command_goes_from_a_file_to_a_picture_and_a_film(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     network = tmp_path / "dyad.toml"
     network.write_text(pennate.scene("dyad").text)
     small = ["--resolution", "40", "--width", "110"]
     assert main(["plot", str(network), "-o", str(tmp_path / "dyad.png"), *small]) == 0
-    assert Image.open(tmp_path / "dyad.png").size[0] > 100
+    with Image.open(tmp_path / "dyad.png") as picture:
+        assert picture.size[0] > 100
     solution = pennate.load(network).solve()
     solution.animate(tmp_path / "dyad.gif", frames=2, resolution=30)
-    assert getattr(Image.open(tmp_path / "dyad.gif"), "n_frames") >= 3
+    with Image.open(tmp_path / "dyad.gif") as moving:
+        assert getattr(moving, "n_frames") >= 3
     assert main(["plot", str(network), "-o", str(tmp_path / "dyad.bmp")]) == 2
     assert main(["plot", str(network), "-o", str(tmp_path / "a.png"), "--field", "colour"]) == 2
     assert "there is no field 'colour'" in capsys.readouterr().err
