@@ -197,6 +197,9 @@ pub trait Pack<const D: usize>: Send {
     /// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of
     /// this pack the other pack and the lane there.
     fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
+    /// Takes over the state of a member with as many elements of the same order and formulation, number by number: its
+    /// geometry may be another.
+    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize);
     /// What another pack may take over as it is.
     fn in_lanes(&self) -> InLanes<'_>;
     /// Where a member is at a unit coordinate of one of its elements.
@@ -547,6 +550,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
         self.prolong_impl(sources);
+    }
+
+    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
+        self.adopt_impl(lane, source, from);
     }
 
     fn in_lanes(&self) -> InLanes<'_> {

@@ -136,6 +136,22 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         true
     }
 
+    pub(super) fn adopt_impl(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
+        debug_assert_eq!((self.frames.len(), P), (source.elements(), source.order()));
+        for index in 0..self.state.nodes.len() {
+            B::set_pose(&mut self.state.nodes[index], lane, &source.element_end(from, index));
+        }
+        for e in 0..self.frames.len() {
+            let field = source.field(from, e);
+            for i in 0..P {
+                for d in 0..D {
+                    self.state.local[e * P + i][d].set_lane(lane, field.local[i][d]);
+                    self.state.stress[e * P + i][d].set_lane(lane, field.stress[i][d]);
+                }
+            }
+        }
+    }
+
     pub(super) fn in_lanes_impl(&self) -> InLanes<'_> {
         InLanes { nodes: &self.state.nodes, local: &self.state.local, stress: &self.state.stress }
     }

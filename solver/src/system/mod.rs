@@ -15,6 +15,7 @@ use crate::packs::{self, Auxiliary, Turn};
 use crate::reduce::{self, End, MAX_FREE, Reduced, ReleaseFactor, ReleaseState};
 use crate::structure::{MemberId, NodeId, SectionState, Spring, Structure};
 
+mod adopt;
 mod advance;
 mod carriers;
 mod certain;

@@ -186,7 +186,7 @@ fn between(a: [f64; 4], b: [f64; 4]) -> V3<f64> {
     log(compose(b, inverse(a)))
 }
 
-fn copy_state(from: &State, to: &mut State) {
+pub(super) fn copy_state(from: &State, to: &mut State) {
     to.joints.copy_from_slice(&from.joints);
     to.releases.copy_from_slice(&from.releases);
 }

@@ -1,0 +1,35 @@
+//! The state of a system taken over by one of the same topology and mesh whose numbers are others.
+
+use super::{System, states::copy_state};
+use crate::joints::Held;
+
+impl<const D: usize> System<D> {
+    /// Takes over the state of a system with the same joints, members and elements, number by number: displacements,
+    /// rotations, local unknowns and stresses. Geometry, sections and loads may differ, and stay.
+    ///
+    /// What nodes move by is kept, and not where they are: the state of an equilibrium is next to that of another one where
+    /// the numbers of both are.
+    pub fn adopt(&mut self, other: &Self) {
+        copy_state(&other.state, &mut self.state);
+        self.prestress = other.prestress;
+        self.fraction = other.fraction;
+        for pack in &mut self.packs {
+            for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
+                let slot = &other.members[member];
+                pack.adopt(lane, other.packs[slot.pack].as_ref(), slot.lane);
+            }
+        }
+        self.place_ends();
+    }
+
+    /// Holds what another system of the same joints holds, with rows and drives of its own; the state is that at the end of
+    /// a step.
+    pub fn stand_at_end(&mut self, other: &Self, held: Vec<Held>, drives: &[f64]) {
+        self.hold_like(other);
+        self.hold(held);
+        self.fading.clear();
+        self.drives.copy_from_slice(drives);
+        (self.prestress, self.fraction) = (1.0, 1.0);
+        self.apply_drives();
+    }
+}
