@@ -44,6 +44,11 @@ impl Problem {
         Evaluation { values: values.concat(), reasons }
     }
 
+    /// The outputs of one design by the ordinary solver, as far as its steps went, and why they went no farther.
+    pub fn evaluate_alone(&self, row: &[f64]) -> (Vec<f64>, Option<Reason>) {
+        self.solve(row, &Control::default())
+    }
+
     /// Rows of values, one a design. Without parameters there is one design.
     pub(super) fn rows<'a>(&self, x: &'a [f64]) -> Vec<&'a [f64]> {
         let width = self.inputs.len();

@@ -1,7 +1,11 @@
 //! Derivatives of the outputs by the parameters.
 
+use pennate_solver::base::{self, Followed};
+use pennate_solver::options::Options;
+use pennate_solver::packs;
 use rayon::prelude::*;
 
+use super::slopes::Slopes;
 use super::{Control, Problem, Reason};
 
 /// Answers of some designs with their derivatives.
@@ -9,17 +13,28 @@ use super::{Control, Problem, Reason};
 pub struct Derivatives {
     /// Rows of outputs, one a design: n × m. Not a number where there is no answer.
     pub values: Vec<f64>,
-    /// Derivatives of every output by every parameter: n × m × k. Not a number where there is none.
+    /// Derivatives of every output by every parameter: n × m × k, in the units of the output over those of the parameter. Not
+    /// a number where there is none.
     pub jacobian: Vec<f64>,
-    /// Why a design has no answer, or not all of it.
+    /// Why a design has no answer, or not all of it, or no derivatives.
     pub reasons: Vec<Option<Reason>>,
 }
 
-/// Part of a parameter by which designs are apart.
-const APART: f64 = 1e-4;
+/// What becomes of one design.
+pub(super) struct Row {
+    pub values: Vec<f64>,
+    pub jacobian: Vec<f64>,
+    pub reason: Option<Reason>,
+}
 
 impl Problem {
     /// The outputs of some designs and their derivatives: `x` has one row of k values a design.
+    ///
+    /// Derivatives are those of the equilibrium on the mesh, by every parameter: geometry, sections, tables of muscles, loads,
+    /// pressures, springs, what steps prescribe. They are differences of equilibria a thousandth of a parameter apart, which
+    /// the factors of the equilibrium at hand lead to; two distances tell whether they are to be trusted, and shorter ones
+    /// are tried where they are not. Next to a limit point, where derivatives grow without bound, there is a reason in place
+    /// of numbers.
     ///
     /// # Panics
     /// As [`Problem::evaluate`].
@@ -33,34 +48,39 @@ impl Problem {
     /// As [`Problem::evaluate`].
     pub fn gradient_while(&self, x: &[f64], control: &Control) -> Derivatives {
         let each = |row: &&[f64]| self.gradient_of(row, control);
-        let all: Vec<_> = self.rows(x).par_iter().map(each).collect();
+        let all: Vec<Row> = self.rows(x).par_iter().map(each).collect();
         let mut derivatives = Derivatives { values: Vec::new(), jacobian: Vec::new(), reasons: Vec::new() };
-        for (values, jacobian, reason) in all {
-            derivatives.values.extend(values);
-            derivatives.jacobian.extend(jacobian);
-            derivatives.reasons.push(reason);
+        for row in all {
+            derivatives.values.extend(row.values);
+            derivatives.jacobian.extend(row.jacobian);
+            derivatives.reasons.push(row.reason);
         }
         derivatives
     }
 
-    /// By central differences of converged solves.
-    fn gradient_of(&self, row: &[f64], control: &Control) -> (Vec<f64>, Vec<f64>, Option<Reason>) {
+    fn gradient_of(&self, row: &[f64], control: &Control) -> Row {
         let (outputs, inputs) = (self.outputs.len(), self.inputs.len());
-        let (values, mut reason) = self.solve(row, control);
-        let mut jacobian = vec![f64::NAN; outputs * inputs];
-        for parameter in 0..inputs {
-            let apart = APART * if row[parameter] == 0.0 { 1.0 } else { row[parameter].abs() };
-            let at = |by: f64| {
-                let mut moved = row.to_vec();
-                moved[parameter] += by;
-                self.solve(&moved, control)
-            };
-            let ((ahead, first), (behind, second)) = (at(apart), at(-apart));
-            for output in 0..outputs {
-                jacobian[output * inputs + parameter] = (ahead[output] - behind[output]) / (2.0 * apart);
+        let nothing = |reason| Row {
+            values: vec![f64::NAN; outputs],
+            jacobian: vec![f64::NAN; outputs * inputs],
+            reason: Some(reason),
+        };
+        let design = match self.design(row) {
+            Ok(design) => design,
+            Err(reason) => return nothing(reason),
+        };
+        let options = Options { stop: control.stop.clone(), ..Options::default() };
+        let (structure, steps) = (&design.structure, &design.steps);
+        let mut wanted = |_: &_| !control.is_stopped();
+        let first = steps.len().min(1);
+        match base::follow(structure, steps, first, &options, &mut wanted) {
+            Err(error) => nothing(error.into()),
+            Ok((Followed::Plane(path), history)) => {
+                Slopes::new(self, row, &design, control).run(*path, packs::plane, history)
             }
-            reason = reason.or(first).or(second);
+            Ok((Followed::Space(path), history)) => {
+                Slopes::new(self, row, &design, control).run(*path, packs::space, history)
+            }
         }
-        (values, jacobian, reason)
     }
 }

@@ -1,19 +1,51 @@
-//! An equilibrium that is kept, and followed as parameters change.
+//! Equilibria that are kept, and followed as parameters change.
 
+use std::fmt;
+
+use pennate_models::discretize;
+use pennate_solver::base::{self, Followed};
+use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::lateral::{self, Lateral};
+use pennate_solver::options::Options;
+use pennate_solver::packs;
+use pennate_solver::structure::{Dimension, Step, Structure};
 use rayon::prelude::*;
 
-use super::{Control, Problem, Reason};
+use super::track::{Kind, Track};
+use super::{Problem, Reason, mesh, neighbour};
+use crate::solution::ProbeTable;
 
-/// An equilibrium that is kept.
-#[derive(Clone, Debug)]
+/// Part of a change that is gone at once, at the least.
+const SHORTEST: f64 = 1e-3;
+/// How much shorter a part is tried where one leads elsewhere, and how much longer one after a success.
+const SHORTER: f64 = 0.4;
+const LONGER: f64 = 2.0;
+
+/// An equilibrium at the end of the last step that is kept, and followed to other values of the parameters.
+///
+/// It goes from one equilibrium to the next one, as a load that grows slowly would: by as many parts of a change as its
+/// iteration needs, each of which must lead to an equilibrium nearby of the same stability. Structure may change on the way as
+/// loads may. Where steps of the file held something where it was, it stays there.
 pub struct Live {
     problem: Problem,
-    /// What was set.
+    track: Followable,
+    /// The record of the last step, and the values of all probes after those before it.
+    record: StepHistory,
+    after: Vec<Vec<f64>>,
     wanted: Vec<f64>,
-    /// What the values belong to.
     present: Vec<f64>,
     values: Vec<f64>,
-    stable: Option<bool>,
+}
+
+enum Followable {
+    Plane(Box<Track<3>>),
+    Space(Box<Track<6>>),
+}
+
+impl fmt::Debug for Live {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Live").field("present", &self.present).field("values", &self.values).finish_non_exhaustive()
+    }
 }
 
 impl Problem {
@@ -22,8 +54,10 @@ impl Problem {
     /// # Errors
     /// As [`Problem::live`].
     pub fn live_all(&self, count: usize) -> Result<Lives, Reason> {
-        let one = self.live()?;
-        Ok(Lives { states: vec![one; count] })
+        let first = self.live()?;
+        let mut states: Vec<Live> = (1..count).map(|_| first.another()).collect();
+        states.extend((count > 0).then_some(first));
+        Ok(Lives { states })
     }
 
     /// An equilibrium at the values of the file, to be followed from there.
@@ -31,17 +65,59 @@ impl Problem {
     /// # Errors
     /// Where a step does not reach its end.
     pub fn live(&self) -> Result<Live, Reason> {
-        let wanted = self.middle();
-        let (values, reason) = self.solve(&wanted, &Control::default());
-        match reason {
-            Some(reason) => Err(reason),
-            None => Ok(Live { problem: self.clone(), present: wanted.clone(), wanted, values, stable: None }),
+        self.live_at(&self.middle())
+    }
+
+    /// An equilibrium at these values, to be followed from there.
+    ///
+    /// # Errors
+    /// Where a step does not reach its end.
+    pub fn live_at(&self, row: &[f64]) -> Result<Live, Reason> {
+        let model = self.model(row)?;
+        let (structure, steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
+        let options = Options::default();
+        let (followed, mut history) = base::follow(&structure, &steps, steps.len(), &options, &mut |_| true)?;
+        self.mesh.name_segments(&model, &mut history);
+        if let Some(index) = history.steps.iter().position(|step| step.status != Status::Converged) {
+            let step = &history.steps[index];
+            let cause = step.failure.as_ref().map(|failure| failure.cause);
+            return Err(Reason::Stopped { step: index, status: step.status, fraction: step.fraction, cause });
         }
+        if let Some(step) = history.steps.iter().find(|step| step.fraction != 1.0) {
+            return Err(Reason::Lost { fraction: step.fraction });
+        }
+        let track = match followed {
+            Followed::Plane(path) => {
+                let kind = Kind {
+                    packs: packs::plane,
+                    lateral: Some(|plane| Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))),
+                };
+                let path = *path;
+                let sideways = path.stability == Dimension::Space && path.lateral.is_some();
+                Followable::Plane(Box::new(Track::new(kind, path.system, sideways, steps)))
+            }
+            Followed::Space(path) => {
+                let kind = Kind { packs: packs::space, lateral: None };
+                Followable::Space(Box::new(Track::new(kind, path.system, false, steps)))
+            }
+        };
+        let table = ProbeTable::new(&model, &history);
+        let mut after: Vec<Vec<f64>> = table.steps.iter().filter_map(|step| step.last()).map(<[f64]>::to_vec).collect();
+        let last = after.pop().unwrap_or_default();
+        let record = history.steps.pop().ok_or(Reason::Interrupted)?;
+        let record = neighbour::history_of(&record, Equilibrium::default()).steps.remove(0);
+        let (present, wanted) = (row.to_vec(), row.to_vec());
+        let mut live = Live { problem: self.clone(), track, record, after, wanted, present, values: Vec::new() };
+        live.values = live.outputs(&last);
+        Ok(live)
     }
 }
 
 impl Live {
     /// Sets a parameter, by its place in a row, to a value that the next [`Live::solve`] goes to.
+    ///
+    /// # Panics
+    /// Where there is no parameter of that place.
     pub fn set(&mut self, parameter: usize, value: f64) {
         self.wanted[parameter] = value;
     }
@@ -54,32 +130,96 @@ impl Live {
     /// Goes to the values that were set.
     ///
     /// # Errors
-    /// Where the way does not lead there; the last state is kept then, and so is what was set.
+    /// Where the way does not lead there: an equilibrium that ends or loses its stability, or values that make no network. The
+    /// state is then the last one on the way, [`Live::present`] says whose, and what was set stays set.
     pub fn solve(&mut self) -> Result<(), Reason> {
-        let (values, reason) = self.problem.solve(&self.wanted, &Control::default());
-        match reason {
-            Some(reason) => Err(reason),
-            None => {
-                self.values = values;
-                self.present.clone_from(&self.wanted);
-                Ok(())
+        let from = self.present.clone();
+        let (mut at, mut part) = (0.0, 1.0);
+        while at < 1.0 {
+            let next = f64::min(at + part, 1.0);
+            let row: Vec<f64> = match next {
+                1.0 => self.wanted.clone(),
+                _ => from.iter().zip(&self.wanted).map(|(from, to)| from + next * (to - from)).collect(),
+            };
+            if self.step(row)? {
+                (at, part) = (next, LONGER * part);
+            } else {
+                part = SHORTER * (next - at);
+                if part < SHORTEST {
+                    return Err(Reason::Lost { fraction: at });
+                }
             }
         }
+        Ok(())
     }
 
-    /// The outputs in the present state.
+    /// Goes to values nearby; false where no equilibrium of the same stability is there.
+    fn step(&mut self, row: Vec<f64>) -> Result<bool, Reason> {
+        let problem = &self.problem;
+        let model = problem.model(&row)?;
+        let (structure, steps) = discretize(&model, &mesh::fitted(&problem.mesh, &problem.middle, &model));
+        let Some(state) = self.track.step(structure, steps) else { return Ok(false) };
+        let values = if problem.mesh.grading.is_empty() || state.sections.is_empty() {
+            model.probes.evaluate(&state, &self.after)
+        } else {
+            let mut history: History = neighbour::history_of(&self.record, state);
+            problem.mesh.name_segments(&model, &mut history);
+            model.probes.evaluate(&history.steps[0].increments[0].state, &self.after)
+        };
+        self.values = self.outputs(&values);
+        self.present = row;
+        Ok(true)
+    }
+
+    /// The outputs among the probes; not a number where they are those of a step before the last.
+    fn outputs(&self, probes: &[f64]) -> Vec<f64> {
+        let last = self.after.len();
+        let value = |output: &super::Output| if output.step == last { probes[output.probe] } else { f64::NAN };
+        self.problem.outputs.iter().map(value).collect()
+    }
+
+    /// The outputs in the present state; not a number where they are those of a step before the last.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
     /// Whether the present state is stable; `None` where loads have no potential.
     pub fn stable(&self) -> Option<bool> {
-        self.stable
+        match &self.track {
+            Followable::Plane(track) => track.stable(),
+            Followable::Space(track) => track.stable(),
+        }
+    }
+
+    /// Another state of its own, at the same equilibrium.
+    pub fn another(&self) -> Self {
+        let track = match &self.track {
+            Followable::Plane(track) => Followable::Plane(Box::new(track.another())),
+            Followable::Space(track) => Followable::Space(Box::new(track.another())),
+        };
+        Self {
+            problem: self.problem.clone(),
+            track,
+            record: self.record.clone(),
+            after: self.after.clone(),
+            wanted: self.wanted.clone(),
+            present: self.present.clone(),
+            values: self.values.clone(),
+        }
+    }
+}
+
+impl Followable {
+    fn step(&mut self, structure: Structure, steps: Vec<Step>) -> Option<Equilibrium> {
+        match self {
+            Self::Plane(track) => track.step(structure, steps).then(|| track.read()),
+            Self::Space(track) => track.step(structure, steps).then(|| track.read()),
+        }
     }
 }
 
 /// Equilibria of one problem that are kept and followed side by side, on the threads of the current pool.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Lives {
     states: Vec<Live>,
 }
@@ -97,7 +237,7 @@ impl Lives {
         }
     }
 
-    /// Goes to the values that were set; gives for every state why it did not get there, and stayed where it was.
+    /// Goes to the values that were set; gives for every state why it did not get there, where it did not.
     pub fn solve(&mut self) -> Vec<Option<Reason>> {
         self.states.par_iter_mut().map(|state| state.solve().err()).collect()
     }

@@ -33,8 +33,11 @@ mod evaluate;
 mod gradient;
 mod live;
 mod mesh;
+mod neighbour;
 mod outputs;
+mod slopes;
 mod topology;
+mod track;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

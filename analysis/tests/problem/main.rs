@@ -1,3 +1,5 @@
 //! Networks compiled for some of their parameters and probes.
 
+mod gradient;
 mod inputs;
+mod live;

@@ -1,0 +1,140 @@
+//! Equilibria next to one that is known, found with its factors alone.
+//!
+//! The system of a neighbour, whose numbers differ a little, takes over the displacements, rotations, local unknowns and
+//! stresses of the equilibrium at hand. What is out of balance then, interiors of members included, is solved for with the
+//! factors at hand: one back-substitution instead of a factorization. The error of such a step is of second order in the
+//! distance, and smooth: differences of neighbours on both sides have the exact first derivative. Multipliers of held strains
+//! converge by the ratio of their auxiliary stiffness, so that steps are repeated where there are any.
+
+use std::sync::Arc;
+
+use pennate_solver::chain::Pack;
+use pennate_solver::history::{Equilibrium, History, Increment, StepHistory};
+use pennate_solver::joints::{Held, HeldKind};
+use pennate_solver::path;
+use pennate_solver::results;
+use pennate_solver::structure::{Step, Structure};
+use pennate_solver::system::System;
+
+/// Builds the chains of a structure.
+pub(super) type Packs<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
+
+/// A first step smaller than this (radians, or sizes of the network) is rounding: the numbers that differ have no influence.
+const NOTHING: f64 = 1e-10;
+/// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
+const MOST: usize = 8;
+const SETTLED: f64 = 1e-11;
+
+/// A system for a structure of the same topology and mesh.
+pub(super) fn system<const D: usize>(
+    like: &System<D>,
+    packs: Packs<D>,
+    structure: Structure,
+    steps: &[Step],
+) -> System<D> {
+    let structure = Arc::new(structure);
+    let topology = path::topology(&structure, steps);
+    let chains = packs(&structure, 0);
+    System::new(structure, topology, chains, like.equations.active, false)
+}
+
+/// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
+/// there but for the factors. Gives by how much the tangent changed on the way: what a second step adds over what the first
+/// one did; `None` where the tangent has no inverse.
+pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<f64> {
+    let (mut first, mut changed) = (0.0, 0.0);
+    system.gather(true);
+    for pass in 0..MOST {
+        let (step, size) = step(system, known)?;
+        if pass == 0 {
+            first = size;
+        } else if pass == 1 && first > NOTHING {
+            changed = size / first;
+        }
+        let done = pass > 0 && (!system.holds_strains() || size <= SETTLED * first);
+        if done {
+            break;
+        }
+        if !system.move_by(&step, true).largest().is_finite() {
+            return None;
+        }
+        system.gather(true);
+    }
+    Some(changed)
+}
+
+/// What the factors of `known` make of what is out of balance, and its size: the largest rotation (radians) or displacement
+/// (over the size of the network) of a joint.
+fn step<const D: usize>(system: &System<D>, known: &mut System<D>) -> Option<(Vec<f64>, f64)> {
+    let mut step: Vec<f64> = system.rhs.iter().map(|residual| -residual).collect();
+    let solved = known.solve_in_place(&mut step);
+    let components = system.motions_of(&step).into_iter().flat_map(|motion| {
+        let [ux, uy, uz, rx, ry, rz] = motion;
+        [ux / system.size, uy / system.size, uz / system.size, rx, ry, rz]
+    });
+    let size = components.fold(0.0, |most: f64, component| most.max(component.abs()));
+    (solved && size.is_finite()).then_some((step, size))
+}
+
+/// What a user may ask of the state that a system was brought to, which need not be an equilibrium to the last digit.
+pub(super) fn read<const D: usize>(system: &mut System<D>) -> Equilibrium {
+    if system.structure.compliances.is_empty() {
+        return results::equilibrium(system);
+    }
+    system.assemble(false);
+    let state = results::equilibrium(system);
+    Equilibrium { compliances: results::compliances(system), ..state }
+}
+
+/// The rows that hold a system, with directions of supports as a structure has them.
+pub(super) fn rows(held: &[Held], structure: &Structure) -> Vec<Held> {
+    let row = |held: &Held| {
+        let axis = axis(structure, held.node, held.component);
+        let kind = match held.kind {
+            HeldKind::Translation { .. } => HeldKind::Translation { direction: axis },
+            HeldKind::Rotation { .. } => HeldKind::Rotation { axis },
+        };
+        Held { kind, ..*held }
+    };
+    held.iter().map(row).collect()
+}
+
+/// The direction of a component of a node, in the axes of its support.
+fn axis(structure: &Structure, node: usize, component: usize) -> [f64; 3] {
+    let support = structure.supports.iter().find(|support| support.node == node);
+    let mut global = [0.0; 3];
+    global[component % 3] = 1.0;
+    support.map_or(global, |support| support.axes[component % 3])
+}
+
+/// The present value of a component of a node, in the axes of its support.
+pub(super) fn present<const D: usize>(system: &System<D>, node: usize, component: usize) -> f64 {
+    let link = system.topology.links[node];
+    let joint = &system.state.joints[link.joint];
+    let axis = axis(&system.structure, node, component);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    if component < 3 {
+        dot(axis, joint.point(link.arm))
+    } else if D == 3 {
+        axis[2] * joint.place.angle
+    } else {
+        dot(axis, joint.theta)
+    }
+}
+
+/// A history of one state alone, for what is asked of histories.
+pub(super) fn history_of(like: &StepHistory, state: Equilibrium) -> History {
+    let increment = Increment { fraction: 1.0, state, shapes: Vec::new() };
+    let step = StepHistory {
+        increments: vec![increment],
+        refined: None,
+        missing: Vec::new(),
+        variations: Vec::new(),
+        critical_points: Vec::new(),
+        jumps: Vec::new(),
+        notes: Vec::new(),
+        failure: None,
+        ..*like
+    };
+    History { steps: vec![step], ..History::default() }
+}

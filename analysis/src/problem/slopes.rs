@@ -1,0 +1,338 @@
+//! One design step by step, with the derivatives at the ends of its steps.
+
+use std::collections::BTreeMap;
+
+use pennate_models::probes::ProbeKind;
+use pennate_models::{Model, discretize};
+use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::joints::Held;
+use pennate_solver::path::Path;
+use pennate_solver::structure::{Change, Step};
+
+use super::design::Design;
+use super::gradient::Row;
+use super::neighbour::{self, Packs};
+use super::{Control, Problem, Reason, mesh};
+
+/// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
+///
+/// With differences at h and 2 h extrapolated to h = 0 what is left goes with h⁴: 10⁻¹² of the fifth derivative at the first
+/// of them, where rounding of the states, 10⁻¹³ or so, leaves 10⁻¹⁰.
+const APART: [f64; 3] = [1e-3, 1e-4, 1e-5];
+/// Part by which the differences at both distances may differ: its square is left after extrapolation.
+const AGREED: f64 = 1e-4;
+/// By how much the tangent may change over this part of a parameter: it vanishes about so far away where it changes by all.
+const CHANGED: f64 = 0.3;
+const NEAR: f64 = 1e-4;
+/// Part of the largest value of a probe that rounding may move it by.
+const ROUNDING: f64 = 1e-12;
+
+/// A component of a node, in the axes of its support.
+type Component = (usize, usize);
+
+/// What holds a component at the end of a step, where it is not a support at rest.
+#[derive(Clone, Debug)]
+enum Hold {
+    /// Moved to the value of this change of this step.
+    To(usize, usize),
+    /// Held where it was, or moved by the value of this change of this step from there; with the derivatives of where it was.
+    From(Option<(usize, usize)>, Vec<f64>),
+}
+
+/// The derivatives of one design.
+pub(super) struct Slopes<'a> {
+    problem: &'a Problem,
+    row: &'a [f64],
+    design: &'a Design,
+    control: &'a Control,
+    holds: BTreeMap<Component, Hold>,
+    /// Values of all probes after the steps so far, and their derivatives by the parameters (probe after probe).
+    after: Vec<Vec<f64>>,
+    slopes: Vec<Vec<f64>>,
+}
+
+/// A neighbour: probes, then components that the next step holds where they are, and by how much the tangent changed.
+struct Neighbour {
+    values: Vec<f64>,
+    changed: f64,
+}
+
+impl<'a> Slopes<'a> {
+    pub(super) fn new(problem: &'a Problem, row: &'a [f64], design: &'a Design, control: &'a Control) -> Self {
+        Self { problem, row, design, control, holds: BTreeMap::new(), after: Vec::new(), slopes: Vec::new() }
+    }
+
+    /// Follows the steps from the end of the first one, whose history is given.
+    pub(super) fn run<const D: usize>(mut self, mut path: Path<'static, D>, packs: Packs<D>, first: History) -> Row {
+        let count = self.design.steps.len().max(1);
+        let mut history = first;
+        let mut reason = None;
+        for index in 0..count {
+            if index > 0 {
+                let control = self.control;
+                history = path.run(&self.design.steps[index..=index], &mut |_| !control.is_stopped());
+            }
+            if let Err(stopped) = self.step(&mut path, packs, index, &history) {
+                reason = reason.or(Some(stopped));
+                if self.after.len() <= index {
+                    break;
+                }
+            }
+        }
+        self.finish(reason)
+    }
+
+    /// The outputs of the steps that were reached.
+    fn finish(self, reason: Option<Reason>) -> Row {
+        let inputs = self.row.len();
+        let (mut values, mut jacobian) = (Vec::new(), Vec::new());
+        for output in &self.problem.outputs {
+            let value = self.after.get(output.step).map_or(f64::NAN, |values| values[output.probe]);
+            values.push(value);
+            let slope = |input: usize| {
+                let step = self.slopes.get(output.step).filter(|slopes| !slopes.is_empty());
+                step.map_or(f64::NAN, |slopes| slopes[output.probe * inputs + input])
+            };
+            jacobian.extend((0..inputs).map(slope));
+        }
+        Row { values, jacobian, reason }
+    }
+
+    /// Reads one step and, where anything is asked of it, its derivatives.
+    fn step<const D: usize>(
+        &mut self,
+        path: &mut Path<'static, D>,
+        packs: Packs<D>,
+        index: usize,
+        history: &History,
+    ) -> Result<(), Reason> {
+        let Some(record) = history.steps.first() else { return Err(Reason::Interrupted) };
+        if record.status != Status::Converged {
+            let cause = record.failure.as_ref().map(|failure| failure.cause);
+            return Err(match record.status {
+                Status::Interrupted => Reason::Interrupted,
+                status => Reason::Stopped { step: index, status, fraction: record.fraction, cause },
+            });
+        }
+        let Some(last) = record.increments.last() else { return Err(Reason::Interrupted) };
+        let values = self.probes(&self.design.model, record, last.state.clone(), &self.after);
+        self.note_holds(index);
+        self.after.push(values);
+        self.slopes.push(Vec::new());
+        let kept = self.kept_by_next(index);
+        if !self.is_wanted(index) && kept.is_empty() {
+            return Ok(());
+        }
+        if !history.inside.is_empty() {
+            return Err(Reason::Singular { step: index });
+        }
+        // What stops at a value of its own moves with all parameters along the path.
+        if record.fraction != 1.0 {
+            let output = self.problem.outputs.iter().position(|output| output.step >= index).unwrap_or_default();
+            return Err(Reason::NoDerivative { output });
+        }
+        // Mixed stresses are one iteration behind the state: the tangent is to be that of the equilibrium.
+        path.system.advance(path.system.equations.has_general());
+        path.system.assemble(false);
+        let (probes, inputs) = (self.after[index].len(), self.row.len());
+        let mut slopes = vec![f64::NAN; (probes + kept.len()) * inputs];
+        let mut reason = None;
+        for input in 0..inputs {
+            match self.slope(path, packs, (index, record), input, &kept) {
+                Ok((column, doubtful)) => {
+                    for (quantity, slope) in column.into_iter().enumerate() {
+                        slopes[quantity * inputs + input] = slope;
+                    }
+                    reason = reason.or(doubtful);
+                }
+                Err(why) => reason = reason.or(Some(why)),
+            }
+        }
+        for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
+            self.holds.insert(component, Hold::From(None, rates.to_vec()));
+        }
+        slopes.truncate(probes * inputs);
+        self.slopes[index] = slopes;
+        reason.map_or(Ok(()), Err)
+    }
+
+    /// Values of all probes in a state.
+    fn probes(&self, model: &Model, record: &StepHistory, state: Equilibrium, after: &[Vec<f64>]) -> Vec<f64> {
+        if self.problem.mesh.grading.is_empty() || state.sections.is_empty() {
+            return model.probes.evaluate(&state, after);
+        }
+        let mut history = neighbour::history_of(record, state);
+        self.problem.mesh.name_segments(model, &mut history);
+        model.probes.evaluate(&history.steps[0].increments[0].state, after)
+    }
+
+    /// Whether derivatives at the end of a step are asked for; an expression may refer to any step before.
+    fn is_wanted(&self, index: usize) -> bool {
+        let refers = |probe| {
+            let probes = &self.design.model.probes;
+            probes.kind(probe) == ProbeKind::Other && !probes.is_stiffness(probe)
+        };
+        self.problem.outputs.iter().any(|output| output.step == index || output.step > index && refers(output.probe))
+    }
+
+    /// Components that the next step holds where they are.
+    fn kept_by_next(&self, index: usize) -> Vec<Component> {
+        let next = self.design.steps.get(index + 1);
+        let kept = next.into_iter().flat_map(|step| &step.changes).filter_map(|change| match *change {
+            Change::Hold { node, component } | Change::MoveBy { node, component, .. } => Some((node, component)),
+            Change::Prescribe { .. } | Change::Free { .. } => None,
+        });
+        kept.collect()
+    }
+
+    /// Takes note of what a step changes about what is held; where components were is known from the step before.
+    fn note_holds(&mut self, index: usize) {
+        let Some(step) = self.design.steps.get(index) else { return };
+        let inputs = self.row.len();
+        for (place, change) in step.changes.iter().enumerate() {
+            let rates = |holds: &BTreeMap<Component, Hold>, component| match holds.get(&component) {
+                Some(Hold::From(_, rates)) => rates.clone(),
+                // Held at rest from the beginning.
+                _ => vec![0.0; inputs],
+            };
+            match *change {
+                Change::Prescribe { node, component, .. } => {
+                    self.holds.insert((node, component), Hold::To(index, place));
+                }
+                Change::Hold { node, component } => {
+                    let rates = rates(&self.holds, (node, component));
+                    self.holds.insert((node, component), Hold::From(None, rates));
+                }
+                Change::MoveBy { node, component, .. } => {
+                    let rates = rates(&self.holds, (node, component));
+                    self.holds.insert((node, component), Hold::From(Some((index, place)), rates));
+                }
+                Change::Free { node, component } => {
+                    self.holds.remove(&(node, component));
+                }
+            }
+        }
+    }
+
+    /// Derivatives of all probes, and of the components that the next step keeps, by one parameter; with the reason where some
+    /// of them are not to be trusted, and are no numbers.
+    fn slope<const D: usize>(
+        &self,
+        path: &mut Path<'static, D>,
+        packs: Packs<D>,
+        (index, record): (usize, &StepHistory),
+        input: usize,
+        kept: &[Component],
+    ) -> Result<(Vec<f64>, Option<Reason>), Reason> {
+        let value = self.row[input];
+        let size = if value == 0.0 { 1.0 } else { value.abs() };
+        let largest = self.after[index].iter().filter(|value| value.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        let mut slopes: Vec<f64> = Vec::new();
+        let mut open: Vec<usize> = Vec::new();
+        for (round, part) in APART.into_iter().enumerate() {
+            let apart = part * size;
+            let mut at = |by: f64| {
+                let Neighbour { values, changed } = self.neighbour(path, packs, (index, record), (input, by), kept)?;
+                let parts = by.abs() / (NEAR * size);
+                if changed > CHANGED * parts { Err(Reason::Singular { step: index }) } else { Ok(values) }
+            };
+            let near = [at(apart)?, at(-apart)?];
+            let far = [at(2.0 * apart)?, at(-2.0 * apart)?];
+            let all: Vec<usize> = if round == 0 { (0..near[0].len()).collect() } else { std::mem::take(&mut open) };
+            slopes.resize(near[0].len(), f64::NAN);
+            for quantity in all {
+                let slope =
+                    |[ahead, behind]: &[Vec<f64>; 2], by: f64| (ahead[quantity] - behind[quantity]) / (2.0 * by);
+                let (one, two) = (slope(&near, apart), slope(&far, 2.0 * apart));
+                let noise = ROUNDING * largest.max(near[0][quantity].abs()) / apart;
+                // What is not a number in the state itself is none here either.
+                if (one - two).abs() > AGREED * one.abs() + noise {
+                    open.push(quantity);
+                }
+                slopes[quantity] = one + (one - two) / 3.0;
+            }
+            if !open.iter().any(|&quantity| self.counts(index, quantity)) {
+                break;
+            }
+        }
+        let mut reason = None;
+        for quantity in open {
+            slopes[quantity] = f64::NAN;
+            if self.counts(index, quantity) {
+                reason = reason.or(Some(self.doubt(index, quantity)));
+            }
+        }
+        Ok((slopes, reason))
+    }
+
+    /// Whether the derivative of a probe, or of a component beyond them, is asked for.
+    fn counts(&self, index: usize, quantity: usize) -> bool {
+        let wanted = |output: &super::Output| output.probe == quantity && output.step == index;
+        quantity >= self.after[index].len() || self.problem.outputs.iter().any(wanted)
+    }
+
+    /// Why a derivative is not to be trusted: what is greatest somewhere, or made by an expression, may have a corner.
+    fn doubt(&self, index: usize, quantity: usize) -> Reason {
+        let wanted = |output: &super::Output| output.probe == quantity && output.step == index;
+        let output = self.problem.outputs.iter().position(wanted);
+        let asked = output.filter(|_| !self.design.model.probes.kind(quantity).is_asked());
+        asked.map_or(Reason::Singular { step: index }, |output| Reason::NoDerivative { output })
+    }
+
+    /// All probes of the design whose parameter is this much larger, at the end of a step.
+    fn neighbour<const D: usize>(
+        &self,
+        path: &mut Path<'static, D>,
+        packs: Packs<D>,
+        (index, record): (usize, &StepHistory),
+        (input, by): (usize, f64),
+        kept: &[Component],
+    ) -> Result<Neighbour, Reason> {
+        let mut row = self.row.to_vec();
+        row[input] += by;
+        let model = self.problem.model(&row)?;
+        let (structure, steps) = discretize(&model, &mesh::fitted(&self.problem.mesh, &self.problem.middle, &model));
+        let held = self.held(&path.system.equations.held, &steps, (input, by));
+        let held = neighbour::rows(&held, &structure);
+        let mut drives = vec![0.0; structure.drives.len()];
+        for &(drive, value) in steps.iter().take(index + 1).flat_map(|step| &step.targets) {
+            drives[drive] = value;
+        }
+        let mut system = neighbour::system(&path.system, packs, structure, &self.design.steps);
+        system.adopt(&path.system);
+        system.stand_at_end(&path.system, held, &drives);
+        let changed = neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
+        let state = neighbour::read(&mut system);
+        // Values after the steps before, to first order: that is all that counts.
+        let inputs = self.row.len();
+        let moved = |(values, slopes): (&Vec<f64>, &Vec<f64>)| {
+            let rate = |probe: usize| slopes.get(probe * inputs + input).copied().unwrap_or(f64::NAN);
+            values.iter().enumerate().map(|(probe, value)| value + by * rate(probe)).collect()
+        };
+        let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(moved).collect();
+        let mut values = self.probes(&model, record, state, &after);
+        values.extend(kept.iter().map(|&(node, component)| neighbour::present(&system, node, component)));
+        Ok(Neighbour { values, changed })
+    }
+
+    /// What is held at the end of the present step, with the values of a neighbour.
+    fn held(&self, held: &[Held], steps: &[Step], (input, by): (usize, f64)) -> Vec<Held> {
+        let value = |steps: &[Step], (step, place): (usize, usize)| match steps[step].changes[place] {
+            Change::Prescribe { to, .. } => to,
+            Change::MoveBy { by, .. } => by,
+            Change::Hold { .. } | Change::Free { .. } => 0.0,
+        };
+        let row = |row: &Held| {
+            let to = match self.holds.get(&(row.node, row.component)) {
+                None => row.to,
+                Some(Hold::To(step, place)) => value(steps, (*step, *place)),
+                Some(Hold::From(moved, rates)) => {
+                    let moved = moved.map_or(0.0, |at| value(steps, at) - value(&self.design.steps, at));
+                    row.to + moved + by * rates[input]
+                }
+            };
+            Held { to, ..*row }
+        };
+        held.iter().map(row).collect()
+    }
+}

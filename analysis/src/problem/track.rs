@@ -1,0 +1,211 @@
+//! An equilibrium that follows its parameters.
+
+use std::sync::Arc;
+
+use pennate_solver::history::Equilibrium;
+use pennate_solver::joints::Held;
+use pennate_solver::newton::{Aim, Newton, Start};
+use pennate_solver::path::OutOfPlane;
+use pennate_solver::results;
+use pennate_solver::structure::{Change, Member, Step, Structure};
+use pennate_solver::system::System;
+
+use super::neighbour::{self, Packs};
+
+/// Slot of the last equilibrium.
+const LAST: usize = 0;
+/// An iteration that takes more than this, or whose first move is larger (radians, or lengths of a member), may lead anywhere.
+const FEW: usize = 8;
+const FAR: f64 = 0.5;
+
+/// What builds systems of D components a node, and what judges their stability out of the plane.
+pub(super) struct Kind<const D: usize> {
+    pub packs: Packs<D>,
+    /// Of networks in the plane alone.
+    pub lateral: Option<Sideways<D>>,
+}
+
+/// Builds what judges the stability of a plane system out of its plane.
+pub(super) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<D> + Send>;
+
+/// A system at an equilibrium, with the numbers that it belongs to.
+pub(super) struct Track<const D: usize> {
+    kind: Kind<D>,
+    system: System<D>,
+    lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
+    /// Those of the present state.
+    steps: Vec<Step>,
+    verdict: Verdict,
+}
+
+/// How stable a state is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Verdict {
+    /// Directions in which it is unstable.
+    negative: usize,
+    /// Whether loads have a potential, so that the count means something.
+    potential: bool,
+    /// Sign of the determinant, which changes with the stability where they have none.
+    odd: bool,
+}
+
+impl<const D: usize> Clone for Kind<D> {
+    fn clone(&self) -> Self {
+        Self { packs: self.packs, lateral: self.lateral }
+    }
+}
+
+impl<const D: usize> Track<D> {
+    /// Takes over a system at the end of its steps.
+    pub(super) fn new(kind: Kind<D>, system: System<D>, sideways: bool, steps: Vec<Step>) -> Self {
+        let kind = Kind { lateral: kind.lateral.filter(|_| sideways), ..kind };
+        let lateral = kind.lateral.map(|build| build(&system));
+        let mut track = Self { kind, system, lateral, steps, verdict: Verdict::default() };
+        track.system.assemble(false);
+        track.verdict = track.judge();
+        track
+    }
+
+    /// Another system in the same state.
+    pub(super) fn another(&self) -> Self {
+        let structure = (*self.system.structure).clone();
+        let mut system = neighbour::system(&self.system, self.kind.packs, structure, &self.steps);
+        system.adopt(&self.system);
+        system.stand_at_end(&self.system, self.system.equations.held.clone(), &self.system.drives);
+        Self::new(self.kind.clone(), system, self.lateral.is_some(), self.steps.clone())
+    }
+
+    /// Goes to the equilibrium for other numbers; false, with nothing changed, where that is not the one next to it.
+    pub(super) fn step(&mut self, structure: Structure, steps: Vec<Step>) -> bool {
+        let held = neighbour::rows(&self.held(&steps), &structure);
+        let mut drives = vec![0.0; structure.drives.len()];
+        for &(drive, value) in steps.iter().flat_map(|step| &step.targets) {
+            drives[drive] = value;
+        }
+        if !same_geometry(&self.system.structure, &structure) {
+            return self.step_anew(structure, steps, held, &drives);
+        }
+        let before =
+            (Arc::clone(&self.system.structure), self.system.drives.clone(), self.system.equations.held.clone());
+        self.system.save(LAST);
+        self.take(Arc::new(structure), held, &drives);
+        if self.settle() {
+            self.steps = steps;
+            return true;
+        }
+        let (structure, drives, held) = before;
+        self.system.restore(LAST);
+        self.take(structure, held, &drives);
+        self.system.place_ends();
+        self.system.assemble(false);
+        false
+    }
+
+    /// The same with another geometry: in another system, which takes the place of the present one where it gets there.
+    fn step_anew(&mut self, structure: Structure, steps: Vec<Step>, held: Vec<Held>, drives: &[f64]) -> bool {
+        let mut system = neighbour::system(&self.system, self.kind.packs, structure, &steps);
+        system.adopt(&self.system);
+        system.stand_at_end(&self.system, held, drives);
+        system.save(LAST);
+        let lateral = self.kind.lateral.map(|build| build(&system));
+        let old = std::mem::replace(&mut self.system, system);
+        let old_lateral = std::mem::replace(&mut self.lateral, lateral);
+        let reached = self.settle();
+        if reached {
+            self.steps = steps;
+        } else {
+            (self.system, self.lateral) = (old, old_lateral);
+        }
+        reached
+    }
+
+    /// Numbers that leave the geometry as it is.
+    fn take(&mut self, structure: Arc<Structure>, held: Vec<Held>, drives: &[f64]) {
+        let laws = structure.laws.clone();
+        self.system.structure = structure;
+        self.system.set_laws(laws);
+        self.system.hold(held);
+        self.system.drives.copy_from_slice(drives);
+        self.system.apply_drives();
+    }
+
+    /// Iterates from the last state; true where that led to the equilibrium next to it, of the same stability.
+    fn settle(&mut self) -> bool {
+        let start = Start { rest: None, predicted: false, aim: Aim::Result, may_wander: false, ..Start::nearby() };
+        let Ok(found) = Newton::default().solve(&mut self.system, start) else { return false };
+        if found.iterations > FEW || self.system.own_first > FAR {
+            return false;
+        }
+        let verdict = self.judge();
+        let same = if verdict.potential && self.verdict.potential {
+            verdict.negative == self.verdict.negative
+        } else {
+            verdict.odd == self.verdict.odd
+        };
+        if same {
+            self.verdict = verdict;
+        }
+        same
+    }
+
+    /// The stability of the state of the last assembly.
+    fn judge(&mut self) -> Verdict {
+        let inertia = self.system.inertia();
+        let mut verdict =
+            Verdict { negative: inertia.negative, potential: self.system.has_potential(), odd: inertia.is_odd() };
+        if verdict.negative > 0 {
+            verdict.negative = verdict.negative.min(self.system.certain_negative());
+        }
+        if let Some(lateral) = &mut self.lateral {
+            let (inertia, potential) = lateral.confirmed(&mut self.system, 0);
+            if potential {
+                verdict.negative += inertia.negative;
+            }
+        }
+        verdict
+    }
+
+    /// Whether the present state is stable; `None` where loads have no potential.
+    pub(super) fn stable(&self) -> Option<bool> {
+        self.verdict.potential.then_some(self.verdict.negative == 0)
+    }
+
+    /// What a user may ask of the present state.
+    pub(super) fn read(&mut self) -> Equilibrium {
+        let state = results::equilibrium(&mut self.system);
+        if self.system.structure.compliances.is_empty() {
+            return state;
+        }
+        Equilibrium { compliances: results::compliances(&mut self.system), ..state }
+    }
+
+    /// What is held, with the values of other steps: what was held where it was stays there.
+    fn held(&self, steps: &[Step]) -> Vec<Held> {
+        let row = |row: &Held| Held { to: row.to + (value(steps, row) - value(&self.steps, row)), ..*row };
+        self.system.equations.held.iter().map(row).collect()
+    }
+}
+
+/// The value that the last change of a component gives it.
+fn value(steps: &[Step], row: &Held) -> f64 {
+    let changes = steps.iter().flat_map(|step| &step.changes);
+    let own = changes.filter_map(|change| match *change {
+        Change::Prescribe { node, component, to } => Some((node, component, to)),
+        Change::MoveBy { node, component, by } => Some((node, component, by)),
+        Change::Hold { node, component } | Change::Free { node, component } => Some((node, component, 0.0)),
+    });
+    own.filter(|&(node, component, _)| (node, component) == (row.node, row.component)).last().map_or(0.0, |own| own.2)
+}
+
+/// Whether two structures of one topology have the same unloaded shape: springs and masses are no part of it.
+fn same_geometry(a: &Structure, b: &Structure) -> bool {
+    let member = |(a, b): (&Member, &Member)| {
+        let mut segments = a.segments.iter().zip(&b.segments);
+        a.axes == b.axes
+            && a.releases == b.releases
+            && segments.all(|(a, b)| (a.length, a.initial_curvature) == (b.length, b.initial_curvature))
+    };
+    a.nodes == b.nodes
+        && a.members.iter().zip(&b.members).all(member)
+        && a.supports.iter().zip(&b.supports).all(|(a, b)| a.axes == b.axes)
+}

@@ -1,0 +1,161 @@
+//! Derivatives against differences of converged solves.
+
+use pennate_analysis::problem::{Problem, Reason};
+use pennate_models::Document;
+
+/// The derivatives of a network at its own values, against differences of fourth order of solves at three distances: the
+/// nearest of them counts, since the longest are curved and the shortest rounding.
+fn check(text: &str, parameters: &[&str], probes: &[&str]) {
+    let document = Document::from_text("network.toml", text);
+    let problem = Problem::new(&document, &[], parameters, probes, 1e-6).unwrap();
+    let x = problem.middle();
+    let found = problem.gradient(&x);
+    assert!(found.reasons[0].is_none(), "{:?}", found.reasons);
+    let (k, m) = (x.len(), probes.len());
+    assert_eq!(found.jacobian.len(), k * m);
+    let mut nearest = vec![f64::INFINITY; m * k];
+    for part in [1e-2, 3e-3, 1e-3] {
+        for input in 0..k {
+            let apart = part * if x[input] == 0.0 { 1.0 } else { x[input] };
+            let rows: Vec<f64> = [1.0, -1.0, 2.0, -2.0]
+                .into_iter()
+                .flat_map(|times| (0..k).map(move |j| (j, times)))
+                .map(|(j, times)| if j == input { x[j] + times * apart } else { x[j] })
+                .collect();
+            let answer = problem.evaluate(&rows);
+            assert!(answer.reasons.iter().all(Option::is_none), "{:?}", answer.reasons);
+            for output in 0..m {
+                let y = |row: usize| answer.values[row * m + output];
+                let (one, two) = ((y(0) - y(1)) / (2.0 * apart), (y(2) - y(3)) / (4.0 * apart));
+                let slope = one + (one - two) / 3.0;
+                let miss = (slope - found.jacobian[output * k + input]).abs();
+                let at = &mut nearest[output * k + input];
+                *at = at.min(miss);
+            }
+        }
+    }
+    for output in 0..m {
+        let row =
+            |of: &[f64]| (0..k).map(|i| of[output * k + i] * if x[i] == 0.0 { 1.0 } else { x[i] }).collect::<Vec<_>>();
+        let largest = row(&found.jacobian).iter().fold(0.0f64, |most, slope| most.max(slope.abs()));
+        let worst = row(&nearest).iter().fold(0.0f64, |most, miss| most.max(miss.abs()));
+        assert!(
+            worst <= 1e-8 * largest,
+            "{}: {:e} of {largest:e}\n{:?}",
+            probes[output],
+            worst / largest,
+            found.jacobian
+        );
+    }
+}
+
+const DYAD: &str = include_str!("../../../models/networks/dyad.toml");
+
+/// Geometry by the places of nodes, a prescribed displacement, and probes at both steps, one of them an expression.
+#[test]
+fn geometry_of_the_dyad() {
+    check(DYAD, &["L", "beta"], &["stroke@inflate", "holding", "gear@inflate"]);
+}
+
+/// Tables of muscles, sections, pressures and springs.
+#[test]
+fn muscles_pressures_and_springs() {
+    let text = DYAD
+        .replace("L = 130", "E10 = 3.6\nwall = 2.0\np = 22\nk = 0.4\ndown = -3.0\nL = 130")
+        .replace("E = 3.60", "E = \"= E10\"")
+        .replace("wall = 2.0\npressure_unit", "wall = \"= wall\"\npressure_unit")
+        .replace("left = \"25 psi\"", "left = \"= p\"")
+        .replace("uy = 0.0", "uy = \"= down\"")
+        .replace("[probes]", "[springs]\ngrip = { node = \"J\", stiffness = { uy = \"= k\" } }\n[probes]");
+    check(&text, &["E10", "wall", "p", "k", "down", "L"], &["stroke@inflate", "holding"]);
+}
+
+/// A rigid body on pinned muscles in space, at three steps.
+#[test]
+fn the_stage() {
+    let text = include_str!("../../../models/networks/tip_tilt_stage.toml")
+        .replace("dyad1 = 20", "dyad1 = \"= p\"")
+        .replace("L = 130", "p = 18\nL = 130");
+    check(&text, &["p", "L", "beta", "rp"], &["tilt@tilt", "height", "stroke@lower"]);
+}
+
+/// A rod that can neither be stretched nor sheared, under its weight and two pressures.
+#[test]
+fn an_inextensible_rod_in_space() {
+    check(include_str!("../../../examples/designs/br2.toml"), &["Pb", "Pr", "load"], &["x", "y", "z", "x@hang"]);
+}
+
+/// Forces and moments that turn with their node have no potential, in the plane and in space.
+#[test]
+fn follower_loads() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { L = 100, F = 2, M = 40, side = 0, r = 1.5 }
+        nodes = { A = [0, 0], B = ["= L", 0] }
+        materials.polymer = { youngs_modulus = 2000, poissons_ratio = 0.4 }
+        sections.rod = { circle = { radius = "= r" } }
+        members.rod = { nodes = ["A", "B"], section = "rod", material = "polymer" }
+        supports = { A = "clamped" }
+        steps = [{ name = "push", follower_force = { B = ["= -0.2 * F", "= F"] } },
+                 { name = "turn", follower_moment = { B = [0, 0, "= M"] } }]
+        probes = { x = { node = "B", position = "x" }, turn = { node = "B", rotation = "rz" },
+                   root = { node = "A", reaction = "rz" } }
+    "#;
+    check(text, &["L", "F", "M", "r"], &["x@push", "x", "turn", "root"]);
+    let space = text.replace("\"= F\"]", "\"= F\", \"= 0.4 * F\"]").replace("rotation = \"rz\"", "rotation = \"ry\"");
+    check(&space, &["L", "F", "M", "r"], &["x@push", "x", "turn", "root"]);
+}
+
+/// What is held where it was carries the derivatives of the step before; what is moved on from there adds its own.
+#[test]
+fn what_is_held_where_it_was() {
+    let end = DYAD.find("[[steps]]").unwrap();
+    let probes = DYAD.find("[probes]").unwrap();
+    let steps = r#"
+[[steps]]
+name = "inflate"
+pressure = { all = "= p" }
+[[steps]]
+name = "hold"
+hold = { J = ["uy"] }
+pressure = { all = "= 0.5 * p" }
+[[steps]]
+name = "move"
+displace_by = { J = { uy = "= d" } }
+[[steps]]
+name = "free"
+free = { J = ["uy"] }
+pressure = { left = "= p" }
+"#;
+    let text = format!("{}{steps}{}", &DYAD[..end], &DYAD[probes..]).replace("L = 130", "p = 22\nd = -2\nL = 130");
+    check(&text, &["p", "d", "L", "beta"], &["stroke@inflate", "holding@hold", "holding@move", "stroke"]);
+}
+
+/// A hundredth before its limit point an arch has derivatives; a ten-thousandth before it, none that are worth a number.
+#[test]
+fn next_to_a_limit_point_there_is_a_reason() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { F = 0.1 }
+        nodes = { A = [-100, 0], C = [0, 10], B = [100, 0] }
+        sections = { bar = { stiffness = { EA = 1000, GA2 = 1000, EI3 = 1e4 } } }
+        members = { a = { nodes = ["A", "C"], section = "bar" }, b = { nodes = ["C", "B"], section = "bar" } }
+        supports = { A = "pinned", B = "pinned" }
+        steps = [{ name = "push", force = { C = [0, "= -F"] } }]
+        probes = { drop = { node = "C", displacement = "uy" } }
+    "#;
+    let problem = Problem::new(&Document::from_text("arch.toml", text), &[], &["F"], &["drop"], 1e-6).unwrap();
+    // The limit, by bisection between what is solved and what is not.
+    let (mut low, mut high) = (0.1, 50.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        let solved = problem.evaluate(&[middle]).reasons[0].is_none();
+        if solved { low = middle } else { high = middle }
+    }
+    let away = problem.gradient(&[0.99 * low]);
+    assert!(away.reasons[0].is_none() && away.jacobian[0].is_finite(), "{away:?}");
+    let near = problem.gradient(&[low * (1.0 - 1e-4)]);
+    assert!(matches!(near.reasons[0], Some(Reason::Singular { step: 0 })), "{near:?}");
+    assert!(near.values[0].is_finite() && near.jacobian[0].is_nan());
+}
