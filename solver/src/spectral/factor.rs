@@ -100,28 +100,43 @@ impl Factor {
         self.original.len()
     }
 
-    /// y = |D|^-½ L⁻¹ P b
-    pub fn forward(&self, b: &[f64]) -> Vec<f64> {
-        let mut y: Vec<f64> = self.original.iter().map(|&i| b[i]).collect();
+    /// y = |D|^-½ L⁻¹ P b, for W columns side by side.
+    pub fn forward<const W: usize>(&self, b: &[[f64; W]]) -> Vec<[f64; W]> {
+        let mut y: Vec<[f64; W]> = self.original.iter().map(|&i| b[i]).collect();
         for column in 0..y.len() {
             let x = y[column];
             for k in self.starts[column] + 1..self.starts[column + 1] {
-                y[self.rows[k]] -= self.values[k] * x;
+                let (below, value) = (&mut y[self.rows[k]], self.values[k]);
+                for w in 0..W {
+                    below[w] -= value * x[w];
+                }
             }
         }
-        y.iter_mut().zip(&self.roots).for_each(|(y, root)| *y /= root);
+        for (y, root) in y.iter_mut().zip(&self.roots) {
+            y.iter_mut().for_each(|y| *y /= root);
+        }
         y
     }
 
-    /// x = Pᵀ L⁻ᵀ |D|^-½ y
-    pub fn backward(&self, y: &[f64]) -> Vec<f64> {
-        let mut z: Vec<f64> = y.iter().zip(&self.roots).map(|(y, root)| y / root).collect();
-        for column in (0..z.len()).rev() {
-            let below = self.starts[column] + 1..self.starts[column + 1];
-            let sum: f64 = below.map(|k| self.values[k] * z[self.rows[k]]).sum();
-            z[column] -= sum;
+    /// x = Pᵀ L⁻ᵀ |D|^-½ y, for W columns side by side.
+    pub fn backward<const W: usize>(&self, y: &[[f64; W]]) -> Vec<[f64; W]> {
+        let mut z = y.to_vec();
+        for (z, root) in z.iter_mut().zip(&self.roots) {
+            z.iter_mut().for_each(|z| *z /= root);
         }
-        let mut x = vec![0.0; z.len()];
+        for column in (0..z.len()).rev() {
+            let mut sum = [0.0; W];
+            for k in self.starts[column] + 1..self.starts[column + 1] {
+                let (below, value) = (&z[self.rows[k]], self.values[k]);
+                for w in 0..W {
+                    sum[w] += value * below[w];
+                }
+            }
+            for w in 0..W {
+                z[column][w] -= sum[w];
+            }
+        }
+        let mut x = vec![[0.0; W]; z.len()];
         for (&i, z) in self.original.iter().zip(z) {
             x[i] = z;
         }
@@ -155,11 +170,13 @@ mod tests {
             let factor = Factor::new(&matrix).unwrap();
             assert_eq!((factor.negative, factor.neutral), (usize::from(negative.is_some()), 0));
             if negative.is_none() {
-                let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
+                let b: Vec<[f64; 2]> = (0..size).map(|i| [(i as f64).cos(), (2.0 * i as f64).sin()]).collect();
                 let x = factor.backward(&factor.forward(&b));
                 for (i, row) in matrix.outer_iterator().enumerate() {
-                    let sum: f64 = row.iter().map(|(j, k)| k * x[j]).sum();
-                    assert!((sum - b[i]).abs() < 1e-13);
+                    for w in 0..2 {
+                        let sum: f64 = row.iter().map(|(j, k)| k * x[j][w]).sum();
+                        assert!((sum - b[i][w]).abs() < 1e-13);
+                    }
                 }
             }
         }

@@ -46,6 +46,8 @@ pub(crate) struct Largest {
 
 /// Searches for the `count` largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.
 ///
+/// `apply` gives the images of vectors.
+///
 /// A pair is found when its residual is below `tolerance` times the size of the operator, or has settled; only those are
 /// given. Where a restart changes no eigenvalue any more, rounding leaves no better ones, and all are given with their residuals.
 /// Where none is above `NEGLIGIBLE` of the largest by size, `any_above` is asked whether there are any above a value: an operator
@@ -55,23 +57,20 @@ pub(crate) fn largest(
     count: usize,
     seed: usize,
     tolerance: f64,
-    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    apply: &mut Images,
     any_above: &dyn Fn(f64) -> bool,
 ) -> Largest {
     let most = (2 * count + BLOCKS * BLOCK).min(size);
     let mut space = Space { vectors: Vec::new(), images: Vec::new(), product: Vec::new() };
     let mut scale = 0.0f64;
-    let mut fresh: Vec<Vec<f64>> = (0..BLOCK).map(|k| start(size, seed * BLOCK + k, apply)).collect();
+    let mut fresh = apply(&(0..BLOCK).map(|k| start(size, seed * BLOCK + k)).collect::<Vec<_>>());
     let mut before: Vec<f64> = Vec::new();
     for _ in 0..RESTARTS {
         let mut ritz;
         loop {
             let known = space.vectors.len();
-            for vector in fresh.drain(..) {
-                if space.vectors.len() < most {
-                    space.add(vector, apply);
-                }
-            }
+            fresh.truncate(most - known);
+            space.add(std::mem::take(&mut fresh), apply);
             ritz = space.ritz();
             scale = ritz.iter().fold(scale, |scale, (value, _)| scale.max(value.abs()));
             let invariant = space.vectors.len() == known;
@@ -110,6 +109,9 @@ pub(crate) fn largest(
     Largest { pairs: space.ritz().iter().take(count).filter_map(|pair| space.settled(pair, floor)).collect(), scale }
 }
 
+/// The images of vectors.
+type Images<'a> = dyn FnMut(&[Vec<f64>]) -> Vec<Vec<f64>> + 'a;
+
 /// An orthonormal basis with its image.
 struct Space {
     vectors: Vec<Vec<f64>>,
@@ -126,26 +128,29 @@ impl Space {
         (residual <= floor.max(SETTLED * value.abs())).then(pair)
     }
 
-    /// Adds what a vector has beside the basis.
-    fn add(&mut self, mut vector: Vec<f64>, apply: &mut dyn FnMut(&[f64], &mut [f64])) {
-        let before = norm(&vector);
-        // Twice is enough (Kahan and Parlett).
-        for _ in 0..2 {
-            for known in &self.vectors {
-                let along = dot(&vector, known);
-                vector.iter_mut().zip(known).for_each(|(x, k)| *x -= along * k);
+    /// Adds what vectors have beside the basis.
+    fn add(&mut self, fresh: Vec<Vec<f64>>, apply: &mut Images) {
+        let known = self.vectors.len();
+        for mut vector in fresh {
+            let before = norm(&vector);
+            // Twice is enough (Kahan and Parlett).
+            for _ in 0..2 {
+                for known in &self.vectors {
+                    let along = dot(&vector, known);
+                    vector.iter_mut().zip(known).for_each(|(x, k)| *x -= along * k);
+                }
+            }
+            let left = norm(&vector);
+            if left > NOTHING * before {
+                vector.iter_mut().for_each(|x| *x /= left);
+                self.vectors.push(vector);
             }
         }
-        let left = norm(&vector);
-        if !(left > NOTHING * before) {
-            return;
+        for image in apply(&self.vectors[known..]) {
+            let row = &self.vectors[..=self.images.len()];
+            self.product.push(row.iter().map(|known| dot(known, &image)).collect());
+            self.images.push(image);
         }
-        vector.iter_mut().for_each(|x| *x /= left);
-        let mut image = vec![0.0; vector.len()];
-        apply(&vector, &mut image);
-        self.vectors.push(vector);
-        self.product.push(self.vectors.iter().map(|known| dot(known, &image)).collect());
-        self.images.push(image);
     }
 
     /// Eigenvalues of the operator in this space by falling size, with their weights in the basis.
@@ -176,8 +181,8 @@ impl Space {
     }
 }
 
-/// A vector without any pattern that a network may share, the image of one so that it lies where the operator does.
-fn start(size: usize, seed: usize, apply: &mut dyn FnMut(&[f64], &mut [f64])) -> Vec<f64> {
+/// A vector without any pattern that a network may share.
+fn start(size: usize, seed: usize) -> Vec<f64> {
     // SplitMix64.
     let mut state = seed as u64;
     let mut next = || {
@@ -187,10 +192,7 @@ fn start(size: usize, seed: usize, apply: &mut dyn FnMut(&[f64], &mut [f64])) ->
         x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
-    let seed: Vec<f64> = (0..size).map(|_| next()).collect();
-    let mut image = vec![0.0; size];
-    apply(&seed, &mut image);
-    image
+    (0..size).map(|_| next()).collect()
 }
 
 fn combine(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
@@ -213,10 +215,12 @@ mod tests {
     #[test]
     fn an_operator_of_low_rank_ends_the_search() {
         let size = 400;
-        let mut apply = |x: &[f64], out: &mut [f64]| {
-            out.fill(0.0);
+        let image = |x: &Vec<f64>| {
+            let mut out = vec![0.0; size];
             (out[3], out[7], out[9]) = (2.0 * x[3], 0.5 * x[7], -300.0 * x[9]);
+            out
         };
+        let mut apply = |xs: &[Vec<f64>]| xs.iter().map(image).collect();
         let found = largest(size, 5, 0, 1e-12, &mut apply, &|_| true);
         let values: Vec<f64> = found.pairs.iter().map(|pair| pair.value).filter(|value| *value > 1e-9).collect();
         assert_eq!(values.len(), 2);
@@ -229,7 +233,8 @@ mod tests {
     fn the_other_end_of_the_spectrum_does_not_count() {
         let size = 900;
         let value = |i: usize| if i.is_multiple_of(2) { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
-        let mut apply = |x: &[f64], out: &mut [f64]| (0..size).for_each(|i| out[i] = value(i) * x[i]);
+        let image = |x: &Vec<f64>| (0..size).map(|i| value(i) * x[i]).collect();
+        let mut apply = |xs: &[Vec<f64>]| xs.iter().map(image).collect();
         let found = largest(size, 6, 1, 1e-12, &mut apply, &|_| true);
         assert_eq!(found.pairs.len(), 6);
         for (k, pair) in found.pairs.iter().enumerate() {

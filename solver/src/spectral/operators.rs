@@ -76,8 +76,18 @@ impl Form {
 
 /// out = M x
 pub fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
+    multiply_columns(matrix, x.as_chunks::<1>().0, out.as_chunks_mut::<1>().0);
+}
+
+/// The same for W columns side by side.
+pub fn multiply_columns<const W: usize>(matrix: &CsMat<f64>, x: &[[f64; W]], out: &mut [[f64; W]]) {
     for (row, out) in matrix.outer_iterator().zip(out) {
-        *out = row.iter().map(|(column, value)| value * x[column]).sum();
+        *out = [0.0; W];
+        for (column, value) in row.iter() {
+            for w in 0..W {
+                out[w] += value * x[column][w];
+            }
+        }
     }
 }
 

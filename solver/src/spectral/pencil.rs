@@ -21,7 +21,7 @@ use sprs::CsMat;
 
 use super::factor::Factor;
 use super::krylov::{self, Largest, Pair, ROUNDING};
-use super::operators::{Form, dot, multiply};
+use super::operators::{Form, dot, multiply, multiply_columns};
 
 /// Unknowns up to which the whole spectrum is computed.
 const SMALL: usize = 200;
@@ -37,6 +37,9 @@ const TOLERANCE: f64 = 1e-12;
 /// Corrections of the multipliers at most, and the part of a vector at which they are done.
 const CORRECTIONS: usize = 30;
 const CORRECTED: f64 = 1e-14;
+
+/// Vectors that go through the factors side by side.
+const WIDTH: usize = 4;
 
 /// Part of an eigenvalue by which its motion may fail for a count of pivots to say anything.
 const COUNTABLE: f64 = 0.05;
@@ -143,7 +146,7 @@ impl Pencil<'_> {
     }
 
     fn motion(&self, pair: &Pair) -> Vec<f64> {
-        self.factor.backward(&self.project(&pair.vector))
+        self.project(pair.vector.as_chunks::<1>().0).1.into_flattened()
     }
 
     /// Eigenvalues of B x = θ K x in a space of motions, by falling size, and their motions with xᵀ K x = 1; nothing where K is
@@ -203,21 +206,25 @@ impl Pencil<'_> {
         let operator = Deflated { pencil: self, known };
         let any_above =
             |limit: f64| self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count());
-        krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |y, out| operator.act(y, out), &any_above)
+        krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |ys| operator.act(ys), &any_above)
     }
 
     /// All pairs of a small network, by falling eigenvalues.
     fn all(&self) -> Vec<Pair> {
         let size = self.factor.size();
         let mut dense = Mat::<f64>::zeros(size, size);
-        let (mut unit, mut column) = (vec![0.0; size], vec![0.0; size]);
-        for j in 0..size {
-            unit[j] = 1.0;
-            self.apply(&unit, &mut column);
-            unit[j] = 0.0;
-            for i in 0..size {
-                dense[(i, j)] += 0.5 * column[i];
-                dense[(j, i)] += 0.5 * column[i];
+        for first in (0..size).step_by(WIDTH) {
+            let columns = first..size.min(first + WIDTH);
+            let mut units = vec![[0.0; WIDTH]; size];
+            for j in columns.clone() {
+                units[j][j - first] = 1.0;
+            }
+            let images = self.apply(&units);
+            for j in columns {
+                for (i, image) in images.iter().enumerate() {
+                    dense[(i, j)] += 0.5 * image[j - first];
+                    dense[(j, i)] += 0.5 * image[j - first];
+                }
             }
         }
         let Ok(eigen) = dense.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
@@ -230,41 +237,61 @@ impl Pencil<'_> {
     }
 
     /// A y
-    fn apply(&self, y: &[f64], out: &mut [f64]) {
-        let x = self.factor.backward(&self.project(y));
-        let mut b = vec![0.0; x.len()];
-        multiply(self.other, &x, &mut b);
-        out.copy_from_slice(&self.project(&self.factor.forward(&b)));
+    fn apply<const W: usize>(&self, y: &[[f64; W]]) -> Vec<[f64; W]> {
+        // Vectors of a search are images, and in need of no projection but for rounding; that is made large where little of
+        // an image is new.
+        let (_, x) = self.project(y);
+        let mut b = vec![[0.0; W]; x.len()];
+        multiply_columns(self.other, &x, &mut b);
+        self.project(&self.factor.forward(&b)).0
     }
 
-    /// Π y
-    fn project(&self, y: &[f64]) -> Vec<f64> {
+    /// Π y, and L⁻ᵀ Π y.
+    fn project<const W: usize>(&self, y: &[[f64; W]]) -> (Vec<[f64; W]>, Vec<[f64; W]>) {
         let mut y = y.to_vec();
+        let mut x = self.factor.backward(&y);
         if self.constraints.rows() == 0 {
-            return y;
+            return (y, x);
         }
-        let length = y.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let mut before = f64::INFINITY;
+        let lengths = lengths(&y);
+        let mut before = [f64::INFINITY; W];
         for _ in 0..CORRECTIONS {
-            let x = self.factor.backward(&y);
-            let mut strains = vec![0.0; self.constraints.rows()];
-            multiply(self.constraints, &x, &mut strains);
-            let left = strains.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let mut strains = vec![[0.0; W]; self.constraints.rows()];
+            multiply_columns(self.constraints, &x, &mut strains);
+            let left = self::lengths(&strains);
             // What rounding leaves does not shrink any more.
-            if left <= CORRECTED * length || left > 0.9 * before {
+            if (0..W).all(|w| left[w] <= CORRECTED * lengths[w] || left[w] > 0.9 * before[w]) {
                 break;
             }
             before = left;
-            let mut back = vec![0.0; x.len()];
+            let mut back = vec![[0.0; W]; x.len()];
             for (row, strain) in self.constraints.outer_iterator().zip(&strains) {
                 for (column, value) in row.iter() {
-                    back[column] += value * strain;
+                    for w in 0..W {
+                        back[column][w] += value * strain[w];
+                    }
                 }
             }
-            y.iter_mut().zip(self.factor.forward(&back)).for_each(|(y, f)| *y -= f);
+            for (y, correction) in y.iter_mut().zip(self.factor.forward(&back)) {
+                for w in 0..W {
+                    y[w] -= correction[w];
+                }
+            }
+            x = self.factor.backward(&y);
         }
-        y
+        (y, x)
     }
+}
+
+/// The lengths of W columns side by side.
+fn lengths<const W: usize>(columns: &[[f64; W]]) -> [f64; W] {
+    let mut squares = [0.0; W];
+    for row in columns {
+        for w in 0..W {
+            squares[w] += row[w] * row[w];
+        }
+    }
+    squares.map(f64::sqrt)
 }
 
 /// Σ weight(i) xᵢ
@@ -285,11 +312,23 @@ struct Deflated<'a> {
 }
 
 impl Deflated<'_> {
-    fn act(&self, y: &[f64], out: &mut [f64]) {
-        let mut y = y.to_vec();
-        self.take_out(&mut y);
-        self.pencil.apply(&y, out);
-        self.take_out(out);
+    fn act(&self, ys: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut images = Vec::with_capacity(ys.len());
+        for ys in ys.chunks(WIDTH) {
+            let mut columns = vec![[0.0; WIDTH]; self.pencil.factor.size()];
+            for (w, y) in ys.iter().enumerate() {
+                let mut y = y.clone();
+                self.take_out(&mut y);
+                columns.iter_mut().zip(y).for_each(|(row, y)| row[w] = y);
+            }
+            let out = self.pencil.apply(&columns);
+            for w in 0..ys.len() {
+                let mut image: Vec<f64> = out.iter().map(|row| row[w]).collect();
+                self.take_out(&mut image);
+                images.push(image);
+            }
+        }
+        images
     }
 
     fn take_out(&self, y: &mut [f64]) {
