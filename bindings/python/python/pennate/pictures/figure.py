@@ -92,9 +92,8 @@ def paint(axes: Axes, sheet: Sheet, panel: Panel, frame: Frame, scale: float, op
     )
     extent = (frame.low[0], frame.high[0], frame.low[1], frame.high[1])
     if options.ghost and panel.state.step is not None:
-        ghost = render.render(surfaces.ghost(sheet.unloaded, theme, plane), sheet.view, frame, pixels, edge, jump)
         axes.imshow(
-            render.faded(ghost.image, theme.ghost_opacity),
+            ghost_of(sheet, frame, pixels, edge, jump, options),
             extent=extent,
             interpolation="none",
             zorder=1,
@@ -105,3 +104,16 @@ def paint(axes: Axes, sheet: Sheet, panel: Panel, frame: Frame, scale: float, op
     axes.set_xlim(extent[0], extent[1])
     axes.set_ylim(extent[2], extent[3])
     return taken
+
+
+def ghost_of(
+    sheet: Sheet, frame: Frame, pixels: float, edge: tuple[str, float], jump: float, options: Options
+) -> render.Image:
+    """The picture of the unloaded network, drawn once for each frame."""
+    key = (*frame.low, *frame.size, pixels, edge, jump)
+    if key not in sheet.ghosts:
+        ghost = surfaces.ghost(sheet.unloaded, options.theme, sheet.run.plane)
+        taken = render.render(ghost, sheet.view, frame, pixels, edge, jump)
+        sheet.ghosts[key] = render.faded(taken.image, options.theme.ghost_opacity)
+    found: render.Image = sheet.ghosts[key]
+    return found

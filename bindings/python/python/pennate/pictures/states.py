@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +61,8 @@ class Sheet:
     colouring: Colouring
     view: View
     frame: Frame
+    # Pictures of the unloaded network, which all frames of a film share.
+    ghosts: dict[object, Any] = dataclasses.field(default_factory=dict, compare=False, repr=False)
 
 
 @dataclasses.dataclass(frozen=True)
