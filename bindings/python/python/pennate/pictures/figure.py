@@ -13,6 +13,7 @@ from .colours import Theme
 from .legend import draw_foot
 from .naming import GHOST, names_of
 from .paper import MILLIMETRE, POINTS, TEXT, TITLE, add_axes, new_figure, save, text_width, write
+from .scene import Scene
 from .states import FOOT, GUTTER, HEAD, MARGIN, Options, Panel, Sheet, lay_out
 from .view import Frame
 
@@ -85,15 +86,12 @@ def paint(axes: Axes, sheet: Sheet, panel: Panel, frame: Frame, scale: float, op
     theme, plane = options.theme, sheet.run.plane
     edge = (theme.edge, theme.edge_opacity)
     pixels = scale * options.resolution / POINTS
-    radii = np.concatenate([piece.radii for rod in panel.scene.rods for piece in rod.pieces])
-    jump = 0.8 * float(np.median(radii))
-    taken = render.render(
-        surfaces.network(panel.scene, sheet.colouring, theme, plane), sheet.view, frame, pixels, edge, jump
-    )
+    surface = surfaces.network(panel.scene, sheet.colouring, theme, plane)
+    taken = render.render(surface, sheet.view, frame, pixels, edge, edge_jump(panel.scene))
     extent = (frame.low[0], frame.high[0], frame.low[1], frame.high[1])
     if options.ghost and panel.state.step is not None:
         axes.imshow(
-            ghost_of(sheet, frame, pixels, edge, jump, options),
+            ghost_of(sheet, frame, pixels, options),
             extent=extent,
             interpolation="none",
             zorder=1,
@@ -106,14 +104,19 @@ def paint(axes: Axes, sheet: Sheet, panel: Panel, frame: Frame, scale: float, op
     return taken
 
 
-def ghost_of(
-    sheet: Sheet, frame: Frame, pixels: float, edge: tuple[str, float], jump: float, options: Options
-) -> render.Image:
+def ghost_of(sheet: Sheet, frame: Frame, pixels: float, options: Options) -> render.Image:
     """The picture of the unloaded network, drawn once for each frame."""
-    key = (*frame.low, *frame.size, pixels, edge, jump)
+    theme = options.theme
+    key = (*frame.low, *frame.size, pixels)
     if key not in sheet.ghosts:
-        ghost = surfaces.ghost(sheet.unloaded, options.theme, sheet.run.plane)
-        taken = render.render(ghost, sheet.view, frame, pixels, edge, jump)
-        sheet.ghosts[key] = render.faded(taken.image, options.theme.ghost_opacity)
+        ghost = surfaces.ghost(sheet.unloaded, theme, sheet.run.plane)
+        edge = (theme.edge, theme.edge_opacity)
+        taken = render.render(ghost, sheet.view, frame, pixels, edge, edge_jump(sheet.unloaded))
+        sheet.ghosts[key] = render.faded(taken.image, theme.ghost_opacity)
     found: render.Image = sheet.ghosts[key]
     return found
+
+
+def edge_jump(scene: Scene) -> float:
+    """How far behind something must lie to be parted from it by a line."""
+    return 0.8 * float(np.median(np.concatenate([piece.radii for rod in scene.rods for piece in rod.pieces])))
