@@ -6,6 +6,7 @@ mod chains;
 mod critical_points;
 mod guide;
 mod held;
+mod increments;
 mod modes;
 mod verdict;
 mod verdicts;

@@ -4,7 +4,6 @@ mod faults;
 mod files;
 mod fit;
 mod fuzz;
-mod hostile;
 mod interrupts;
 mod mechanisms;
 mod refused;
