@@ -10,6 +10,7 @@ pub mod increments;
 pub mod muscle;
 pub mod network;
 pub mod page;
+pub mod program;
 pub mod random;
 pub mod scenes;
 pub mod shrink;

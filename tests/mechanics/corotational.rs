@@ -1,8 +1,8 @@
 //! Corotational elements against the references of `validation/`, and against exact ones: the same rod.
 
 use std::f64::consts::PI;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use pennate_elements::small::{norm, sub};
 use pennate_models::{Mesh, Model, discretize};
@@ -12,6 +12,7 @@ use pennate_solver::structure::Formulation;
 use serde_json::Value;
 
 use pennate_testing::comparison::{Case, Setting};
+use pennate_testing::program::{results, settings};
 
 /// Largest factor between an estimated error and the true one.
 const ESTIMATE_FACTOR: f64 = 10.0;
@@ -83,19 +84,14 @@ fn corotational(network: &Path) -> (tempfile::TempDir, PathBuf) {
     (folder, file)
 }
 
-fn run(command: &str, file: &Path, more: &[&str]) -> Result<Value, String> {
-    let mut arguments = vec![command, file.to_str().expect("a path in letters"), "--json"];
-    arguments.extend(more);
-    let output = Command::new(env!("CARGO_BIN_EXE_pennate")).args(arguments).output().expect("pennate can be started");
-    serde_json::from_slice(&output.stdout)
-        .map_err(|_| format!("no results: {}", String::from_utf8_lossy(&output.stderr).trim()))
+fn run(command: &str, file: &Path, more: &[impl AsRef<OsStr>]) -> Result<Value, String> {
+    results(env!("CARGO_BIN_EXE_pennate"), command, file, more)
 }
 
 /// The results of the command line for the network with corotational elements.
 fn solve(network: &Path, set: &[(String, String)], _: Option<&str>) -> Result<Value, String> {
     let (_folder, file) = corotational(network);
-    let settings: Vec<String> = set.iter().map(|(name, value)| format!("--set={name}={value}")).collect();
-    run("solve", &file, &settings.iter().map(String::as_str).collect::<Vec<_>>())
+    run("solve", &file, &settings(set))
 }
 
 fn validation(file: &str) -> PathBuf {
@@ -264,7 +260,7 @@ fn tension_is_resolved() {
     let file = folder.path().join("network.toml");
     std::fs::write(&file, text).expect("a file");
     let (_folder, file) = corotational(&file);
-    let results = run("solve", &file, &[]).expect("results");
+    let results = run("solve", &file, &[""; 0]).expect("results");
     assert_eq!(results["steps"][0]["status"], "converged");
     let stretched = results["steps"][0]["nodes"]["B"]["displacement"][0].as_f64().expect("a displacement");
     assert!((stretched - 12.0).abs() < 1e-9, "{stretched}");

@@ -1,11 +1,11 @@
 //! Every folder of `validation/` against its reference, with default settings and on a fine mesh.
 
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
 
 use pennate_testing::comparison::{Case, Setting};
+use pennate_testing::program::{results, settings};
 
 /// Largest factor between an estimated error and the true one.
 const ESTIMATE_FACTOR: f64 = 10.0;
@@ -83,15 +83,7 @@ fn validate(folder: &str) {
 
 /// The results of the command line.
 fn solve(network: &Path, set: &[(String, String)], accuracy: Option<&str>) -> Result<Value, String> {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pennate"));
-    command.arg("solve").arg(network).arg("--json");
-    for (name, value) in set {
-        command.args(["--set", &format!("{name}={value}")]);
-    }
-    if let Some(accuracy) = accuracy {
-        command.args(["--accuracy", accuracy]);
-    }
-    let output = command.output().expect("pennate can be started");
-    serde_json::from_slice(&output.stdout)
-        .map_err(|_| format!("no results: {}", String::from_utf8_lossy(&output.stderr).trim()))
+    let mut more = settings(set);
+    more.extend(accuracy.map(|accuracy| format!("--accuracy={accuracy}")));
+    results(env!("CARGO_BIN_EXE_pennate"), "solve", network, &more)
 }
