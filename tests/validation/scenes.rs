@@ -60,6 +60,21 @@ fn agree(file: &str) {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
+/// A shear-rigid, inextensible rod in the same state, integrated backwards from its tip; both signs, and the base turned.
+#[test]
+fn the_soft_arm_is_where_an_integration_of_the_rod_puts_it() {
+    for (settings, expected) in [
+        (&[][..], [184.0473, -95.4755, -164.2103]),
+        (&[("Pr", "-124.1")][..], [184.0473, 95.4755, -164.2103]),
+        (&[("swivel", "90")][..], [95.4755, 184.0473, -164.2103]),
+    ] {
+        for (axis, expected) in ["x", "y", "z"].into_iter().zip(expected) {
+            let found = probe("br2", settings, axis);
+            assert!((found - expected).abs() < 1e-4, "{settings:?}: {axis} is {found}, not {expected}");
+        }
+    }
+}
+
 /// Table 5: strokes of stages add, forces of columns add.
 #[test]
 fn networks_multiply_the_stroke_and_the_force_of_one_dyad() {

@@ -12,6 +12,7 @@
 //! # Ok::<(), pennate_models::InputErrors>(())
 //! ```
 
+mod br2;
 mod compliant_gripper;
 mod dyad;
 mod file;
@@ -68,6 +69,7 @@ pub const SCENES: &[Scene] = &[
     synthesis::WIRE_GRIPPER,
     morphing::MORPHING,
     ring_gripper::RING_GRIPPER,
+    br2::BR2,
 ];
 
 /// The scene of a name.

@@ -27,7 +27,7 @@ pub struct Parameter {
 /// What a parameter is unless set, and what it may be.
 #[derive(Clone, Copy, Debug)]
 pub enum Default {
-    /// A quantity that the file keeps as a parameter: mm, degrees, psi or N.
+    /// A quantity that the file keeps as a parameter, in the unit of its dimension.
     Quantity(f64, Dimension, Range),
     /// A number of things, which shapes the file.
     Count(usize, usize, usize),
@@ -44,8 +44,12 @@ pub enum Dimension {
     Angle,
     /// In psi, the unit of the muscles' tables.
     Pressure,
+    /// In kPa, the unit of pressures that enter formulas.
+    Kilopascal,
     /// In N.
     Force,
+    /// A mass in g.
+    Gram,
 }
 
 /// Bounds of a quantity; a bound that is open does not belong to it.
@@ -110,7 +114,9 @@ impl Dimension {
             Self::Length => "mm",
             Self::Angle => "deg",
             Self::Pressure => "psi",
+            Self::Kilopascal => "kPa",
             Self::Force => "N",
+            Self::Gram => "g",
         }
     }
 
@@ -118,8 +124,9 @@ impl Dimension {
         match self {
             Self::Length => Kind::Length,
             Self::Angle => Kind::Angle,
-            Self::Pressure => Kind::Stress,
+            Self::Pressure | Self::Kilopascal => Kind::Stress,
             Self::Force => Kind::Force,
+            Self::Gram => Kind::Mass,
         }
     }
 
@@ -128,7 +135,9 @@ impl Dimension {
         match self {
             Self::Length | Self::Force => value * unit.to_file(Units::MmNMpa),
             Self::Angle => (value * unit.to_file(Units::MmNMpa)).to_degrees(),
-            Self::Pressure => value * unit.factor / unit::parse("psi").map_or(1.0, |psi| psi.factor),
+            Self::Pressure | Self::Kilopascal | Self::Gram => {
+                value * unit.factor / unit::parse(self.unit()).map_or(1.0, |own| own.factor)
+            }
         }
     }
 }
@@ -287,7 +296,7 @@ impl Settings {
         at.map(|at| &self.values[at]).unwrap_or_else(|| panic!("scene '{}' defines no parameter '{name}'", self.scene))
     }
 
-    /// A quantity: mm, degrees, psi or N.
+    /// A quantity, in the unit of its dimension.
     pub fn number(&self, name: &str) -> f64 {
         match self.value(name) {
             Value::Number(value) => *value,

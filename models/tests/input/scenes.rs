@@ -70,6 +70,8 @@ fn quantities_that_do_not_go_together_are_refused() {
         ("inverted", "n", "0", "a whole number from 1 to 50"),
         ("inverted", "n", "1.5", "a whole number from 1 to 50"),
         ("dyad", "L", "130 kPa", "write a number of mm"),
+        ("br2", "Pb", "26 psi", "at least 0 and at most 172.36 kPa"),
+        ("br2", "load", "1 N", "write a number of g"),
         ("dyad", "beta", "30", "known parameters"),
     ] {
         let errors = refused(scene, name, value);

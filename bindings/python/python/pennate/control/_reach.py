@@ -1,0 +1,277 @@
+"""Inputs that bring a tip to a target: Gauss-Newton, damped after Levenberg, within the limits of the inputs.
+
+With r the way from the tip to its target and J the derivatives of the tip by the inputs, both over the ranges of the inputs,
+a move s is the least of |J s - r|^2 + mu tr(J'J)/k |s|^2 within the limits. A move that brings the tip no nearer is taken
+back, and mu grows; else it shrinks with how well the model foretold the gain.
+
+The tip is that of the arm, as it would be measured. J is that of a model, which may be another one: without the load that the
+arm carries, say. Where the way ends in front of a target, the model alone looks for a better one from other starts, which
+moves nothing; only the inputs that it finds are tried on the arm.
+
+Marquardt, An algorithm for least-squares estimation of nonlinear parameters, SIAM J. Appl. Math. 11 (1963); Nielsen, Damping
+parameter in Marquardt's method, IMM-REP-1999-05, for the rule by which mu shrinks and grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arms import Arm, Array, Bounds, Followed
+
+if TYPE_CHECKING:
+    from pennate import Live
+
+Counts = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+# Damping at first, as a share of the mean square of the slopes. Of 1e-3 to 1 it is what takes the fewest moves between random
+# pairs of the BR2 arm: 2.46, for 2.9 with 1e-3 and 3.8 with 1.
+MU = 0.1
+# Bounds of the damping: below, the digits of J'J end; above, moves are smaller than `STILL`.
+LEAST, GREATEST = 1e-8, 1e8
+# A way ends where the next move is smaller than this share of the inputs' ranges: valves do not resolve it.
+STILL = 1e-6
+
+
+# A restart is tried where the model foretells less than this share of the present error.
+WORTH = 0.9
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How near a tip came to its target. With one target every array is without its first axis."""
+
+    inputs: Array
+    """(n, k), where the arm is left."""
+    tip: Array
+    """(n, 3), as measured there."""
+    error: Array
+    """(n,), distance between tip and target, in the unit of lengths."""
+    reached: Flags
+    """(n,), whether the error is within the tolerance."""
+    moves: Counts
+    """(n,), how often inputs were set on the arm, starts not counted."""
+    jacobians: Counts
+    """(n,), how often the model was asked for tip and derivatives, restarts included."""
+    restarts: Counts
+    """(n,), how often the way began anew at inputs that the model proposed."""
+
+
+def reach(
+    arm: Arm | Live,
+    target: npt.ArrayLike,
+    *,
+    start: npt.ArrayLike | None = None,
+    model: Arm | None = None,
+    tolerance: float = 1.0,
+    moves: int = 15,
+    largest: npt.ArrayLike | None = None,
+    restarts: int = 8,
+    inputs: Bounds | None = None,
+    tip: Sequence[str] = ("x", "y", "z"),
+) -> Reach:
+    """Moves an arm until its tip is at a target, or as near as it comes.
+
+    Args:
+        arm: What is moved and measured. A live state needs `inputs`, its parameters that may change with their limits,
+            and has one target; `tip` are the three probes of its tip.
+        target: (3,) or (n, 3), in the unit of lengths of the network.
+        start: (k,) or (n, k) inputs to begin with; the middle of the limits, or where a live state is.
+        model: What gives derivatives, and proposes restarts; the arm itself unless given.
+        tolerance: An error that is small enough, in the unit of lengths.
+        moves: At most so many on the arm from each start.
+        largest: (k,) changes of the inputs that a move does not exceed.
+        restarts: From so many other starts the model looks for a better way where the first ends short of the target.
+    """
+    moved = _adapted(arm, inputs, tip)
+    targets = np.atleast_2d(np.asarray(target, dtype=np.float64))
+    alone = np.ndim(target) == 1
+    if targets.shape[1:] != (3,):
+        raise ValueError(f"target has the shape {np.shape(target)}: (3,) or (n, 3) expected")
+    if isinstance(moved, Followed) and len(targets) > 1:
+        raise ValueError(f"a live state goes to one target at a time, not to {len(targets)}")
+    if start is None:
+        start = moved.inputs if isinstance(moved, Followed) else (moved.lower + moved.upper) / 2
+    begin = np.broadcast_to(np.asarray(start, dtype=np.float64), (len(targets), len(moved.names)))
+    way = _Way(moved, moved if model is None else model, targets, tolerance, largest)
+    way.begin(begin)
+    way.go(moves)
+    if restarts and not way.there.all():
+        _restart(way, moves, restarts)
+    way.go_back()
+    found = (way.inputs, way.tips, way.errors, way.there, way.moves, way.jacobians, way.restarts)
+    return Reach(*((each[0] for each in found) if alone else found))
+
+
+def _restart(way: _Way, moves: int, count: int) -> None:
+    """Lets the model look for better ways to the targets that were not reached, and tries what it finds on the arm."""
+    late = np.flatnonzero(~way.there & np.isfinite(way.errors))
+    # Where the tip measured is beside that of the model, the target is put as far beside itself.
+    targets = way.targets[late] + way.model.tip(way.inputs[late]) - way.tips[late]
+    best = np.full(len(late), np.inf)
+    inputs = np.empty((len(late), len(way.model.names)))
+    for share in spread(count, len(way.model.names)):
+        search = _Way(way.model, way.model, targets, way.tolerance / 2, None)
+        search.begin(np.tile(way.model.lower + share * (way.model.upper - way.model.lower), (len(late), 1)))
+        search.go(30)
+        way.jacobians[late] += search.jacobians
+        better = search.errors < best
+        best[better], inputs[better] = search.errors[better], search.inputs[better]
+    # Only what is better by more than the model is likely to be wrong by is worth a move.
+    worth = best < WORTH * way.errors[late]
+    if worth.any():
+        way.begin_anew(late[worth], inputs[worth])
+        way.go(moves)
+
+
+class _Way:
+    """Arms on their way to targets, side by side."""
+
+    def __init__(self, arm: Arm, model: Arm, targets: Array, tolerance: float, largest: npt.ArrayLike | None) -> None:
+        self.arm, self.model, self.targets, self.tolerance = arm, model, targets, tolerance
+        self.range = arm.upper - arm.lower
+        step = np.inf if largest is None else np.asarray(largest, dtype=np.float64) / self.range
+        self.largest = np.broadcast_to(step, self.range.shape)
+        count = len(targets)
+        self.moves, self.jacobians, self.restarts = (np.zeros(count, dtype=np.int64) for _ in range(3))
+
+    def begin(self, inputs: Array) -> None:
+        count = len(self.targets)
+        self.inputs = np.clip(inputs, self.arm.lower, self.arm.upper)
+        self.tips = self.arm.tip(self.inputs)
+        self.errors = self._errors(self.tips, self.targets)
+        self.last = self.inputs.copy()
+        self._mu, self._growth = np.full(count, MU), np.full(count, 2.0)
+        self._slopes = np.zeros((count, 3, len(self.range)))
+        self._fresh = np.zeros(count, dtype=bool)
+        self.still = np.zeros(count, dtype=bool)
+
+    def begin_anew(self, which: npt.NDArray[np.intp], inputs: Array) -> None:
+        """Sets some arms to other inputs; where they are nearer to their targets, or not, they go on from the better."""
+        self.restarts[which] += 1
+        self.still[which] = False
+        self._mu[which], self._growth[which] = MU, 2.0
+        self._try(which, inputs)
+
+    @property
+    def there(self) -> Flags:
+        return self.errors <= self.tolerance
+
+    def go(self, moves: int) -> None:
+        """Makes moves until all are there, or as near as they come."""
+        for _ in range(moves):
+            which = np.flatnonzero(~self.there & ~self.still)
+            if not len(which):
+                return
+            self._look(which)
+            step, foretold = self._step(which)
+            still = np.abs(step).max(axis=1) < STILL
+            self.still[which[still]] = True
+            go = ~still
+            which, step, foretold = which[go], step[go], foretold[go]
+            before = self.errors[which]
+            better = self._try(which, self.inputs[which] + step * self.range)
+            gain = (before**2 - self.errors[which] ** 2) / np.where(foretold > 0, foretold, 1.0)
+            self._damp(which, better, gain)
+
+    def go_back(self) -> None:
+        """Sets arms whose last move was no better to where they were best, which is a move as well."""
+        which = np.flatnonzero((self.last != self.inputs).any(axis=1))
+        if not len(which):
+            return
+        # Where the arm has a history it does not come back to where it was: what counts is what is measured now.
+        self.moves[which] += 1
+        self.last[which] = self.inputs[which]
+        self.tips[which] = self.arm.tip(self.inputs[which])
+        self.errors[which] = self._errors(self.tips[which], self.targets[which])
+
+    def _try(self, which: npt.NDArray[np.intp], inputs: Array) -> Flags:
+        """Moves some arms; whether they are nearer to their targets. The others keep the inputs that were best."""
+        inputs = np.clip(inputs, self.arm.lower, self.arm.upper)
+        tips = self.arm.tip(inputs)
+        errors = self._errors(tips, self.targets[which])
+        self.moves[which] += 1
+        self.last[which] = inputs
+        better = errors < self.errors[which]
+        kept = which[better]
+        self.inputs[kept], self.tips[kept], self.errors[kept] = inputs[better], tips[better], errors[better]
+        self._fresh[kept] = False
+        return better
+
+    def _look(self, which: npt.NDArray[np.intp]) -> None:
+        """Derivatives by inputs as shares of their ranges, where they are not known yet."""
+        which = which[~self._fresh[which]]
+        if len(which):
+            slopes = self.model.jacobian(self.inputs[which])[1] * self.range
+            # Where the model has no derivative no way can be shown.
+            self.still[which[np.isnan(slopes).any(axis=(1, 2))]] = True
+            self._slopes[which] = np.nan_to_num(slopes)
+            self._fresh[which] = True
+            self.jacobians[which] += 1
+
+    def _step(self, which: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """Moves as shares of the ranges, and by how much they lessen the squares of the errors if the model is right."""
+        slopes = self._slopes[which]
+        way = self.targets[which] - self.tips[which]
+        present = (self.inputs[which] - self.arm.lower) / self.range
+        low, high = np.maximum(-present, -self.largest), np.minimum(1.0 - present, self.largest)
+        square = np.einsum("nij,nik->njk", slopes, slopes)
+        width = len(self.range)
+        mean = np.einsum("njj->n", square) / width
+        # Where nothing moves the tip, nothing is divided by zero.
+        damped = square + (self._mu[which] * mean + (mean == 0))[:, None, None] * np.eye(width)
+        pull = np.einsum("nij,ni->nj", slopes, way)
+        step = np.where((pull < 0) & (low >= 0), low, np.where((pull > 0) & (high <= 0), high, 0.0))
+        free = ~(((pull < 0) & (low >= 0)) | ((pull > 0) & (high <= 0)))
+        # Inputs that the way takes beyond a limit are put onto it, and the others find their way again.
+        for _ in range(width):
+            held = np.where(free, 0.0, step)
+            rest = pull - np.einsum("njk,nk->nj", damped, held)
+            matrix = np.where(free[:, :, None] & free[:, None, :], damped, np.eye(width))
+            step = np.linalg.solve(matrix, np.where(free, rest, held)[:, :, None])[:, :, 0]
+            beyond = free & ((step < low) | (step > high))
+            step = np.clip(step, low, high)
+            free &= ~beyond
+            if not beyond.any():
+                break
+        left = way - np.einsum("nij,nj->ni", slopes, step)
+        return step, np.einsum("ni,ni->n", way, way) - np.einsum("ni,ni->n", left, left)
+
+    def _damp(self, which: npt.NDArray[np.intp], better: Flags, gain: Array) -> None:
+        """Nielsen's rule: less damping the better the model foretold, ever more where moves are in vain."""
+        mu, growth = self._mu[which], self._growth[which]
+        shrink = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0.0, 1.0) - 1) ** 3)
+        self._mu[which] = np.clip(np.where(better, mu * shrink, mu * growth), LEAST, GREATEST)
+        self._growth[which] = np.where(better, 2.0, 2 * growth)
+
+    @staticmethod
+    def _errors(tips: Array, targets: Array) -> Array:
+        """Distances; infinite where there is no equilibrium."""
+        found: Array = np.nan_to_num(np.linalg.norm(tips - targets, axis=1), nan=np.inf)
+        return found
+
+
+def spread(count: int, width: int) -> Array:
+    """(count, width), points in the unit cube that lie apart: multiples of powers of a generalized golden ratio."""
+    # The root of x**(width + 1) = x + 1, by the iteration that Roberts gives for his quasirandom sequences (2018).
+    root = 1.5
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (width + 1))
+    powers = root ** -np.arange(1.0, width + 1.0)
+    found: Array = (0.5 + np.arange(1, count + 1)[:, None] * powers) % 1.0
+    return found
+
+
+def _adapted(arm: Arm | Live, inputs: Bounds | None, tip: Sequence[str]) -> Arm:
+    if isinstance(arm, Arm):
+        if inputs is not None:
+            raise ValueError("inputs: an arm has inputs already; they are given with a live state alone")
+        return arm
+    if inputs is None:
+        raise ValueError("inputs: the parameters of the live state that may change, with their limits, are needed")
+    return Followed(arm, inputs, tip)

@@ -1,0 +1,81 @@
+"""The BR2 arm: its limits, its strides, and its models for a load at the tip.
+
+Pressures are in kPa, angles in degrees, lengths in mm, loads in g. What is given by the dissertation (chapter 4), inferred
+from its numbers or assumed stands in the book, on the page on control.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import pennate
+
+from ._arms import Bounds, Solved, Swivelled
+from ._table import Table
+from ._task import Changes, Levels, Rules
+
+# Given in section 4.3: 25 and 28 psi.
+BENDING, ROTATING = 172.36, 193.05
+# Half the workspace, with one rotating actuator; all of it, where a negative pressure is that of the other one.
+HALF: Bounds = {"Pb": (0.0, BENDING), "Pr": (0.0, ROTATING)}
+BOTH: Bounds = {"Pb": (0.0, BENDING), "Pr": (-ROTATING, ROTATING)}
+# Inferred from the pressures of Table 9: steps of 0.5 psi and of 1 psi.
+LEVELS = (51, 29)
+# Given in section 4.4: the greatest changes of a continuous action, kPa, kPa and degrees. 31.2 kPa lies on no grid of psi.
+LARGEST = (31.2, 96.5, 60.0)
+# Given in Fig. 41; half the range of a rotating pressure and of the swivel alike is the greatest change.
+SWIVEL = 60.0
+# No tip is farther from the base.
+LENGTH = 310.0
+# Given: the rewards, the tolerance of 15 mm with continuous actions, what counts as success. Inferred: 10 mm in training with
+# discrete ones ("limits (0.01 m)"), errors in cm, 15 moves. Assumed: 40 moves, which the way through the whole range needs.
+DISCRETE = Rules(tolerance=10.0, steps=40, success=15.0, rounding=10.0)
+CONTINUOUS = Rules(tolerance=15.0, steps=15, success=15.0, fine=None, late=True)
+
+
+def solved(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Solved | Swivelled:
+    """The arm, solved for each state."""
+    arm = Solved(pennate.scene("br2", load=load), BOTH if both else HALF)
+    return Swivelled(arm, least=-SWIVEL, greatest=SWIVEL) if swivel else arm
+
+
+def table(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Table | Swivelled:
+    """The arm, by a table of solved states: the lattice of `LEVELS`, with both rotating actuators twice. Tables are kept."""
+    made = _tabulated(load, both)
+    return Swivelled(made, least=-SWIVEL, greatest=SWIVEL) if swivel else made
+
+
+@lru_cache(maxsize=32)
+def _tabulated(load: float, both: bool) -> Table:
+    arm = Solved(pennate.scene("br2", load=load), BOTH if both else HALF)
+    bending, rotating = LEVELS
+    # The slope of the tip jumps where one rotating actuator takes over from the other.
+    return Table(arm, (bending, 2 * rotating - 1), ((), (0.0,))) if both else Table(arm, LEVELS)
+
+
+def environment(
+    actions: str, *, load: float = 0.0, source: str = "live", **changes: float | bool | None
+) -> dict[str, Any]:
+    """The arguments of `Env` and `VectorEnv` for the two decision processes of chapter 4.
+
+    Args:
+        actions: `"discrete"`, two inputs by twelve strides; or `"continuous"`, three inputs.
+        load: At the tip, in g.
+        source: `"live"` solves at each move, `"table"` solves once for a lattice and interpolates.
+        changes: Of the rules, such as `unit=1.0`, which counts errors in mm.
+    """
+    if actions not in ("discrete", "continuous"):
+        raise ValueError(f"actions: 'discrete' or 'continuous' expected, not {actions!r}")
+    if source not in ("live", "table"):
+        raise ValueError(f"source: 'live' or 'table' expected, not {source!r}")
+    discrete = actions == "discrete"
+    made = (solved if source == "live" else table)(load, both=not discrete, swivel=not discrete)
+    rules = replace(DISCRETE if discrete else CONTINUOUS, **changes)  # type: ignore[arg-type]
+    return {
+        "network": made,
+        "actions": Levels(LEVELS) if discrete else Changes(LARGEST),
+        "rules": rules,
+        "length": LENGTH,
+    }
