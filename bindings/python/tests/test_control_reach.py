@@ -1,0 +1,134 @@
+"""Tips come to their targets, by derivatives of a model, within limits, and as near as they can be brought."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import pennate
+from pennate import control
+from pennate.control import br2, reach
+from pennate.control._arms import differences
+
+Array = npt.NDArray[np.float64]
+
+
+class Turned:
+    """A tip on a curve through space: the distance to a target has two minima along it."""
+
+    names = ("a",)
+    lower, upper = np.array([-1.0]), np.array([1.0])
+
+    def tip(self, inputs: Array) -> Array:
+        a = inputs[:, 0]
+        return np.stack([100 * (a**2 + 0.3 * a), 0 * a, 0 * a], axis=1)
+
+    def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        a = inputs[:, 0]
+        return self.tip(inputs), np.stack([100 * (2 * a + 0.3), 0 * a, 0 * a], axis=1)[:, :, None]
+
+
+@pytest.fixture(scope="module")
+def inputs() -> Array:
+    """Random pressures of half the workspace, kPa."""
+    return np.random.default_rng(7).random((60, 2)) * [br2.BENDING, br2.ROTATING]
+
+
+def test_the_table_of_the_arm_gives_what_solves_give(inputs: Array) -> None:
+    # 0.2 mm are asked for; splines on the lattice of 0.5 and 1 psi leave a few thousandths.
+    for load in (0.0, 12.0):
+        away = inputs + [0.0, 0.05] * (br2.ROTATING - inputs)
+        error = np.linalg.norm(br2.table(load).tip(away) - br2.solved(load).tip(away), axis=1)
+        assert error.max() < 5e-3, load
+
+
+def test_derivatives_of_table_and_solves_agree(inputs: Array) -> None:
+    table, solved = br2.table(0), br2.solved(0)
+    tips, slopes = table.jacobian(inputs)
+    assert np.array_equal(tips, table.tip(inputs))
+    some = solved.jacobian(inputs[:4])[1]
+    assert np.abs(some - slopes[:4]).max() < 1e-4 * np.abs(slopes).max()
+    assert np.abs(differences(table, inputs, tips) - slopes).max() < 1e-3 * np.abs(slopes).max()
+
+
+def test_a_table_keeps_the_kink_where_one_actuator_takes_over_from_the_other() -> None:
+    table = br2.table(0, both=True)
+    beside = np.array([[124.1, -1e-9], [124.1, 1e-9]])
+    tips, slopes = table.jacobian(beside)
+    assert np.abs(tips[0] - tips[1]).max() < 1e-6
+    mirrored = slopes[0, :, 1] * [-1, 1, -1]
+    assert np.abs(mirrored - slopes[1, :, 1]).max() < 1e-6 and abs(slopes[1, 0, 1]) > 1e-3
+
+
+def test_derivatives_by_the_swivel_are_those_of_the_turned_tip() -> None:
+    arm = br2.table(0, swivel=True)
+    at = np.array([[100.0, 50.0, 20.0], [60.0, 150.0, -45.0]])
+    tips, slopes = arm.jacobian(at)
+    assert np.abs(differences(arm, at, tips) - slopes).max() < 5e-3
+
+
+def test_a_swivelled_table_is_the_network_with_its_base_turned() -> None:
+    arm = br2.table(6, swivel=True)
+    problem = pennate.scene("br2", load=6).problem(parameters=["Pb", "Pr", "swivel"], probes=["x", "y", "z"])
+    at = np.array([[100.0, 50.0, 20.0], [60.0, 150.0, -45.0]])
+    assert np.abs(arm.tip(at) - problem(at)).max() < 5e-3
+
+
+def test_what_is_reported_of_the_way_is_true() -> None:
+    arm = br2.table(0)
+    target = arm.tip(np.array([[80.0, 90.0]]))[0]
+    found = reach(arm, target, tolerance=0.5)
+    assert np.array_equal(arm.tip(found.inputs[None])[0], found.tip)
+    assert found.error == np.linalg.norm(found.tip - target) and found.reached == (found.error <= 0.5)
+    assert reach(arm, target, start=found.inputs, tolerance=0.5).moves == 0
+
+
+def test_a_way_that_ends_at_the_wrong_minimum_begins_anew_where_the_model_finds_a_better_one() -> None:
+    arm = Turned()
+    stuck = reach(arm, [80.0, 0.0, 0.0], start=[-0.9], restarts=0)
+    assert not stuck.reached and stuck.inputs == [-1.0] and stuck.error == pytest.approx(10.0)
+    cured = reach(arm, [80.0, 0.0, 0.0], start=[-0.9])
+    assert cured.reached and cured.restarts == 1 and cured.inputs[0] > 0.7
+
+
+def test_no_move_leaves_the_limits_or_is_too_large() -> None:
+    arm, asked = br2.table(0), []
+
+    class Watched:
+        names, lower, upper = arm.names, arm.lower, arm.upper
+
+        def tip(self, inputs: Array) -> Array:
+            asked.append(inputs.copy())
+            return arm.tip(inputs)
+
+        def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+            return arm.jacobian(inputs)
+
+    largest = np.array([31.2, 96.5])
+    outside = 1.3 * arm.tip(np.array([[172.0, 190.0]]))[0]
+    reach(Watched(), outside, start=[20.0, 10.0], model=arm, largest=largest, restarts=0)
+    way = np.concatenate(asked)
+    assert ((way >= arm.lower) & (way <= arm.upper)).all()
+    assert (np.abs(np.diff(way[:5], axis=0)) <= largest + 1e-9).all() and len(way) > 5
+
+
+def test_a_live_state_is_moved_by_derivatives_of_its_problem() -> None:
+    network = pennate.scene("br2", load=6)
+    live = network.problem(parameters=["Pb", "Pr"], probes=["x", "y", "z"]).live()
+    target = br2.table(6).tip(np.array([[80.0, 90.0]]))[0]
+    found = reach(live, target, inputs=br2.HALF, tolerance=0.1)
+    assert found.reached and live.present["Pb"] == found.inputs[0]
+    assert np.linalg.norm([live["x"], live["y"], live["z"]] - target) == pytest.approx(found.error, abs=1e-6)
+
+
+def test_what_is_wrong_is_said() -> None:
+    arm = br2.table(0)
+    with pytest.raises(ValueError, match=r"target has the shape \(2,\)"):
+        reach(arm, [1.0, 2.0])
+    with pytest.raises(ValueError, match="are given with a live state alone"):
+        reach(arm, [1.0, 2.0, 3.0], inputs=br2.HALF)
+    with pytest.raises(ValueError, match="limits of 'Pb' are 5 and 5"):
+        control.Solved(pennate.scene("br2"), {"Pb": (5, 5)})
+    with pytest.raises(ValueError, match="not between its limits"):
+        control.Table(arm, (10, 10), ((), (200.0,)))
