@@ -109,19 +109,24 @@ class Task:
             drawn = np.array([self._draw(generators[row]) for row in left]).reshape(len(left), 2, -1)
             if start is not None:
                 drawn[:, 0] = self._share(np.asarray(start, dtype=np.float64))
-            self._place(left, drawn[:, 0])
-            goals = self.arm.lower + drawn[:, 1] * self.range
-            self.targets[left] = self.arm.tip(goals) if target is None else np.asarray(target, dtype=np.float64)
-            self.tips[left] = self.arm.tip(self.inputs[left])
-            self.errors[left] = _distances(self.tips[left], self.targets[left])
-            self.moves[left] = 0
+            begin, goals = self.arm.lower + drawn[:, 0] * self.range, self.arm.lower + drawn[:, 1] * self.range
+            to = self.arm.tip(goals) if target is None else np.asarray(target, dtype=np.float64)
+            self.place(left, begin, to)
             left = left[np.isnan(self.errors[left])]
             if not len(left):
                 return
         at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.arm.names, self.inputs[left[0]]))
         raise RuntimeError(f"no episode begins: after {DRAWS} draws there is no equilibrium, as at {at}")
 
-    def step(self, which: Rows, actions: Array) -> tuple[Array, Flags, Flags]:
+    def place(self, which: Rows, starts: Array, targets: Array) -> None:
+        """Episodes with (n, k) inputs, those of the nearest levels where there are levels, and (n, 3) targets."""
+        self._place(which, self._share(starts))
+        self.targets[which] = targets
+        self.tips[which] = self.arm.tip(self.inputs[which])
+        self.errors[which] = _distances(self.tips[which], self.targets[which])
+        self.moves[which] = 0
+
+    def step(self, which: Rows, actions: npt.ArrayLike) -> tuple[Array, Flags, Flags]:
         """Moves some arms: rewards, and whether the episodes ended or were truncated."""
         rules = self.rules
         shares, over = self._moved(which, actions)
@@ -183,7 +188,7 @@ class Task:
             shares = self._levels[which] / self._top
         self.inputs[which] = np.clip(self.arm.lower + shares * self.range, self.arm.lower, self.arm.upper)
 
-    def _moved(self, which: Rows, actions: Array) -> tuple[Array, Flags]:
+    def _moved(self, which: Rows, actions: npt.ArrayLike) -> tuple[Array, Flags]:
         """Shares of the ranges after actions, within the limits, and whether the actions went beyond them."""
         if isinstance(self.actions, Levels):
             after = self._levels[which] + self._table[np.asarray(actions, dtype=np.intp)]

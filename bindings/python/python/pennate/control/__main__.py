@@ -1,0 +1,59 @@
+"""`python -m pennate.control test`: the tests of chapter 4, as Markdown tables."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+from ._policy import Policy
+from .trials import edges, pairs, paths
+
+# Each trial by its name: what it prints, with so many cases and a seed.
+TRIALS: dict[str, Callable[[float, int], str]] = {
+    "table8": lambda share, seed: pairs.table8(round(10_000 * share), seed),
+    "three": lambda share, seed: pairs.three_inputs(round(5_000 * share), seed),
+    "fig34": lambda share, seed: paths.extremes(),
+    "fig35": lambda share, seed: pairs.fewest_moves(round(300 * share), seed),
+    "table9": lambda share, seed: paths.loaded_waypoints(),
+    "table11": lambda share, seed: paths.curves(round(60 * share)),
+    "table12": lambda share, seed: paths.bench_arm(round(30 * share)),
+    "fig40": lambda share, seed: edges.beyond(round(200 * share), seed),
+    "fig41": lambda share, seed: edges.gap(round(300 * share), seed),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs trials and prints their tables."""
+    parser = argparse.ArgumentParser(prog="python -m pennate.control", description="Control of the BR2 arm.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    test = commands.add_parser("test", help="the tests of chapter 4: reported, prototype, reached here")
+    test.add_argument("trials", nargs="*", metavar="TRIAL", help=f"some of: {', '.join(TRIALS)}; all by default")
+    test.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
+    test.add_argument("--quick", action="store_true", help="a tenth of the cases")
+    score = commands.add_parser("score", help="the tests of chapter 4 for a policy, by NumPy alone")
+    score.add_argument("policy", metavar="FILE.npz")
+    score.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
+    score.add_argument("--quick", action="store_true", help="a tenth of the cases")
+    given = parser.parse_args(arguments)
+    if given.command == "score":
+        from .trials import policies
+
+        print(policies.score(Policy.load(given.policy), 0.1 if given.quick else 1.0, given.seed))
+        return 0
+    unknown = [name for name in given.trials if name not in TRIALS]
+    if unknown:
+        parser.error(f"there is no trial '{unknown[0]}'; there are {', '.join(TRIALS)}")
+    for name in given.trials or TRIALS:
+        begin = time.perf_counter()
+        print(TRIALS[name](0.1 if given.quick else 1.0, given.seed), flush=True)
+        print(
+            f"\n{name}, seed {given.seed}: {time.perf_counter() - begin:.1f} s, tables of states included.\n",
+            flush=True,
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
