@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -32,16 +33,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     test.add_argument("trials", nargs="*", metavar="TRIAL", help=f"some of: {', '.join(TRIALS)}; all by default")
     test.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
     test.add_argument("--quick", action="store_true", help="a tenth of the cases")
+    learn = commands.add_parser("train", help="a policy by skrl on JAX; needs pennate[train]")
+    learn.add_argument("method", choices=("ddpg", "dqn"))
+    learn.add_argument("--steps", type=int, default=6000, help="moves of 64 arms at once (6000)")
+    learn.add_argument("--seed", type=int, default=0, help="of arms, networks and exploration (0)")
+    learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help="where the best checkpoint is kept")
     score = commands.add_parser("score", help="the tests of chapter 4 for a policy, by NumPy alone")
     score.add_argument("policy", metavar="FILE.npz")
     score.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
     score.add_argument("--quick", action="store_true", help="a tenth of the cases")
     given = parser.parse_args(arguments)
+    if given.command == "train":
+        return _train(given.method, given.steps, given.seed, given.output)
     if given.command == "score":
-        from .trials import policies
-
-        print(policies.score(Policy.load(given.policy), 0.1 if given.quick else 1.0, given.seed))
-        return 0
+        return _score(given.policy, 0.1 if given.quick else 1.0, given.seed)
     unknown = [name for name in given.trials if name not in TRIALS]
     if unknown:
         parser.error(f"there is no trial '{unknown[0]}'; there are {', '.join(TRIALS)}")
@@ -52,6 +57,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"\n{name}, seed {given.seed}: {time.perf_counter() - begin:.1f} s, tables of states included.\n",
             flush=True,
         )
+    return 0
+
+
+def _score(path: str, share: float, seed: int) -> int:
+    """Prints the tests of a policy."""
+    from .trials import policies
+
+    try:
+        policy = Policy.load(path)
+    except (OSError, ValueError) as error:
+        print(f"error: no policy is read from {path}: {error}", file=sys.stderr)
+        return 2
+    begin = time.perf_counter()
+    print(policies.score(policy, share, seed))
+    print(f"\n{path}, seed {seed}: {time.perf_counter() - begin:.1f} s, tables of states included.")
+    return 0
+
+
+def _train(method: str, steps: int, seed: int, output: str) -> int:
+    """Trains a policy and keeps its best checkpoint, as it comes."""
+    # Before JAX is imported: it would look for other devices, and take all threads.
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    try:
+        from . import _train
+    except ModuleNotFoundError as error:
+        print(f"error: {error.name} is not installed\nhelp: pip install 'pennate[train]'", file=sys.stderr)
+        return 2
+    _, share = _train.train(method, steps, seed, keep=lambda policy: policy.save(output))
+    print(f"{output}: {100 * share:.1f} % of the validation pairs")
     return 0
 
 
