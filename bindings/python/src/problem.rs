@@ -1,7 +1,7 @@
 //! Many designs: numbers in, numbers out.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -38,6 +38,25 @@ fn pool(threads: usize) -> Result<Arc<ThreadPool>, String> {
     let made = Arc::new(made.map_err(|error| format!("no threads can be had: {error}"))?);
     pools.insert(key, Arc::clone(&made));
     Ok(made)
+}
+
+/// Python threads that work without a pool, at most: what a thread keeps for it stays when the thread ends.
+const OWN: usize = 64;
+static OWNERS: AtomicUsize = AtomicUsize::new(0);
+thread_local! {
+    /// A pool of this thread alone, in which nothing has to wait for another.
+    static ALONE: Option<ThreadPool> = {
+        let room = OWNERS.fetch_add(1, Ordering::Relaxed) < OWN;
+        room.then(|| ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().ok()).flatten()
+    };
+}
+
+/// Does work of one thread, on the present one if it can be had.
+fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, String> {
+    ALONE.with(|own| match own {
+        Some(own) => Ok(own.install(work)),
+        None => Ok(pool(1)?.install(work)),
+    })
 }
 
 /// A reason: its place, its kind, and a sentence.
@@ -93,17 +112,19 @@ impl Problem {
         work: impl FnOnce(&Compiled, &Control) -> T + Send,
     ) -> PyResult<T> {
         let begin = Instant::now();
-        let run = |control: Control| -> Result<T, String> {
-            Ok(pool(self.threads)?.install(|| work(&self.compiled, &control)))
-        };
+        let here = designs == 1 || self.threads == 1;
         let expected = self.pace.load(Ordering::Relaxed).saturating_mul(designs as u64);
-        let done = if expected < LONG {
-            quick(py, || run(Control::default()))?
-        } else {
-            match patient(py, &None, |stop, _| run(Control { stop: Some(stop) }))? {
+        let compiled = &self.compiled;
+        let done = match expected < LONG {
+            // To wake another thread takes longer than a small design.
+            true if here => quick(py, || alone(|| work(compiled, &Control::default())))?,
+            true => quick(py, || Ok(pool(self.threads)?.install(|| work(compiled, &Control::default()))))?,
+            false => match patient(py, &None, |stop, _| {
+                Ok(pool(self.threads)?.install(|| work(compiled, &Control { stop: Some(stop) })))
+            })? {
                 (_, Some(raised)) => return Err(raised),
                 (done, None) => done,
-            }
+            },
         };
         let each = begin.elapsed().as_nanos() / (designs.max(1) as u128);
         self.pace.store(u64::try_from(each).unwrap_or(u64::MAX), Ordering::Relaxed);
@@ -186,6 +207,20 @@ impl Problem {
         let shape = |rest: &[usize]| lead.iter().chain(rest).copied().collect::<Vec<usize>>();
         let y = array(py, answer.values, &shape(&[outputs]))?;
         Ok((y, array(py, answer.jacobian, &shape(&[outputs, inputs]))?, self.why(&answer.reasons)))
+    }
+
+    /// Seconds that one row takes so many times over, without Python: what a call is compared with.
+    fn repeated(&self, py: Python<'_>, x: PyReadonlyArrayDyn<'_, f64>, count: usize) -> PyResult<f64> {
+        let (values, designs, _) = self.rows(&x)?;
+        let all = |problem: &Compiled| {
+            let begin = Instant::now();
+            (0..count).for_each(|_| drop(problem.evaluate(&values)));
+            begin.elapsed().as_secs_f64()
+        };
+        match designs {
+            1 => quick(py, || alone(|| all(&self.compiled)))?.map_err(PyRuntimeError::new_err),
+            _ => Err(PyValueError::new_err("one design expected")),
+        }
     }
 
     /// One equilibrium that is kept.
