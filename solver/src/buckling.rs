@@ -217,8 +217,8 @@ impl Beginning {
             }
             let pairs = |factor: Factor, other: &sprs::CsMat<f64>, least: f64, wanted: usize| -> Pairs {
                 let Operators { stiffness, form, constraints, .. } = &operators;
-                let pencil = Pencil { factor, stiffness, form, other, constraints };
-                if least > 0.0 { pencil.largest_above(least, wanted) } else { pencil.largest(wanted) }
+                let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints };
+                pencil.largest_above(least, wanted)
             };
             let found = pairs(pivots, &forwards, least, wanted);
             complete &= found.complete;

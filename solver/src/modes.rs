@@ -200,7 +200,7 @@ impl Lowest {
     fn of(operators: &Operators, wanted: usize) -> Option<Self> {
         let Shifted { shift, stiffness, form, factor } = Shifted::of(operators)?;
         let (other, constraints) = (&operators.mass, &operators.constraints);
-        let pencil = Pencil { factor, stiffness: &stiffness, form: &form, other, constraints };
+        let pencil = Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other, constraints };
         let pairs = pencil.largest(wanted);
         let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
             // xᵀ (K + s M) x = 1 and xᵀ M x = 1/(ω² + s)

@@ -5,6 +5,11 @@
 //! values are one but for a small part, and Π is the limit of (I − W Wᵀ)ⁿ, reached in a few steps: the same repeated
 //! correction of the multipliers by which equilibria meet rigid components.
 //!
+//! Of a ramp that also stiffens the network the other eigenvalues, which are negative, may be far larger than those wanted. K is
+//! replaced then by K − σ B, which is positive definite for a shift σ below the smallest positive 1/θ: eigenvalues become
+//! μ = θ / (1 − σ θ), which are larger than before where they are positive, and above −1/σ where they are not (the shift and
+//! inversion of Grimes, Lewis and Simon, SIAM J. Matrix Anal. Appl. 15, 1994).
+//!
 //! Eigenvalues are found in Krylov spaces of blocks (`krylov.rs`), which need no matrix of A. A block sees as many motions
 //! of a multiple eigenvalue as it has vectors: what was found is deflated and the search repeated until the count of negative
 //! pivots of K − B/θ (Sylvester's law of inertia) says that nothing is missing above the last one wanted. Of a small network
@@ -46,11 +51,21 @@ const COUNTABLE: f64 = 0.05;
 /// By how much the limit of a count lies above an eigenvalue, over the part that rounding makes of it.
 const CLEAR: f64 = 10.0;
 
+/// Part of the smallest positive 1/θ that the shift is, and how near that has to be known for it.
+const SHIFT: f64 = 0.9;
+const ROUGH: f64 = 1e-3;
+/// A shift that is too large by what was not known of that is halved so often at most.
+const HALVED: usize = 4;
+/// Least part that is left of a stiffness by the shift.
+const LEFT: f64 = 1e-12;
+
 /// B x = θ K x with G x = 0.
 #[derive(Debug)]
 pub struct Pencil<'a> {
-    /// Of `stiffness`, without negative pivots.
+    /// Of `stiffness` less the shifted part of `other`, without negative pivots.
     pub factor: Factor,
+    /// σ
+    pub shift: f64,
     /// K with Gᵀ G.
     pub stiffness: &'a CsMat<f64>,
     /// K without.
@@ -75,20 +90,50 @@ pub struct Pairs {
 }
 
 impl Pencil<'_> {
-    /// The `count` largest eigenvalues above `least`, which is positive.
+    /// The `count` largest eigenvalues above `least`, none of them negative, where `other` may have large negative ones.
     ///
     /// Where the count of pivots says that there are none, nothing is searched for. An auxiliary stiffness in place of a
     /// rigid one makes that count too large at most.
-    pub fn largest_above(&self, least: f64, count: usize) -> Pairs {
-        if self.count_above(least) == Some(0) {
+    pub fn largest_above(self, least: f64, count: usize) -> Pairs {
+        if least > 0.0 && self.count_above(least) == Some(0) {
             return Pairs { complete: true, ..Pairs::default() };
         }
-        let mut pairs = self.largest(count);
+        let mut pairs = self.shifted().largest(count);
         let kept = pairs.values.iter().take_while(|value| **value > least).count();
         pairs.values.truncate(kept);
         pairs.rounding.truncate(kept);
         pairs.vectors.truncate(kept);
         pairs
+    }
+
+    /// The same pencil with the factors of a shift, where it is large and the largest eigenvalue is positive.
+    fn shifted(mut self) -> Self {
+        if self.factor.size() <= SMALL {
+            return self;
+        }
+        let rough = self.search(&[], 1, 0, ROUGH);
+        let Some(first) = rough.pairs.first().filter(|pair| pair.value > 0.0) else { return self };
+        let mut shift = SHIFT / first.value;
+        for _ in 0..HALVED {
+            let shifted = self.stiffness - &self.other.map(|value| value * shift);
+            match Factor::new(&shifted).filter(|factor| factor.negative == 0 && factor.neutral == 0) {
+                Some(factor) => return Self { factor, shift, ..self },
+                // There are larger ones than that.
+                None => shift *= 0.5,
+            }
+        }
+        self.shift = 0.0;
+        self
+    }
+
+    /// θ of an eigenvalue μ of the shifted pencil.
+    fn unshifted(&self, value: f64) -> f64 {
+        value / (1.0 + self.shift * value).max(LEFT)
+    }
+
+    fn unshifted_pair(&self, pair: Pair) -> Pair {
+        let left = (1.0 + self.shift * pair.value).max(LEFT);
+        Pair { value: pair.value / left, residual: pair.residual / (left * left), ..pair }
     }
 
     /// The `count` largest positive eigenvalues.
@@ -98,12 +143,14 @@ impl Pencil<'_> {
             return self.pairs(&self.all(), count, true);
         }
         let mut found: Vec<Pair> = Vec::new();
+        let mut largest = 0.0f64;
         for search in 0..SEARCHES {
-            let Largest { pairs: fresh, scale } = self.search(&found, count + EXTRA, search);
-            let largest = found.iter().fold(scale, |largest, pair| largest.max(pair.value.abs()));
+            let Largest { pairs: fresh, scale } = self.search(&found, count + EXTRA, search, TOLERANCE);
+            largest = fresh.iter().fold(largest.max(scale), |largest, pair| largest.max(pair.value.abs()));
             let exhausted = fresh.iter().all(|pair| pair.value.abs() <= ROUNDING * largest);
-            let next = fresh.iter().fold(0.0f64, |largest, pair| largest.max(pair.value));
-            found.extend(fresh);
+            let known = found.len();
+            found.extend(fresh.into_iter().map(|pair| self.unshifted_pair(pair)));
+            let next = found[known..].iter().fold(0.0f64, |largest, pair| largest.max(pair.value));
             found.sort_by(|a, b| b.value.total_cmp(&a.value));
             if exhausted {
                 return self.pairs(&found, count, true);
@@ -145,8 +192,13 @@ impl Pencil<'_> {
         pairs
     }
 
+    /// The motion of a pair, with xᵀ K x = 1.
     fn motion(&self, pair: &Pair) -> Vec<f64> {
-        self.project(pair.vector.as_chunks::<1>().0).1.into_flattened()
+        let mut motion = self.project(pair.vector.as_chunks::<1>().0).1.into_flattened();
+        // What is of length one has xᵀ (K − σ B) x = 1.
+        let part = (1.0 - self.shift * pair.value).max(LEFT).sqrt();
+        motion.iter_mut().for_each(|x| *x *= part);
+        motion
     }
 
     /// Eigenvalues of B x = θ K x in a space of motions, by falling size, and their motions with xᵀ K x = 1; nothing where K is
@@ -201,12 +253,14 @@ impl Pencil<'_> {
         Factor::new(&shifted).map(|factor| factor.negative)
     }
 
-    /// The largest pairs beside those that are known.
-    fn search(&self, known: &[Pair], count: usize, search: usize) -> Largest {
+    /// The largest pairs of the shifted pencil beside those that are known, with eigenvalues μ.
+    fn search(&self, known: &[Pair], count: usize, search: usize, tolerance: f64) -> Largest {
         let operator = Deflated { pencil: self, known };
-        let any_above =
-            |limit: f64| self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count());
-        krylov::largest(self.factor.size(), count, search, TOLERANCE, &mut |ys| operator.act(ys), &any_above)
+        let any_above = |limit: f64| {
+            let limit = self.unshifted(limit);
+            self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count())
+        };
+        krylov::largest(self.factor.size(), count, search, tolerance, &mut |ys| operator.act(ys), &any_above)
     }
 
     /// All pairs of a small network, by falling eigenvalues.
@@ -230,7 +284,7 @@ impl Pencil<'_> {
         let Ok(eigen) = dense.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
         let (values, vectors) = (eigen.S().column_vector(), eigen.U());
         let vector = |k: usize| (0..size).map(|i| vectors[(i, k)]).collect();
-        let pair = |k: usize| Pair { value: values[k], vector: vector(k), residual: 0.0 };
+        let pair = |k: usize| self.unshifted_pair(Pair { value: values[k], vector: vector(k), residual: 0.0 });
         let mut all: Vec<Pair> = (0..size).map(pair).collect();
         all.sort_by(|a, b| b.value.total_cmp(&a.value));
         all
@@ -364,7 +418,8 @@ mod tests {
         let none = TriMat::new((0, size)).to_csr();
         let form = Form { strains: none.clone(), rest: stiffness.clone() };
         let factor = Factor::new(&stiffness).unwrap();
-        let pencil = Pencil { factor, stiffness: &stiffness, form: &form, other: &mass, constraints: &none };
+        let pencil =
+            Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other: &mass, constraints: &none };
         for count in [6, 30] {
             let pairs = pencil.largest(count);
             assert!(pairs.complete);
