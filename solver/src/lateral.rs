@@ -18,7 +18,7 @@ use crate::system::{Inertia, System};
 const SMALL: f64 = 1e-9;
 
 /// The lateral equations of a plane network.
-pub(crate) struct Lateral {
+pub struct Lateral {
     system: System<3>,
     held: Vec<Held>,
     /// The network in space, built where a sideways loss of stability has to be confirmed.
@@ -29,7 +29,7 @@ pub(crate) struct Lateral {
 
 impl Lateral {
     /// `held` are the lateral rows of the supports.
-    pub(crate) fn new(plane: &System<3>, held: Vec<Held>) -> Self {
+    pub fn new(plane: &System<3>, held: Vec<Held>) -> Self {
         let structure = Arc::clone(&plane.structure);
         let topology = Arc::clone(&plane.topology);
         let mut system = System::new(structure, topology, Vec::new(), [2, 3, 4], false);
@@ -167,7 +167,7 @@ impl Lateral {
 }
 
 /// What the plane network holds, and everything out of the plane.
-pub(crate) fn flat_rows(plane: &System<3>) -> Vec<Held> {
+pub fn flat_rows(plane: &System<3>) -> Vec<Held> {
     let mut flat: Vec<Held> = plane.equations.held.clone();
     flat.retain(|held| matches!(held.component, 0 | 1 | 5));
     for &node in &plane.topology.references {
@@ -188,7 +188,7 @@ pub(crate) fn flat_rows(plane: &System<3>) -> Vec<Held> {
 /// where they name neither.
 ///
 /// So a mirror plane y = 0, which holds uy, rx and rz, leaves ry free.
-pub(crate) fn rows(structure: &crate::structure::Structure) -> Vec<Held> {
+pub fn rows(structure: &crate::structure::Structure) -> Vec<Held> {
     let mut held = Vec::new();
     for support in &structure.supports {
         let translation = support.fixed[..3].contains(&true);

@@ -14,7 +14,7 @@ pub mod error;
 mod held;
 pub mod history;
 pub mod joints;
-mod lateral;
+pub mod lateral;
 mod linear;
 mod mechanism;
 pub mod modes;

@@ -22,7 +22,9 @@ pub struct Drawing {
 /// The numbers of an array, those of one point or line side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
+    /// Real numbers.
     Numbers(Vec<f64>),
+    /// Whole numbers.
     Integers(Vec<i32>),
 }
 

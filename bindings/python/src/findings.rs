@@ -17,7 +17,7 @@ fn class<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
 }
 
 /// A `Finding`.
-pub fn finding<'py>(
+pub(crate) fn finding<'py>(
     py: Python<'py>,
     severity: Severity,
     message: &Message,
@@ -43,7 +43,7 @@ pub fn finding<'py>(
 }
 
 /// A list of `Finding`.
-pub fn findings<'py>(
+pub(crate) fn findings<'py>(
     py: Python<'py>,
     severity: Severity,
     messages: &[Message],
@@ -54,13 +54,13 @@ pub fn findings<'py>(
 }
 
 /// The warnings of a network.
-pub fn warnings<'py>(py: Python<'py>, model: &Model) -> PyResult<Bound<'py, PyList>> {
+pub(crate) fn warnings<'py>(py: Python<'py>, model: &Model) -> PyResult<Bound<'py, PyList>> {
     let messages: Vec<Message> = model.warnings.iter().map(Message::from).collect();
     findings(py, Severity::Warning, &messages, &model.sources)
 }
 
 /// A `NetworkError`.
-pub fn wrong(py: Python<'_>, errors: &InputErrors) -> PyErr {
+pub(crate) fn wrong(py: Python<'_>, errors: &InputErrors) -> PyErr {
     let made = || {
         let messages: Vec<Message> = errors.errors.iter().map(Message::from).collect();
         let found = findings(py, Severity::Error, &messages, &errors.sources)?;
@@ -70,7 +70,7 @@ pub fn wrong(py: Python<'_>, errors: &InputErrors) -> PyErr {
 }
 
 /// A `MechanismError`.
-pub fn mechanism(py: Python<'_>, model: &Model, motions: &[FreeMotion]) -> PyErr {
+pub(crate) fn mechanism(py: Python<'_>, model: &Model, motions: &[FreeMotion]) -> PyErr {
     let made = || {
         let messages = explain::mechanisms(model, motions);
         let text: Vec<String> =
@@ -99,7 +99,7 @@ fn one_motion<'py>(py: Python<'py>, model: &Model, motion: &FreeMotion) -> PyRes
 }
 
 /// The exception of a network that is not solved at all.
-pub fn refused(py: Python<'_>, refusal: &Refusal) -> PyErr {
+pub(crate) fn refused(py: Python<'_>, refusal: &Refusal) -> PyErr {
     match refusal {
         Refusal::Input(errors) => wrong(py, errors),
         Refusal::Mechanism(model, motions) => mechanism(py, model, motions),
@@ -107,7 +107,7 @@ pub fn refused(py: Python<'_>, refusal: &Refusal) -> PyErr {
 }
 
 /// A `SolveError` of these messages.
-pub fn unsolved(py: Python<'_>, messages: &[Message], sources: &[Source]) -> PyErr {
+pub(crate) fn unsolved(py: Python<'_>, messages: &[Message], sources: &[Source]) -> PyErr {
     let made = || {
         let texts: Vec<String> =
             messages.iter().map(|message| diagnostics::text(Severity::Error, message, sources)).collect();
@@ -118,7 +118,7 @@ pub fn unsolved(py: Python<'_>, messages: &[Message], sources: &[Source]) -> PyE
 }
 
 /// A `NetworkError` of what does not fit the network, and has no place in its file.
-pub fn unfit(py: Python<'_>, message: &Message) -> PyErr {
+pub(crate) fn unfit(py: Python<'_>, message: &Message) -> PyErr {
     let made = || {
         let found = findings(py, Severity::Error, std::slice::from_ref(message), &[])?;
         class(py, "NetworkError")?.call1((diagnostics::text(Severity::Error, message, &[]), found))

@@ -14,13 +14,13 @@ use pyo3::prelude::*;
 /// How often signals are looked for while Rust works: nobody notices so short a wait.
 const TICK: Duration = Duration::from_millis(20);
 /// Of the thread that solves; that of a main thread on Linux.
-pub const STACK: usize = 8 << 20;
+pub(crate) const STACK: usize = 8 << 20;
 
 /// Where the last panic of any thread was.
 static LAST: Mutex<Option<String>> = Mutex::new(None);
 
 /// Panics are kept for the exception that they become, and not printed.
-pub fn keep_quiet() {
+pub(crate) fn keep_quiet() {
     std::panic::set_hook(Box::new(|info| {
         if let (Some(place), Ok(mut last)) = (info.location(), LAST.lock()) {
             *last = Some(format!("{}:{}", place.file(), place.line()));
@@ -32,7 +32,7 @@ pub fn keep_quiet() {
 ///
 /// # Errors
 /// What the panic said, and where.
-pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| in_words(payload.as_ref()))
 }
 
@@ -45,7 +45,7 @@ fn in_words(payload: &(dyn Any + Send)) -> String {
 }
 
 /// The exception of a panic.
-pub fn broken(py: Python<'_>, message: String) -> PyErr {
+pub(crate) fn broken(py: Python<'_>, message: String) -> PyErr {
     match py.import("pennate._errors").and_then(|errors| errors.getattr("InternalError")) {
         Ok(class) => class.call1((message,)).map_or_else(|error| error, PyErr::from_value),
         Err(_) => PyRuntimeError::new_err(message),
@@ -56,7 +56,7 @@ pub fn broken(py: Python<'_>, message: String) -> PyErr {
 ///
 /// # Errors
 /// `InternalError` of a panic.
-pub fn quick<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+pub(crate) fn quick<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| caught(work)).map_err(|message| broken(py, message))
 }
 
@@ -67,14 +67,14 @@ enum News<T> {
 }
 
 /// Who hears of progress: called with the step, the number of steps and the fraction; stops the work by `False`.
-pub type Listener = Option<Py<PyAny>>;
+pub(crate) type Listener = Option<Py<PyAny>>;
 
 /// Does work on a thread of its own, without the lock of the interpreter; what came of it, and the exception that a signal
 /// or the listener raised meanwhile: the work was stopped then, and holds what was done.
 ///
 /// # Errors
 /// `InternalError` of a panic; a thread that cannot be had.
-pub fn patient<T: Send>(
+pub(crate) fn patient<T: Send>(
     py: Python<'_>,
     listener: &Listener,
     work: impl FnOnce(Arc<AtomicBool>, &mut (dyn FnMut(&Progress) -> bool + Send)) -> T + Send,
@@ -131,6 +131,6 @@ fn tell(py: Python<'_>, listener: &Listener, progress: &Progress) -> PyResult<bo
 
 /// Panics, on a thread of its own: how the tests see what becomes of a panic.
 #[pyfunction]
-pub fn fail(py: Python<'_>, message: String) -> PyResult<()> {
+pub(crate) fn fail(py: Python<'_>, message: String) -> PyResult<()> {
     patient(py, &None, |_, _| std::panic::panic_any(message)).map(|_: ((), _)| ())
 }

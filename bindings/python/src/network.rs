@@ -24,7 +24,7 @@ type Files = Vec<(PathBuf, String)>;
 
 /// A network with some parameters set: a value, which nothing changes.
 #[pyclass(frozen, module = "pennate._core")]
-pub struct Network {
+pub(crate) struct Network {
     pub document: Document,
     pub settings: Settings,
     pub model: Arc<Model>,

@@ -64,7 +64,7 @@ type Why = (usize, &'static str, String);
 
 /// A network compiled for some of its parameters and probes.
 #[pyclass(frozen, module = "pennate._core")]
-pub struct Problem {
+pub(crate) struct Problem {
     compiled: Compiled,
     threads: usize,
     /// How long a design took in the last call, in nanoseconds; at first nobody knows.
@@ -72,7 +72,7 @@ pub struct Problem {
 }
 
 /// Compiles a network; `sample` has one row of values a design.
-pub fn compile(
+pub(crate) fn compile(
     py: Python<'_>,
     network: &Network,
     parameters: &[String],
@@ -257,7 +257,7 @@ fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Bo
 
 /// An equilibrium that is kept, and followed.
 #[pyclass(frozen, module = "pennate._core")]
-pub struct Live {
+pub(crate) struct Live {
     problem: Py<Problem>,
     state: Mutex<State>,
 }
@@ -294,7 +294,7 @@ impl Live {
 
 /// Many equilibria that are kept, and followed side by side.
 #[pyclass(frozen, module = "pennate._core")]
-pub struct Lives {
+pub(crate) struct Lives {
     problem: Py<Problem>,
     states: Mutex<States>,
 }

@@ -11,7 +11,7 @@ use crate::guard::{broken, caught, quick};
 
 /// The program with its arguments, without its name; returns the exit status.
 #[pyfunction]
-pub fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
+pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
     let arguments = std::iter::once(OsString::from("pennate")).chain(arguments);
     let arguments: Vec<OsString> = arguments.collect();
     py.detach(|| caught(|| pennate::cli::run(arguments.into_iter()))).map_err(|message| broken(py, message))
@@ -19,7 +19,7 @@ pub fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
 
 /// The network file of a scene.
 #[pyfunction]
-pub fn scene(py: Python<'_>, name: &str, settings: Vec<(String, String)>) -> PyResult<String> {
+pub(crate) fn scene(py: Python<'_>, name: &str, settings: Vec<(String, String)>) -> PyResult<String> {
     quick(py, || write(name, &settings))?.map_err(|errors| wrong(py, &errors))
 }
 
@@ -28,7 +28,7 @@ type Parameters = Vec<(&'static str, String, &'static str)>;
 
 /// All scenes: name, title, remarks, parameters.
 #[pyfunction]
-pub fn scenes() -> Vec<(&'static str, &'static str, &'static str, Parameters)> {
+pub(crate) fn scenes() -> Vec<(&'static str, &'static str, &'static str, Parameters)> {
     let parameters = |scene: &Scene| {
         let all = scene.parameters.iter();
         all.map(|each| (each.name, each.default.to_string(), each.what)).collect::<Parameters>()
@@ -38,6 +38,6 @@ pub fn scenes() -> Vec<(&'static str, &'static str, &'static str, Parameters)> {
 
 /// The JSON Schema of the network file, as text.
 #[pyfunction]
-pub fn schema() -> PyResult<String> {
+pub(crate) fn schema() -> PyResult<String> {
     serde_json::to_string(&pennate_models::schema()).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

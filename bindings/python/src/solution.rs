@@ -17,13 +17,13 @@ use crate::guard::quick;
 
 /// A solution. Arrays have one entry a step first; what was not reached is not a number.
 #[pyclass(frozen, module = "pennate._core")]
-pub struct Solution {
+pub(crate) struct Solution {
     solved: solved::Solution,
 }
 
 impl Solution {
     /// A solution as Python holds it.
-    pub fn new(solved: solved::Solution) -> Self {
+    pub(crate) fn new(solved: solved::Solution) -> Self {
         Self { solved }
     }
 

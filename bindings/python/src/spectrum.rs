@@ -13,7 +13,7 @@ use crate::network::Network;
 
 /// Modes or factors of a network, as `modes.json` or `buckling.json`, and the table that a person reads.
 #[expect(clippy::too_many_arguments, reason = "each is an option of the command")]
-pub fn answer(
+pub(crate) fn answer(
     py: Python<'_>,
     network: &Network,
     question: &str,

@@ -8,7 +8,7 @@ use pyo3::types::{PyDict, PyList};
 const WHOLE: f64 = 9_007_199_254_740_992.0;
 
 /// The Python object of a value.
-pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match &value.kind {
         Kind::Null | Kind::Date => py.None().into_bound(py),
         Kind::Bool(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
