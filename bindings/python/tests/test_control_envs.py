@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -147,6 +149,16 @@ def test_any_network_can_be_an_environment() -> None:
     assert not np.array_equal(environment.render(), picture)
 
 
+def test_tubes_are_seen_where_a_section_has_no_radius() -> None:
+    pytest.importorskip("pyvista")
+    # In a process of its own, as pyvista ends it where there is no graphics library.
+    done = subprocess.run([sys.executable, "-c", TUBES], capture_output=True, text=True)
+    if done.returncode < 0:
+        pytest.skip("no graphics library")
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout) > 0.01
+
+
 def test_what_is_wrong_is_said() -> None:
     with pytest.raises(ValueError, match="parameters of the network that are inputs"):
         control.Env(pennate.loads(BEAM), actions=control.Levels((5,)), rules=br2.DISCRETE)
@@ -155,6 +167,15 @@ def test_what_is_wrong_is_said() -> None:
     with pytest.raises(ValueError, match="'live' or 'table' expected"):
         gymnasium.make(NAMES[0], source="guess")
 
+
+# The share of pixels that are neither white nor red.
+TUBES = """
+import gymnasium, pennate.control
+environment = gymnasium.make("pennate/BR2-discrete-v0", render_mode="rgb_array", painter="pyvista")
+environment.reset(seed=0)
+picture = environment.render().astype(int)
+print(((picture[..., 0] < 230) & (abs(picture[..., 0] - picture[..., 2]) < 40)).mean())
+"""
 
 BEAM = """\
 format = "pennate/1"

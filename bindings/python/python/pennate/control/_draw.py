@@ -16,6 +16,8 @@ Picture = npt.NDArray[np.uint8]
 
 # Pixels along a side of each of the two views, and half the width of a line in them.
 SIDE, HALF = 480, 3.0
+# Least radius of a tube, as a share of the size of what is drawn.
+THINNEST = 0.012
 # On white: the network, and its target.
 DARK, RED = np.array([55.0, 71.0, 79.0]), np.array([198.0, 40.0, 40.0])
 
@@ -67,16 +69,23 @@ def _stroke(view: Array, first: Array, second: Array, half: float, colour: Array
 
 
 def _tubes(solution: Solution, target: Array) -> Picture:
-    """Tubes with the sections of the members, by pyvista off the screen."""
+    """Tubes with the sections of the members, by pyvista off the screen; thin ones are drawn as thick as can be seen."""
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=[2 * SIDE, SIDE], border=False)
-    mesh = solution.mesh()
-    size = float(np.ptp(np.asarray(mesh.points), axis=0).max())
+    drawing = solution.drawing()
+    data, lines = drawing["point_data"], np.asarray(drawing["lines"])
+    places: Array = drawing["points"] + data["displacement"]
+    size = float(np.ptp(np.concatenate([places, drawing["points"], target[None]]), axis=0).max())
+    # A section that is given by its stiffness may have no radius to show.
+    radius = np.maximum(np.nan_to_num(data["radius"]), THINNEST * size)
+    mesh = pyvista.PolyData(places, lines=np.hstack([np.full((len(lines), 1), 2), lines]))
+    mesh.point_data["radius"] = radius
+    tubes = mesh.tube(scalars="radius", absolute=True)
     for place, look in enumerate(("xz", "xy")):
         plotter.subplot(0, place)
-        plotter.add_mesh(mesh, color="slategray", show_scalar_bar=False)
-        plotter.add_mesh(pyvista.Sphere(radius=0.03 * size, center=target), color="firebrick")
+        plotter.add_mesh(tubes, color="slategray", show_scalar_bar=False)
+        plotter.add_mesh(pyvista.Sphere(radius=2 * THINNEST * size, center=target), color="firebrick")
         plotter.camera_position = look
     shot = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     plotter.close()
