@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -82,11 +82,12 @@ def _tubes(solution: Solution, target: Array) -> Picture:
     mesh = pyvista.PolyData(places, lines=np.hstack([np.full((len(lines), 1), 2), lines]))
     mesh.point_data["radius"] = radius
     tubes = mesh.tube(scalars="radius", absolute=True)
-    for place, look in enumerate((plotter.view_xz, plotter.view_xy)):
+    looks: tuple[Literal["xz", "xy"], ...] = ("xz", "xy")
+    for place, look in enumerate(looks):
         plotter.subplot(0, place)
         plotter.add_mesh(tubes, color="slategray", show_scalar_bar=False)
         plotter.add_mesh(pyvista.Sphere(radius=2 * THINNEST * size, center=target), color="firebrick")
-        look()
+        plotter.camera_position = look
     shot = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     plotter.close()
     return shot
