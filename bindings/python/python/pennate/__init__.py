@@ -21,6 +21,7 @@ from ._errors import (
     SolveError,
 )
 from ._network import Check, Network, load, loads, scene, scenes, schema
+from ._optimize import Outcome, Study, StudyError, optimize
 from ._problem import Live, Lives, Problem, Reason
 from ._solution import History, Member, Node, Solution, Step
 from ._spectra import Buckling, Modes
@@ -42,14 +43,18 @@ __all__ = [
     "Network",
     "NetworkError",
     "Node",
+    "Outcome",
     "Problem",
     "Reason",
     "Solution",
     "SolveError",
     "Step",
+    "Study",
+    "StudyError",
     "__version__",
     "load",
     "loads",
+    "optimize",
     "scene",
     "scenes",
     "schema",

@@ -1,4 +1,4 @@
-"""The program: the same arguments as the Rust program, and `plot`, which draws."""
+"""The program: the same arguments as the Rust program, and two more: `plot` draws, `optimize` looks for designs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from . import _core
 
 MORE = """
 With this package also:
-  plot    Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)
+  optimize  Look for designs: pennate optimize STUDY.toml -o DIR
+  plot      Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)
 """
 
 
@@ -21,6 +22,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from .pictures.__main__ import main as plot
 
         return plot(arguments[1:])
+    if arguments[:1] == ["optimize"]:
+        from ._optimize.__main__ import main as search
+
+        return search(arguments[1:])
     # The program listens for interrupts itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     status = _core.main(arguments)

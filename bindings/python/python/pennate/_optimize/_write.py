@@ -1,0 +1,81 @@
+"""What a study leaves behind: the front or the best design, progress, a picture, and the picks as networks."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._search import costs
+from ._study import Study
+from ._table import Design, digits
+
+if TYPE_CHECKING:
+    from ._run import Outcome
+
+# Accuracy at which picks are solved once more.
+ACCURACY = 1e-8
+
+
+def write(outcome: Outcome) -> None:
+    """Writes everything but `designs.csv`, which grew on the way."""
+    study, directory = outcome.study, outcome.directory
+    names = [each.name for each in study.wanted]
+    head = ["number", *(each.name for each in study.variables), *study.probes, *names]
+    rows = [[str(d.number), *map(digits, (*d.x, *d.probes, *d.wanted))] for d in outcome.best]
+    name = "front.csv" if len(study.objectives) > 1 else "best.csv"
+    (directory / name).write_text(_csv([head, *rows]), "utf-8", newline="")
+    if outcome.progress:
+        keys = list(outcome.progress[0])
+        lines = [[digits(entry[key]).removesuffix(".0") for key in keys] for entry in outcome.progress]
+        (directory / "progress.csv").write_text(_csv([keys, *lines]), "utf-8", newline="")
+    for old in directory.glob("pick_*.json"):
+        old.unlink()
+    summary = []
+    for k, design in enumerate(picks(study, outcome.best), 1):
+        summary.append(_pick(study, design, k, outcome))
+    (directory / "picks.json").write_text(json.dumps(summary, indent=2) + "\n", "utf-8")
+
+
+def _csv(rows: list[list[str]]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()
+
+
+def picks(study: Study, best: list[Design]) -> list[Design]:
+    """The ends of a front, its knee, and some between them; else the best design."""
+    if len(study.objectives) < 2 or not best:
+        return best[:1]
+    cost = costs(study, best)
+    span = np.ptp(cost, axis=0)
+    scaled = (cost - cost.min(0)) / np.where(span > 0, span, 1.0)
+    chosen: list[int] = []
+    if study.pick.get("ends", True):
+        chosen += [int(np.argmin(cost[:, k])) for k in range(cost.shape[1])]
+    if study.pick.get("knee", True):
+        # The design nearest to the best of all objectives at once.
+        chosen.append(int(np.argmin((scaled**2).sum(1))))
+    count = int(study.pick.get("spread", 0))
+    if count > 0:
+        chosen += [int(k) for k in np.linspace(0, len(best) - 1, count).round()]
+    return [best[k] for k in sorted(set(chosen))]
+
+
+def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[str, object]:
+    values = {each.name: value for each, value in zip(study.variables, design.x)}
+    network = study.network.edit({"parameters": values})
+    name = f"pick_{number}.json"
+    (outcome.directory / name).write_text(network.text, "utf-8")
+    solution = network.solve(accuracy=ACCURACY)
+    return {
+        "network": name,
+        "design": design.number,
+        "variables": values,
+        "status": solution.status,
+        "stable": solution.stable,
+        "wanted": {each.name: value for each, value in zip(study.wanted, design.wanted)},
+    }
