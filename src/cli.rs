@@ -49,6 +49,12 @@ enum Command {
     /// where the tip comes to rest. Columns carry their units in their names, such as L_mm, pressure_psi, Fx_N, Fy_N,
     /// Mz_Nmm, tip_x_mm, tip_y_mm, tip_theta_deg; variant, test, converged and ovality_min are optional.
     Fit(Fit),
+    /// Print which members of a mechanism transmit what its input puts in, and put muscles in place of them.
+    ///
+    /// The network file says under [load_flow] where the mechanism is driven and what it moves. Members are transmitters where
+    /// at least half of the energy transferred along them is axial. Levels of transmitters of the right sense are replaced
+    /// by muscles one after the other, from the clamped input on, and each network is solved.
+    Flow(LoadFlow),
     /// Print the JSON Schema of the network file.
     Schema,
     /// Write the network file of a scene of the dissertation to standard output; list the scenes without a name.
@@ -178,6 +184,21 @@ enum FitMethod {
 }
 
 #[derive(Args)]
+struct LoadFlow {
+    #[command(flatten)]
+    network: Network,
+    /// Write flow.json, flow.svg and a network file for each level of muscles into this directory.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Print flow.json instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Threads to use; the results are the same with any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Args)]
 struct Scene {
     /// Name of the scene.
     name: Option<String>,
@@ -272,6 +293,10 @@ pub fn run(arguments: impl Iterator<Item = OsString>) -> u8 {
         Command::Check(network) => commands::check(&network.into()),
         Command::Sweep(arguments) => arguments.answer(),
         Command::Fit(fit) => fit.answer(),
+        Command::Flow(flow) => {
+            let destination = Destination { directory: flow.output, pictures: None, json: flow.json };
+            commands::flow(&flow.network.into(), flow.threads.map(usize::from), &destination)
+        }
         Command::Schema => commands::schema(),
         Command::Scene(Scene { name: Some(name), settings }) => commands::scene(&name, &settings),
         Command::Scene(Scene { name: None, .. }) => commands::scenes(),

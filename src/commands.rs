@@ -134,6 +134,46 @@ fn no_spectrum(why: NoAnswer) -> Exit {
     exit
 }
 
+/// `pennate flow`: prints the table or the results and writes the files asked for.
+pub fn flow(input: &Input, threads: Option<usize>, destination: &Destination) -> Exit {
+    if let Some(directory) = &destination.directory
+        && let Err(error) = check_writable(directory)
+    {
+        return could_not(&error);
+    }
+    let document = match crate::flow::document(input) {
+        Ok(document) => document,
+        Err(errors) => return refuse(&Refusal::Input(errors)),
+    };
+    let interrupted = listen_for_interrupt();
+    let mut bar = Bar::new();
+    let stop = Some(Arc::clone(&interrupted.asked));
+    let outcome = crate::flow::answer(&document, &input.settings, threads, stop, &mut |progress| {
+        bar.show(progress);
+        !interrupted.is_asked()
+    });
+    interrupted.end();
+    drop(bar);
+    let flow = match outcome {
+        Ok(flow) => flow,
+        Err(crate::flow::NoAnswer::Refused(refusal)) => return refuse(&refusal),
+        Err(crate::flow::NoAnswer::Interrupted) => return Exit::Interrupted,
+    };
+    show_warnings(&flow.model.warnings, &flow.model.sources);
+    let written = match &destination.directory {
+        Some(directory) => output::flow::write_files(&flow, directory),
+        None => Ok(()),
+    };
+    let printed = match destination.json {
+        true => print(|out| output::flow::json::write(&flow, out)),
+        false => print(|out| out.write_all(output::flow::table::report(&flow).as_bytes())),
+    };
+    match written {
+        Err(error) => could_not(&error),
+        Ok(()) => printed,
+    }
+}
+
 /// `pennate check`: everything short of solving.
 pub fn check(input: &Input) -> Exit {
     let model = match read(input) {

@@ -83,6 +83,7 @@ pub(crate) fn model() -> Model {
         springs: vec![Spring { name: "k, 1".to_owned(), span, spring }],
         steps: vec![step("push; \"hard\""), step("later")],
         probes: pennate_models::probes::Probes::default(),
+        load_flow: None,
         warnings: Vec::new(),
         sources: Vec::new(),
     }

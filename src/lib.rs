@@ -7,6 +7,7 @@ pub mod explain;
 pub mod fit;
 #[cfg(test)]
 mod fixture;
+pub mod flow;
 pub mod output;
 pub mod problems;
 pub mod progress;

@@ -39,6 +39,7 @@
 pub mod accuracy;
 mod adapt;
 pub mod fit;
+pub mod flow;
 pub mod problem;
 pub mod solution;
 pub mod spectrum;

@@ -112,6 +112,13 @@ impl Document {
             .map_err(|error| InputErrors { errors: vec![*error], sources: vec![self.source.clone()] })
     }
 
+    /// The text of another tree, in TOML; files that it refers to are found where those of this one are.
+    #[must_use]
+    pub fn with_tree(&self, name: &str, tree: &input::tree::Value) -> Self {
+        let source = Source { name: name.to_owned(), path: PathBuf::new(), text: input::write::toml(tree) };
+        Self { source, language: input::tree::Language::Toml, folder: self.folder.clone() }
+    }
+
     /// A network from its text; `name` stands in messages and tells the language by its extension.
     pub fn from_text(name: &str, text: &str) -> Self {
         Self::new(name, text, Path::new(""))

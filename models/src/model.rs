@@ -53,6 +53,8 @@ pub struct Model {
     pub steps: Vec<Step>,
     /// The numbers wanted by name.
     pub probes: Probes,
+    /// Where the network is driven and what it moves, where the file says so.
+    pub load_flow: Option<LoadFlow>,
     /// What is remarkable about the file.
     pub warnings: Vec<Warning>,
     /// The texts that spans refer to: the network file first.
@@ -221,6 +223,36 @@ pub struct Step {
     pub branch: structure::Branch,
     /// Where an arc-length step ends before its ramp does; rotations in radians.
     pub stop: Option<structure::Stop>,
+}
+
+/// Where a mechanism is driven, what it moves, and which muscle may take the place of its members.
+#[derive(Clone, Debug)]
+pub struct LoadFlow {
+    /// Its place in the file.
+    pub span: Span,
+    /// Unit loads that act together; at least one.
+    pub inputs: Vec<FlowInput>,
+    /// Nodes that are moved; at least one.
+    pub outputs: Vec<NodeId>,
+    /// Members of the mechanism, in the order of the file.
+    pub members: Vec<MemberId>,
+    /// The muscle that replaces transmitters, an index into [`Model::muscles`]; `None` where the file has no muscle.
+    pub muscle: Option<usize>,
+    /// Pressure of these muscles, in their pressure unit.
+    pub pressure: f64,
+    /// Members shorter than this are not replaced.
+    pub shortest: f64,
+}
+
+/// A unit force or moment on a node.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowInput {
+    /// Where it acts.
+    pub node: NodeId,
+    /// Force and moment along the global axes; one of them is a unit vector, the other zero.
+    pub load: [f64; 6],
+    /// Whether everything but the motion along the load is held; otherwise the supports of the file are what holds.
+    pub guided: bool,
 }
 
 /// A quantity that steps move. Component 0, 1, 2 is x, y, z in global axes.

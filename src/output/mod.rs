@@ -5,6 +5,7 @@ pub mod critical;
 pub mod csv;
 pub mod drawing;
 pub mod files;
+pub mod flow;
 pub mod json;
 mod layout;
 pub mod loads;

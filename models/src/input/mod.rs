@@ -3,16 +3,19 @@
 //! One set of types says what a file may hold, how it is read and what its JSON Schema is; nothing is
 //! evaluated or looked up here.
 
+pub(crate) mod load_flow;
 pub(crate) mod probe;
 pub(crate) mod read;
 pub(crate) mod step;
 pub mod tree;
+pub mod write;
 
 use schemars::JsonSchema;
 
+pub use self::load_flow::{FlowInput, FlowInputs, LoadFlow};
 pub use self::read::suggest;
 
-pub(crate) use self::probe::{AxialPlace, Direction, Greatest, Probe, ProbeTable, RotationProbe};
+pub(crate) use self::probe::{AxialPlace, Direction, Greatest, PositionWord, Probe, ProbeTable, RotationProbe};
 pub(crate) use self::step::{Branch, Method, Motion, Step, Stop};
 
 use self::read::{Count, Counted, Input, Map, Number, Spanned, record, words, wrong_type};
@@ -50,6 +53,8 @@ record! {
         steps: Option<Vec<Spanned<Step>>>,
         /// Numbers wanted by name, at every increment.
         probes: Option<Map<Spanned<Probe>>>,
+        /// Where the network is driven and what it moves, for its load flow.
+        load_flow: Option<Spanned<LoadFlow>>,
     }
 }
 

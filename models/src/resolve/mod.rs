@@ -6,6 +6,7 @@ mod curve;
 mod grid;
 mod joints;
 mod line;
+mod load_flow;
 mod magnitudes;
 mod members;
 mod motions;
@@ -123,6 +124,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     };
     let none = Map::default();
     cx.set_parameters(network.parameters.as_ref().unwrap_or(&none), settings);
+    let written = network;
     let plain = if cx.errors.is_empty() { paths::expand(network, cx) } else { None };
     let network = plain.as_ref().unwrap_or(network);
     let expanded = match &network.patterns {
@@ -204,6 +206,15 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let judged_in_plane =
         matches!(network.dimension, Some(Spanned { value: DimensionWord::Plane, .. })) || !planar_only.is_empty();
     probes.in_plane = dimension == Dimension::Plane;
+    let mechanism = load_flow::Mechanism {
+        nodes: &names,
+        member_names: &member_names,
+        bodies: &bodies,
+        properties: &properties,
+        dimension,
+        has_copies: written.patterns.is_some() || !cx.paths.is_empty(),
+    };
+    let load_flow = network.load_flow.as_ref().and_then(|flow| load_flow::load_flow(flow, &mechanism, cx));
     let mut supports: Vec<_> = supports.into_iter().map(|(support, _)| support).collect();
     if dimension == Dimension::Plane {
         joints::pin_about_z(network.supports.as_ref(), &names, &mut supports);
@@ -230,6 +241,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         springs,
         steps,
         probes,
+        load_flow,
         warnings: Vec::new(),
         sources: Vec::new(),
     };
