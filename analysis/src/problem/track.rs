@@ -189,12 +189,12 @@ impl<const D: usize> Track<D> {
 /// The value that the last change of a component gives it.
 fn value(steps: &[Step], row: &Held) -> f64 {
     let changes = steps.iter().flat_map(|step| &step.changes);
-    let own = changes.filter_map(|change| match *change {
-        Change::Prescribe { node, component, to } => Some((node, component, to)),
-        Change::MoveBy { node, component, by } => Some((node, component, by)),
-        Change::Hold { node, component } | Change::Free { node, component } => Some((node, component, 0.0)),
+    let own = changes.map(|change| match *change {
+        Change::Prescribe { node, component, to } => (node, component, to),
+        Change::MoveBy { node, component, by } => (node, component, by),
+        Change::Hold { node, component } | Change::Free { node, component } => (node, component, 0.0),
     });
-    own.filter(|&(node, component, _)| (node, component) == (row.node, row.component)).last().map_or(0.0, |own| own.2)
+    own.rev().find(|&(node, component, _)| (node, component) == (row.node, row.component)).map_or(0.0, |own| own.2)
 }
 
 /// Whether two structures of one topology have the same unloaded shape: springs and masses are no part of it.

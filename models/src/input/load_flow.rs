@@ -8,7 +8,7 @@ use crate::error::InputError;
 
 record! {
     /// Where a mechanism is driven, what it moves, and which muscles may take the place of its members.
-    pub struct LoadFlow as "a load flow" {
+    pub(crate) struct LoadFlow as "a load flow" {
         /// Where it is driven: one table, or a list of tables that act together.
         input: FlowInputs,
         /// Nodes that it moves.
@@ -26,7 +26,7 @@ record! {
 
 record! {
     /// A force or a moment of one that drives a mechanism.
-    pub struct FlowInput as "an input of a load flow" {
+    pub(crate) struct FlowInput as "an input of a load flow" {
         node: Spanned<String>,
         /// Direction of the force.
         direction: Option<Spanned<Vec<Number>>>,
@@ -40,14 +40,14 @@ record! {
 /// One input, or several that act together.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum FlowInputs {
+pub(crate) enum FlowInputs {
     One(Box<Spanned<FlowInput>>),
     Many(Vec<Spanned<FlowInput>>),
 }
 
 impl FlowInputs {
     /// The inputs, in the order of the file.
-    pub fn all(&self) -> &[Spanned<FlowInput>] {
+    pub(crate) fn all(&self) -> &[Spanned<FlowInput>] {
         match self {
             Self::One(input) => std::slice::from_ref(input.as_ref()),
             Self::Many(inputs) => inputs,

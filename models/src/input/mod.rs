@@ -12,10 +12,10 @@ pub mod write;
 
 use schemars::JsonSchema;
 
-pub use self::load_flow::{FlowInput, FlowInputs, LoadFlow};
 pub use self::read::suggest;
 
-pub(crate) use self::probe::{AxialPlace, Direction, Greatest, PositionWord, Probe, ProbeTable, RotationProbe};
+pub(crate) use self::load_flow::{FlowInput, LoadFlow};
+pub(crate) use self::probe::{AxialPlace, Direction, Greatest, Probe, ProbeTable, RotationProbe};
 pub(crate) use self::step::{Branch, Method, Motion, Step, Stop};
 
 use self::read::{Count, Counted, Input, Map, Number, Spanned, record, words, wrong_type};
