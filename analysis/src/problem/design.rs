@@ -27,16 +27,19 @@ impl Problem {
 
     /// The outputs of a row of values, as far as its steps went, and why they went no farther.
     pub(super) fn solve(&self, row: &[f64], control: &Control) -> (Vec<f64>, Option<Reason>) {
-        let nothing = || vec![f64::NAN; self.outputs.len()];
-        let design = match self.design(row) {
-            Ok(design) => design,
-            Err(reason) => return (nothing(), Some(reason)),
-        };
+        match self.design(row) {
+            Ok(design) => self.solve_design(&design, control),
+            Err(reason) => (vec![f64::NAN; self.outputs.len()], Some(reason)),
+        }
+    }
+
+    /// The same of a design.
+    pub(super) fn solve_design(&self, design: &Design, control: &Control) -> (Vec<f64>, Option<Reason>) {
         let options = Options { stop: control.stop.clone(), ..Options::default() };
         let wanted = || !control.is_stopped();
         match pennate_solver::solve(&design.structure, &design.steps, &options, &mut |_| wanted()) {
             Ok(mut history) => self.read(&design.model, &mut history),
-            Err(error) => (nothing(), Some(error.into())),
+            Err(error) => (vec![f64::NAN; self.outputs.len()], Some(error.into())),
         }
     }
 

@@ -2,9 +2,17 @@
 
 use std::sync::atomic::Ordering;
 
+use pennate_solver::options::Options;
 use rayon::prelude::*;
 
-use super::{Control, Problem, Reason};
+use super::group::{Answer, Workspace};
+use super::{Control, Output, Problem, Reason, outputs};
+use crate::solution::ProbeTable;
+
+/// Designs that are solved side by side: as many as the widest lanes hold of one member.
+const TOGETHER: usize = 8;
+/// Designs at most whose error is estimated for a batch.
+const SAMPLE: usize = 8;
 
 /// Answers of some designs.
 #[derive(Clone, Debug)]
@@ -19,7 +27,7 @@ impl Problem {
     /// The outputs of some designs: `x` has one row of k values a design, the answer one row of m.
     ///
     /// Designs are solved on the threads of the current pool; an answer depends neither on the others nor on their order nor
-    /// on the number of threads.
+    /// on the number of threads, but for rounding: designs that go the plain way are solved eight at a time.
     ///
     /// # Panics
     /// Where the length of `x` is no multiple of the number of parameters.
@@ -33,15 +41,41 @@ impl Problem {
     /// As [`Problem::evaluate`].
     pub fn evaluate_while(&self, x: &[f64], control: &Control) -> Evaluation {
         let rows = self.rows(x);
-        let each = |row: &&[f64]| {
-            if control.is_stopped() {
-                return (vec![f64::NAN; self.outputs.len()], Some(Reason::Interrupted));
-            }
-            self.solve(row, control)
-        };
-        let answers: Vec<(Vec<f64>, Option<Reason>)> = rows.par_iter().map(each).collect();
+        // Groups follow the order of the rows alone.
+        let each = |workspace: &mut Workspace, group: &[&[f64]]| self.solve_group(group, control, workspace);
+        let groups: Vec<Vec<Answer>> = rows.par_chunks(TOGETHER).map_init(Workspace::default, each).collect();
+        let answers: Vec<Answer> = groups.into_iter().flatten().collect();
         let (values, reasons): (Vec<Vec<f64>>, _) = answers.into_iter().unzip();
         Evaluation { values: values.concat(), reasons }
+    }
+
+    /// Estimated discretization error of every output: the largest of a sample of some designs, solved on elements of the next
+    /// order too. Not a number where none of them tells.
+    ///
+    /// # Panics
+    /// As [`Problem::evaluate`].
+    pub fn estimate(&self, x: &[f64]) -> Vec<f64> {
+        let rows = self.rows(x);
+        let apart = rows.len().div_ceil(SAMPLE).max(1);
+        let sample: Vec<&[f64]> = rows.into_iter().step_by(apart).collect();
+        let errors: Vec<Option<Vec<f64>>> = sample.par_iter().map(|row| self.errors_of(row)).collect();
+        let mut largest = vec![f64::NAN; self.outputs.len()];
+        errors.iter().flatten().for_each(|errors| outputs::join_errors(&mut largest, errors));
+        largest
+    }
+
+    fn errors_of(&self, row: &[f64]) -> Option<Vec<f64>> {
+        let design = self.design(row).ok()?;
+        let options = Options { estimate: true, ..Options::default() };
+        let solved = pennate_solver::solve(&design.structure, &design.steps, &options, &mut |_| true);
+        let mut history = solved.ok()?;
+        self.mesh.name_segments(&design.model, &mut history);
+        let table = ProbeTable::new(&design.model, &history);
+        let error = |output: &Output| {
+            let errors = table.steps.get(output.step).and_then(|step| step.errors());
+            errors.and_then(|errors| errors.get(output.probe).copied()).unwrap_or(f64::NAN)
+        };
+        Some(self.outputs.iter().map(error).collect())
     }
 
     /// The outputs of one design by the ordinary solver, as far as its steps went, and why they went no farther.

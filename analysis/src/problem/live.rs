@@ -5,13 +5,11 @@ use std::fmt;
 use pennate_models::discretize;
 use pennate_solver::base::{self, Followed};
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
-use pennate_solver::lateral::{self, Lateral};
 use pennate_solver::options::Options;
-use pennate_solver::packs;
 use pennate_solver::structure::{Dimension, Step, Structure};
 use rayon::prelude::*;
 
-use super::track::{Kind, Track};
+use super::track::{self, Track};
 use super::{Problem, Reason, mesh, neighbour};
 use crate::solution::ProbeTable;
 
@@ -88,18 +86,11 @@ impl Problem {
         }
         let track = match followed {
             Followed::Plane(path) => {
-                let kind = Kind {
-                    packs: packs::plane,
-                    lateral: Some(|plane| Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))),
-                };
                 let path = *path;
                 let sideways = path.stability == Dimension::Space && path.lateral.is_some();
-                Followable::Plane(Box::new(Track::new(kind, path.system, sideways, steps)))
+                Followable::Plane(Box::new(Track::new(track::plane(), path.system, sideways, steps)))
             }
-            Followed::Space(path) => {
-                let kind = Kind { packs: packs::space, lateral: None };
-                Followable::Space(Box::new(Track::new(kind, path.system, false, steps)))
-            }
+            Followed::Space(path) => Followable::Space(Box::new(Track::new(track::space(), path.system, false, steps))),
         };
         let table = ProbeTable::new(&model, &history);
         let mut after: Vec<Vec<f64>> = table.steps.iter().filter_map(|step| step.last()).map(<[f64]>::to_vec).collect();

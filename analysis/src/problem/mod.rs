@@ -31,11 +31,14 @@ mod design;
 mod error;
 mod evaluate;
 mod gradient;
+mod group;
+mod join;
 mod live;
 mod mesh;
 mod neighbour;
 mod outputs;
 mod slopes;
+mod together;
 mod topology;
 mod track;
 

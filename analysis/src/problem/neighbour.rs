@@ -100,7 +100,7 @@ pub(super) fn rows(held: &[Held], structure: &Structure) -> Vec<Held> {
 }
 
 /// The direction of a component of a node, in the axes of its support.
-fn axis(structure: &Structure, node: usize, component: usize) -> [f64; 3] {
+pub(super) fn axis(structure: &Structure, node: usize, component: usize) -> [f64; 3] {
     let support = structure.supports.iter().find(|support| support.node == node);
     let mut global = [0.0; 3];
     global[component % 3] = 1.0;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use pennate_models::probes::ProbeKind;
 use pennate_models::{Model, discretize};
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::joints::Held;
@@ -120,7 +119,7 @@ impl<'a> Slopes<'a> {
         self.after.push(values);
         self.slopes.push(Vec::new());
         let kept = self.kept_by_next(index);
-        if !self.is_wanted(index) && kept.is_empty() {
+        if !self.problem.reads(index) && kept.is_empty() {
             return Ok(());
         }
         if !history.inside.is_empty() {
@@ -164,15 +163,6 @@ impl<'a> Slopes<'a> {
         let mut history = neighbour::history_of(record, state);
         self.problem.mesh.name_segments(model, &mut history);
         model.probes.evaluate(&history.steps[0].increments[0].state, after)
-    }
-
-    /// Whether derivatives at the end of a step are asked for; an expression may refer to any step before.
-    fn is_wanted(&self, index: usize) -> bool {
-        let refers = |probe| {
-            let probes = &self.design.model.probes;
-            probes.kind(probe) == ProbeKind::Other && !probes.is_stiffness(probe)
-        };
-        self.problem.outputs.iter().any(|output| output.step == index || output.step > index && refers(output.probe))
     }
 
     /// Components that the next step holds where they are.

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::Held;
+use pennate_solver::lateral::{self, Lateral};
 use pennate_solver::newton::{Aim, Newton, Start};
+use pennate_solver::packs;
 use pennate_solver::path::OutOfPlane;
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Member, Step, Structure};
@@ -27,6 +29,16 @@ pub(super) struct Kind<const D: usize> {
 
 /// Builds what judges the stability of a plane system out of its plane.
 pub(super) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<D> + Send>;
+
+/// Networks in the plane.
+pub(super) fn plane() -> Kind<3> {
+    Kind { packs: packs::plane, lateral: Some(|plane| Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))) }
+}
+
+/// Networks in space.
+pub(super) fn space() -> Kind<6> {
+    Kind { packs: packs::space, lateral: None }
+}
 
 /// A system at an equilibrium, with the numbers that it belongs to.
 pub(super) struct Track<const D: usize> {

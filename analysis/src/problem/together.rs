@@ -1,0 +1,197 @@
+//! Designs that go the plain way, side by side: every step in one increment, from one stable equilibrium to the next.
+//!
+//! What the ordinary solver does besides iterating (shorter increments, singular points, records of every state) is left to
+//! it: a design for which any of its doubts arises is solved by it alone.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use pennate_solver::chain::Size;
+use pennate_solver::history::Equilibrium;
+use pennate_solver::joints::{Active, Held, HeldKind};
+use pennate_solver::newton::{Aim, Newton, Start};
+use pennate_solver::path::{self, OutOfPlane};
+use pennate_solver::results;
+use pennate_solver::structure::{Change, Dimension, Drive, Method, Spring, Stability, Step, Structure};
+use pennate_solver::system::System;
+
+use super::neighbour;
+use super::track::Kind;
+
+/// Slot of the last equilibrium.
+const LAST: usize = 0;
+/// So many iterations are no short way to the next state.
+const MANY: usize = 7;
+/// A state that moved farther than this (radians, or lengths), and by so much more than was foreseen, may be another one.
+const FAR: f64 = 0.01;
+const FARTHER: f64 = 4.0;
+
+/// Systems whose equations are analysed: by the number of designs, one for every step.
+pub(super) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
+
+/// Whether a design may be solved at all in this way.
+pub(super) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
+    let relaxed = structure.springs.iter().all(|spring| match spring {
+        Spring::Axial { nodes, natural_length, .. } => {
+            let [a, b] = nodes.map(|node| structure.nodes[node]);
+            let length = (0..3).map(|c| (b[c] - a[c]) * (b[c] - a[c])).sum::<f64>().sqrt();
+            (length - natural_length).abs() <= 1e-12 * length
+        }
+        _ => true,
+    });
+    let plain = |step: &Step| step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
+    relaxed && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
+}
+
+/// Whether designs may share one structure: gravity would be that of all of them.
+pub(super) fn joins(structure: &Structure) -> bool {
+    !structure.drives.iter().any(|drive| matches!(drive, Drive::Gravity(_)))
+}
+
+/// The states at the ends of the steps that are `read`; nothing where the way is not plain.
+pub(super) fn solve<const D: usize>(
+    structure: Structure,
+    steps: &[Step],
+    (active, kind): (Active<D>, &Kind<D>),
+    analysed: &mut Vec<System<D>>,
+    read: &dyn Fn(usize) -> bool,
+) -> Option<Vec<Option<Equilibrium>>> {
+    let structure = Arc::new(structure);
+    let topology = path::topology(&structure, steps);
+    let chains = (kind.packs)(&structure, 0);
+    let system = System::new(Arc::clone(&structure), topology, chains, active, false);
+    let mut walk = Walk { system, held: BTreeMap::new(), lateral: None };
+    walk.begin(steps, kind, analysed)?;
+    let mut states = Vec::with_capacity(steps.len());
+    for (index, step) in steps.iter().enumerate() {
+        walk.change(&step.changes);
+        walk.hold(kind, steps, analysed, index + 1);
+        walk.step(step)?;
+        states.push(read(index).then(|| walk.read()));
+    }
+    Some(states)
+}
+
+struct Walk<const D: usize> {
+    system: System<D>,
+    held: BTreeMap<(usize, usize), Held>,
+    lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
+}
+
+impl<const D: usize> Walk<D> {
+    /// Looks at the unloaded structure with what the first step holds.
+    fn begin(&mut self, steps: &[Step], kind: &Kind<D>, analysed: &mut Vec<System<D>>) -> Option<()> {
+        let structure = Arc::clone(&self.system.structure);
+        for support in &structure.supports {
+            for component in (0..6).filter(|&component| support.fixed[component]) {
+                self.insert(support.node, component, 0.0);
+            }
+        }
+        let supports = self.held.clone();
+        for (node, component) in path::first_rows(&structure, steps) {
+            self.insert(node, component, 0.0);
+        }
+        self.hold(kind, steps, analysed, 0);
+        self.system.prestress = 1.0;
+        let inertia = self.system.assemble(false);
+        if inertia.idle + inertia.negative > 0 {
+            return None;
+        }
+        self.system.note_rest();
+        self.held = supports;
+        let judged = structure.dimension == Dimension::Plane && structure.stability == Stability::Space;
+        if let Some(build) = kind.lateral.filter(|_| judged) {
+            let mut lateral = build(&self.system);
+            let (inertia, _) = lateral.inertia(&mut self.system);
+            self.lateral = (inertia.idle == 0 && inertia.negative == 0).then_some(lateral);
+        }
+        Some(())
+    }
+
+    fn insert(&mut self, node: usize, component: usize, to: f64) {
+        let axis = neighbour::axis(&self.system.structure, node, component);
+        let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+        self.held.insert((node, component), Held { node, component, kind, from: to, to });
+    }
+
+    fn change(&mut self, changes: &[Change]) {
+        for change in changes {
+            match *change {
+                Change::Prescribe { node, component, to } => self.insert(node, component, to),
+                Change::Hold { node, component } => {
+                    let present = neighbour::present(&self.system, node, component);
+                    self.insert(node, component, present);
+                }
+                Change::MoveBy { node, component, by } => {
+                    let present = neighbour::present(&self.system, node, component);
+                    self.insert(node, component, present + by);
+                }
+                // The reaction has fallen to zero at the end of the step.
+                Change::Free { node, component } => {
+                    self.held.remove(&(node, component));
+                }
+            }
+        }
+    }
+
+    /// Sets what is held, by the analysis of a design before where there is one.
+    fn hold(&mut self, kind: &Kind<D>, steps: &[Step], analysed: &mut Vec<System<D>>, index: usize) {
+        let rows: Vec<Held> = self.held.values().copied().collect();
+        if let Some(known) = analysed.get(index) {
+            self.system.hold_like(known);
+            self.system.hold(rows);
+            return;
+        }
+        self.system.hold(rows);
+        let mut known = neighbour::system(&self.system, kind.packs, (*self.system.structure).clone(), steps);
+        known.hold_like(&self.system);
+        analysed.push(known);
+    }
+
+    /// Goes to the end of a step in one increment.
+    fn step(&mut self, step: &Step) -> Option<()> {
+        let system = &mut self.system;
+        for &(drive, value) in &step.targets {
+            system.drives[drive] = value;
+        }
+        system.fraction = 1.0;
+        system.apply_drives();
+        if !system.loads_have_potential() {
+            return None;
+        }
+        system.save(LAST);
+        let start =
+            Start { predicted: false, rest: Some(LAST), negative_limit: 0, aim: Aim::Result, may_wander: false };
+        let found = Newton::default().solve(system, start).ok()?;
+        let moved = system.distances(LAST);
+        let leapt = moved.iter().zip(&system.first_moves).any(|(&moved, &foreseen)| leapt(moved, foreseen));
+        let inertia = found.inertia;
+        if found.iterations >= MANY || leapt || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {
+            return None;
+        }
+        if let Some(lateral) = &mut self.lateral {
+            let (inertia, potential) = lateral.confirmed(system, 0);
+            if !potential || inertia.negative > 0 || inertia.neutral > 0 {
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// What a user may ask of the present state, after one more step with the factors at hand: it costs little, and leaves
+    /// rounding alone.
+    fn read(&mut self) -> Equilibrium {
+        let pending = self.system.equations.has_general();
+        if self.system.advance(pending).is_some() {
+            self.system.gather(pending);
+        }
+        results::equilibrium(&mut self.system)
+    }
+}
+
+/// Whether a part of the network moved much farther than its first increment foresaw.
+fn leapt(moved: Size, foreseen: Size) -> bool {
+    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
+    let most = foreseen.displacement.max(foreseen.rotation);
+    leap(moved.displacement, most) || leap(moved.rotation, most)
+}

@@ -1,0 +1,102 @@
+//! Many designs at once against the same designs one by one.
+
+use pennate_analysis::problem::Problem;
+use pennate_models::Document;
+
+const DYAD: &str = include_str!("../../../models/networks/dyad.toml");
+const STAGE: &str = include_str!("../../../models/networks/tip_tilt_stage.toml");
+const TRIPOD: &str = include_str!("../../../models/networks/tripod.toml");
+const ARM: &str = include_str!("../../../examples/designs/br2.toml");
+const HEAD: &str =
+    "format = \"pennate/1\"\nsections = { bar = { stiffness = { EA = 2000, GA2 = 700, EI3 = 4000 } } }\n";
+
+/// Random designs by a part of their values about those of the file: the largest difference over the largest value of an
+/// output, and how many have no answer. Those that have none have none one by one either.
+fn compare(text: &str, parameters: &[&str], probes: &[&str], spread: f64) -> usize {
+    let document = Document::from_text("network.toml", text);
+    let problem = Problem::new(&document, &[], parameters, probes, 1e-6).unwrap();
+    let mut seed = 7_u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        2.0 * (seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
+    };
+    let middle = problem.middle();
+    let rows: Vec<f64> =
+        (0..30).flat_map(|_| middle.iter().map(|x| x * (1.0 + spread * random())).collect::<Vec<_>>()).collect();
+    let all = problem.evaluate(&rows);
+    let outputs = probes.len();
+    let largest = |output: usize| {
+        all.values.iter().skip(output).step_by(outputs).filter(|y| y.is_finite()).fold(0.0f64, |m, y| m.max(y.abs()))
+    };
+    let mut unanswered = 0;
+    for (design, row) in rows.chunks_exact(middle.len()).enumerate() {
+        let (alone, reason) = problem.evaluate_alone(row);
+        assert_eq!(reason.is_some(), all.reasons[design].is_some(), "{row:?}: {reason:?} {:?}", all.reasons[design]);
+        unanswered += usize::from(reason.is_some());
+        for (output, &one) in alone.iter().enumerate() {
+            let other = all.values[design * outputs + output];
+            let miss = (one - other).abs();
+            assert!(one.is_nan() && other.is_nan() || miss <= 1e-9 * largest(output), "{row:?}: {one} {other}");
+        }
+    }
+    unanswered
+}
+
+#[test]
+fn designs_of_ten_topologies_have_the_answers_that_they_have_alone() {
+    let dyad = DYAD.replace("L = 130", "p = 20\nL = 130").replace("left = \"25 psi\", pair = 25", "all = \"= p\"");
+    assert_eq!(compare(&dyad, &["p", "L", "beta"], &["stroke@inflate", "holding", "gear"], 0.1), 0);
+    let kept = dyad.replace("displacement = { J = { uy = 0.0 } }", "displace_by = { J = { uy = 3 } }");
+    assert_eq!(compare(&kept, &["p", "beta"], &["holding"], 0.1), 0);
+    assert_eq!(compare(STAGE, &["L", "beta", "rp"], &["height", "tilt@tilt"], 0.05), 0);
+    let tripod = format!("{TRIPOD}\n").replace("[probes]", "[probes]\nlow = { node = \"plate\", position = \"z\" }");
+    assert_eq!(compare(&tripod, &["side", "foot"], &["low"], 0.05), 0);
+    assert_eq!(compare(ARM, &["Pb", "Pr"], &["x", "y", "z"], 0.1), 0);
+    let cantilever = r#"
+        nodes = { A = [0, 0], B = ["= L", 0] }
+        members = { rod = { nodes = ["A", "B"], section = "bar" } }
+        supports = { A = "clamped" }
+        steps = [{ force = { B = [0, "= F"] } }, { moment = { B = [0, 0, "= 10 * F"] } }]
+        probes = { uy = { node = "B", displacement = "uy" }, root = { node = "A", reaction = "rz" } }
+    "#;
+    assert_eq!(
+        compare(&format!("{HEAD}parameters = {{ L = 100, F = 0.4 }}\n{cantilever}"), &["L", "F"], &["uy", "root"], 0.3),
+        0
+    );
+    let follower = cantilever.replace("force", "follower_force");
+    assert_eq!(
+        compare(&format!("{HEAD}parameters = {{ L = 100, F = 0.4 }}\n{follower}"), &["L", "F"], &["uy", "root"], 0.3),
+        0
+    );
+    let portal = r#"
+        parameters = { w = 100, h = 80, F = 1 }
+        nodes = { A = [0, 0], B = [0, "= h"], C = ["= w", "= h"], D = ["= w", 0] }
+        members = { left = { nodes = ["A", "B"], section = "bar" }, beam = { nodes = ["B", "C"], section = "bar", release = { start = "pin" } },
+                    right = { nodes = ["C", "D"], section = "bar" } }
+        supports = { A = "clamped", D = "pinned" }
+        springs = { grip = { node = "C", stiffness = { ux = 0.05 } } }
+        steps = [{ force = { B = ["= F", "= -F"] } }]
+        probes = { sway = { node = "B", displacement = "ux" } }
+    "#;
+    assert_eq!(compare(&format!("{HEAD}{portal}"), &["w", "h", "F"], &["sway"], 0.2), 0);
+    let beam = r#"
+        parameters = { L = 100, q = -0.02 }
+        nodes = { A = [0, 0], B = ["= L", 0] }
+        members = { rod = { nodes = ["A", "B"], section = "bar" } }
+        supports = { A = "clamped", B = ["uy"] }
+        steps = [{ distributed = { rod = [0, "= q"] } }]
+        probes = { end = { node = "B", rotation = "rz" }, force = { node = "B", reaction = "uy" } }
+    "#;
+    assert_eq!(compare(&format!("{HEAD}{beam}"), &["L", "q"], &["end", "force"], 0.3), 0);
+    // An arch that snaps through: some designs have an answer, and some have none.
+    let arch = r#"
+        dimension = "plane"
+        parameters = { F = 0.5, h = 10 }
+        nodes = { A = [-100, 0], C = [0, "= h"], B = [100, 0] }
+        members = { a = { nodes = ["A", "C"], section = "bar" }, b = { nodes = ["C", "B"], section = "bar" } }
+        supports = { A = "pinned", B = "pinned" }
+        steps = [{ force = { C = [0, "= -F"] } }]
+        probes = { drop = { node = "C", displacement = "uy" } }
+    "#;
+    compare(&format!("{HEAD}{arch}"), &["F", "h"], &["drop"], 0.6);
+}

@@ -1,0 +1,161 @@
+//! Prints what a design, its derivatives and a live step cost, as a Markdown table.
+//!
+//!     cargo run --release --example designs
+//!
+//! Times are medians on one thread, warm. "One by one" solves the same designs with the ordinary solver, from the structure
+//! on the same mesh to the ends of all steps, in the same run.
+//!
+//!     cargo run --release --example designs -- campaign 1000
+//!
+//! compares so many random designs of every network with solves one by one, and prints the largest difference.
+
+use std::time::Instant;
+
+use pennate_analysis::problem::Problem;
+use pennate_models::{Document, discretize};
+use pennate_solver::options::Options;
+
+mod networks;
+
+use networks::{Network, all};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["campaign", count] => campaign(count.parse().expect("a number of designs")),
+        _ => table(),
+    }
+}
+
+fn table() {
+    println!("| network | a design | one by one | the solve alone | ratio | derivatives over values | a live step |");
+    println!("|---|---:|---:|---:|---:|---:|---:|");
+    for network in all() {
+        let problem = network.problem();
+        let rows = network.rows(&problem, 256);
+        let many = time(|| drop(problem.evaluate(&rows))) / 256.0;
+        let few = &rows[..16 * network.parameters.len()];
+        let single = time(|| {
+            drop(few.chunks_exact(network.parameters.len()).map(|row| alone(&problem, row)).collect::<Vec<_>>())
+        }) / 16.0;
+        let solve = solve_alone(&problem, few);
+        let gradient = time(|| drop(problem.gradient(few))) / 16.0;
+        let live = live(&problem);
+        let name = network.name;
+        println!(
+            "| {name} | {:.0} µs | {:.0} µs | {:.0} µs | {:.2} | {:.2} ({} parameters, {} outputs) | {:.0} µs |",
+            1e6 * many,
+            1e6 * single,
+            1e6 * solve,
+            single / many,
+            gradient / single,
+            network.parameters.len(),
+            network.probes.len(),
+            1e6 * live,
+        );
+    }
+}
+
+/// Median time of some work, repeated for half a second or so.
+fn time(mut work: impl FnMut()) -> f64 {
+    let begin = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < 3 || begin.elapsed().as_secs_f64() < 0.5 {
+        let start = Instant::now();
+        work();
+        times.push(start.elapsed().as_secs_f64());
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// The outputs of one design by the ordinary solver.
+fn alone(problem: &Problem, row: &[f64]) -> Vec<f64> {
+    problem.evaluate_alone(row).0
+}
+
+/// Median time of a solve from the structure to the ends of the steps.
+fn solve_alone(problem: &Problem, rows: &[f64]) -> f64 {
+    let width = problem.parameters().len();
+    let designs: Vec<_> = rows
+        .chunks_exact(width)
+        .filter_map(|row| problem.model(row).ok())
+        .map(|model| discretize(&model, problem.mesh()))
+        .collect();
+    let solve = || {
+        for (structure, steps) in &designs {
+            let _ = pennate_solver::solve(structure, steps, &Options::default(), &mut |_| true);
+        }
+    };
+    time(solve) / designs.len().max(1) as f64
+}
+
+/// Median time of a live step by a fiftieth of the first parameter, there and back.
+fn live(problem: &Problem) -> f64 {
+    let Ok(mut live) = problem.live() else { return f64::NAN };
+    let here = problem.middle()[0];
+    let mut away = false;
+    time(|| {
+        away = !away;
+        live.set(0, if away { 0.98 * here } else { here });
+        let _ = live.solve();
+    })
+}
+
+/// Random designs against solves one by one.
+fn campaign(count: usize) {
+    for network in all() {
+        let problem = network.problem();
+        let width = network.parameters.len();
+        let rows = network.rows(&problem, count);
+        let answers = problem.evaluate(&rows);
+        let outputs = network.probes.len();
+        let scales: Vec<f64> = (0..outputs)
+            .map(|output| {
+                answers
+                    .values
+                    .iter()
+                    .skip(output)
+                    .step_by(outputs)
+                    .filter(|v| v.is_finite())
+                    .fold(0.0, |m: f64, v| m.max(v.abs()))
+            })
+            .collect();
+        let (mut worst, mut unsolved) = (0.0f64, 0);
+        for (design, row) in rows.chunks_exact(width).enumerate() {
+            let (single, reason) = problem.evaluate_alone(row);
+            assert_eq!(reason.is_none(), answers.reasons[design].is_none(), "{}: {row:?}", network.name);
+            unsolved += usize::from(reason.is_some());
+            for (output, value) in single.iter().enumerate() {
+                let other = answers.values[design * outputs + output];
+                if value.is_finite() || other.is_finite() {
+                    worst = worst.max((value - other).abs() / scales[output]);
+                }
+            }
+        }
+        println!("{}: {count} designs, {unsolved} without answer, largest difference {worst:.1e}", network.name);
+    }
+}
+
+impl Network {
+    fn problem(&self) -> Problem {
+        let document = Document::from_text(&format!("{}.toml", self.name), &self.text);
+        let problem = Problem::new(&document, &[], &self.parameters, &self.probes, 1e-6);
+        problem.unwrap_or_else(|error| panic!("{}: {error}", self.name))
+    }
+
+    /// Random designs about the values of the file.
+    fn rows(&self, problem: &Problem, count: usize) -> Vec<f64> {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let middle = problem.middle();
+        (0..count)
+            .flat_map(|_| {
+                middle.iter().map(|value| value * (1.0 + self.spread * (2.0 * random() - 1.0))).collect::<Vec<_>>()
+            })
+            .collect()
+    }
+}

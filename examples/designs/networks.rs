@@ -1,0 +1,86 @@
+//! The networks that are measured.
+
+/// A network with what goes in and what comes out.
+pub(crate) struct Network {
+    pub name: &'static str,
+    pub text: String,
+    pub parameters: Vec<&'static str>,
+    pub probes: Vec<&'static str>,
+    /// By how large a part of their value parameters differ from those of the file.
+    pub spread: f64,
+}
+
+const DYAD: &str = include_str!("../../models/networks/dyad.toml");
+const STAGE: &str = include_str!("../../models/networks/tip_tilt_stage.toml");
+const ARM: &str = include_str!("br2.toml");
+
+/// All of them.
+pub(crate) fn all() -> Vec<Network> {
+    vec![dyad(), stage(), arm(), mechanism()]
+}
+
+fn dyad() -> Network {
+    let text = DYAD.replace("L = 130", "p = 25\nL = 130").replace("left = \"25 psi\", pair = 25", "all = \"= p\"");
+    Network {
+        name: "dyad",
+        text,
+        parameters: vec!["p", "L", "beta"],
+        probes: vec!["stroke@inflate", "holding"],
+        spread: 0.1,
+    }
+}
+
+/// One step.
+fn stage() -> Network {
+    let begin = STAGE.find("[[steps]]").unwrap_or_default();
+    let end = STAGE.find("[probes]").unwrap_or_default();
+    let steps = "[[steps]]\nname = \"lower\"\npressure = { dyad1 = \"= p\", dyad2 = 10, dyad3 = 10 }\n\n";
+    let text = format!("{}{steps}{}", &STAGE[..begin], &STAGE[end..]).replace("L = 130", "p = 15\nL = 130");
+    Network {
+        name: "tip-tilt stage",
+        text,
+        parameters: vec!["p", "L", "beta", "rp"],
+        probes: vec!["height", "tilt"],
+        spread: 0.05,
+    }
+}
+
+fn arm() -> Network {
+    Network {
+        name: "BR² arm",
+        text: ARM.to_owned(),
+        parameters: vec!["Pb", "Pr"],
+        probes: vec!["x", "y", "z"],
+        spread: 0.2,
+    }
+}
+
+/// Ten members in the plane on three rows of nodes, ten steps.
+fn mechanism() -> Network {
+    let nodes = [(0, 0), (100, 0), (200, 0), (10, 95), (105, 100), (195, 110), (0, 205), (110, 200), (205, 195)];
+    let pairs = [(0, 3), (1, 4), (2, 5), (3, 6), (4, 7), (5, 8), (3, 4), (4, 5), (6, 7), (7, 8)];
+    let mut text = "format = \"pennate/1\"\ndimension = \"plane\"\n[parameters]\n".to_owned();
+    for k in 0..10 {
+        text += &format!("t{k} = {}\n", 10.0 + 0.3 * f64::from(k));
+    }
+    text += "[nodes]\n";
+    for (k, (x, y)) in nodes.iter().enumerate() {
+        text += &format!("n{k} = [{x}, {y}]\n");
+    }
+    text += "[sections]\n";
+    for k in 0..10 {
+        text += &format!("s{k} = {{ stiffness = {{ EA = \"= 2000 * t{k}\", EI3 = \"= 40 * t{k}^3\" }} }}\n");
+    }
+    text += "[members]\n";
+    for (k, (a, b)) in pairs.into_iter().enumerate() {
+        text += &format!("m{k} = {{ nodes = [\"n{a}\", \"n{b}\"], section = \"s{k}\" }}\n");
+    }
+    text += "[supports]\nn0 = \"clamped\"\nn1 = \"clamped\"\nn2 = \"clamped\"\n";
+    for step in 1..=10 {
+        let force = 2.0 * f64::from(step);
+        text += &format!("[[steps]]\nname = \"{step}\"\nforce = {{ n8 = [{force}, {}, 0] }}\n", -0.5 * force);
+    }
+    text += "[probes]\nux = { node = \"n8\", displacement = \"ux\" }\nuy = { node = \"n8\", displacement = \"uy\" }\n";
+    let parameters = vec!["t0", "t1", "t2", "t3", "t4", "t5", "t6", "t7", "t8", "t9"];
+    Network { name: "mechanism of 10 members, 10 steps", text, parameters, probes: vec!["ux", "uy"], spread: 0.3 }
+}
