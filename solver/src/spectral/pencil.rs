@@ -107,7 +107,7 @@ impl Pencil<'_> {
     }
 
     /// The same pencil with the factors of a shift, where it is large and the largest eigenvalue is positive.
-    fn shifted(mut self) -> Self {
+    fn shifted(self) -> Self {
         if self.factor.size() <= SMALL {
             return self;
         }
@@ -122,7 +122,6 @@ impl Pencil<'_> {
                 None => shift *= 0.5,
             }
         }
-        self.shift = 0.0;
         self
     }
 
