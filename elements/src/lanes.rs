@@ -1,37 +1,84 @@
 //! Four or eight members side by side in one register of the processor.
 //!
-//! The only `unsafe` of the crate. Products that are added are rounded once, together with the sum, so that a member
-//! gets the same digits in a lane and alone up to rounding.
+//! The only `unsafe` of the crate. The numbers themselves cannot be named outside: who computes with them gets their type
+//! from a [`Width`], and only a look at the processor makes one of those. So there is no number whose instructions are
+//! missing.
+//!
+//! Products that are added are rounded once, together with the sum, which numbers alone are not: a member has the same
+//! digits in a lane and alone up to rounding.
 
 #![allow(unsafe_code, reason = "instructions that not every processor has are unsafe to call")]
 
-#[cfg(target_arch = "x86_64")]
 use crate::real::Real;
 
-/// Whether the processor can compute with [`Lanes`].
-pub fn are_there() -> bool {
+/// So many numbers side by side, which this processor has instructions for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Width(Kind);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    One,
     #[cfg(target_arch = "x86_64")]
-    return is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-    #[cfg(not(target_arch = "x86_64"))]
-    return false;
+    Four,
+    #[cfg(target_arch = "x86_64")]
+    Eight,
 }
 
-/// Whether the processor can compute with [`WideLanes`] too.
-pub fn are_wide() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return are_there() && is_x86_feature_detected!("avx512f");
-    #[cfg(not(target_arch = "x86_64"))]
-    return false;
+/// A piece of work that is written for numbers of every kind.
+pub trait Generic {
+    /// What comes of it.
+    type Output;
+
+    /// Does it with numbers of one kind.
+    fn with<T: Real>(self) -> Self::Output;
 }
 
-#[cfg(target_arch = "x86_64")]
-pub use avx2::Lanes;
-#[cfg(target_arch = "x86_64")]
-pub use avx512::WideLanes;
-#[cfg(not(target_arch = "x86_64"))]
-pub use f64 as Lanes;
-#[cfg(not(target_arch = "x86_64"))]
-pub use f64 as WideLanes;
+impl Width {
+    /// One number at a time, which every processor has.
+    pub const ONE: Self = Self(Kind::One);
+
+    /// As many as the processor has registers for.
+    pub fn widest() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            let eight = is_x86_feature_detected!("avx512f");
+            return Self(if eight { Kind::Eight } else { Kind::Four });
+        }
+        Self::ONE
+    }
+
+    /// The narrowest that holds so many members, and this one where none does.
+    pub fn for_members(self, members: usize) -> Self {
+        match self.0 {
+            _ if members <= 1 => Self::ONE,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Eight if members <= 4 => Self(Kind::Four),
+            _ => self,
+        }
+    }
+
+    /// How many members lie side by side.
+    pub fn lanes(self) -> usize {
+        match self.0 {
+            Kind::One => <f64 as Real>::LANES,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Four => avx2::Lanes::LANES,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Eight => avx512::WideLanes::LANES,
+        }
+    }
+
+    /// Does work with numbers of this width.
+    pub fn run<W: Generic>(self, work: W) -> W::Output {
+        match self.0 {
+            Kind::One => work.with::<f64>(),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Four => work.with::<avx2::Lanes>(),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Eight => work.with::<avx512::WideLanes>(),
+        }
+    }
+}
 
 /// π/2 as the sum of three numbers.
 #[cfg(target_arch = "x86_64")]
@@ -96,7 +143,7 @@ macro_rules! lanes {
     ($(#[$doc:meta])* $lanes:ident: $count:literal in $register:ty, $add:ident, $sub:ident, $mul:ident, $div:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
-        pub struct $lanes($register);
+        pub(super) struct $lanes($register);
 
         impl $lanes {
             #[inline(always)]
@@ -145,7 +192,7 @@ macro_rules! lanes {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: lanes are made only where the processor has them.
+                // SAFETY: a `Width` gives the type away only where the processor has these instructions.
                 Self(unsafe { $intrinsic(self.0, other.0) })
             }
         }
@@ -160,7 +207,7 @@ mod avx2 {
     use crate::real::{Real, Work};
 
     lanes! {
-        /// Four numbers that are computed with at once; only where [`super::are_there`] says so.
+        /// Four numbers that are computed with at once.
         Lanes: 4 in __m256d, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd, _mm256_div_pd
     }
 
@@ -170,7 +217,7 @@ mod avx2 {
         work.run()
     }
 
-    // SAFETY of all that follows: lanes are made only where the processor has them.
+    // SAFETY of all that follows: a `Width` gives the type away only where the processor has these instructions.
     impl Neg for Lanes {
         type Output = Self;
         #[inline(always)]
@@ -262,7 +309,7 @@ mod avx512 {
     use crate::real::{Real, Work};
 
     lanes! {
-        /// Eight numbers that are computed with at once; only where [`super::are_wide`] says so.
+        /// Eight numbers that are computed with at once.
         WideLanes: 8 in __m512d, _mm512_add_pd, _mm512_sub_pd, _mm512_mul_pd, _mm512_div_pd
     }
 
@@ -282,7 +329,7 @@ mod avx512 {
         }
     }
 
-    // SAFETY of all that follows: lanes are made only where the processor has them.
+    // SAFETY of all that follows: a `Width` gives the type away only where the processor has these instructions.
     impl Neg for WideLanes {
         type Output = Self;
         #[inline(always)]
@@ -363,17 +410,41 @@ mod avx512 {
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
-    use crate::real::Real;
+
+    /// Checks numbers of every width that the processor has.
+    fn in_every_width(check: impl Generic<Output = ()> + Copy) {
+        let widest = Width::widest();
+        for members in [1, 4, 8] {
+            widest.for_members(members).run(check);
+        }
+    }
+
+    /// A width holds the members that it is asked for, as narrowly as it can, and never more than the processor has.
+    #[test]
+    fn a_width_is_the_narrowest_for_its_members() {
+        let widest = Width::widest();
+        for members in 1..=widest.lanes() {
+            let width = widest.for_members(members);
+            assert!(width.lanes() >= members && width.lanes() < 4 * members, "{members}: {width:?}");
+        }
+        assert_eq!(widest.for_members(100), widest);
+        assert_eq!(Width::ONE.for_members(100), Width::ONE);
+    }
 
     /// A lane computes what a number computes, bit for bit, for whatever number; products added are rounded once.
     #[test]
     fn lanes_have_the_digits_of_numbers() {
-        if are_there() {
-            have_digits_of_numbers::<Lanes>();
+        #[derive(Clone, Copy)]
+        struct Check;
+        impl Generic for Check {
+            type Output = ();
+            fn with<T: Real>(self) {
+                if T::LANES > 1 {
+                    have_digits_of_numbers::<T>();
+                }
+            }
         }
-        if are_wide() {
-            have_digits_of_numbers::<WideLanes>();
-        }
+        in_every_width(Check);
     }
 
     fn of<T: Real>(numbers: [f64; 4]) -> T {
@@ -413,12 +484,17 @@ mod tests {
 
     #[test]
     fn sines_and_cosines_are_those_of_numbers() {
-        if are_there() {
-            have_sines_of_numbers::<Lanes>();
+        #[derive(Clone, Copy)]
+        struct Check;
+        impl Generic for Check {
+            type Output = ();
+            fn with<T: Real>(self) {
+                if T::LANES > 1 {
+                    have_sines_of_numbers::<T>();
+                }
+            }
         }
-        if are_wide() {
-            have_sines_of_numbers::<WideLanes>();
-        }
+        in_every_width(Check);
     }
 
     fn have_sines_of_numbers<T: Real>() {

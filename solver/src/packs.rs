@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use pennate_elements::beam::{Beam, Moduli};
-use pennate_elements::lanes::{self, Lanes, WideLanes};
+use pennate_elements::lanes::{Generic, Width};
 use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
@@ -47,22 +47,25 @@ pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e3);
 /// The other one.
 pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e2);
 
-/// Builds the chains of exact elements E and corotational elements C; `enrich` is added to the order.
+/// Chains of all members in space, on elements of an order higher by `enrich`.
+pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
+    packs(structure, enrich)
+}
+
+/// The same in the plane.
+pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
+    packs(structure, enrich)
+}
+
+/// Builds the chains of all members.
 ///
-/// Corotational elements have no higher order: exact ones, which converge to the same rod, stand in for it.
-///
-/// Members of equal mesh lie side by side, where the processor can compute with several at once. They get the same
-/// digits there as alone.
-pub fn packs<E, C, const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
+/// Members of equal mesh lie side by side, where the processor can compute with several at once: they get the same digits
+/// there as alone, up to rounding. Corotational elements have no higher order: exact ones, which converge to the same rod,
+/// stand in for it.
+fn packs<const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
 where
-    E: Beam<f64, D> + Beam<Lanes, D> + Beam<WideLanes, D>,
-    C: Beam<f64, D> + Beam<Lanes, D> + Beam<WideLanes, D>,
+    for<'a> Side<'a, D>: Generic<Output = Box<dyn Pack<D>>>,
 {
-    let width = match (lanes::are_wide(), lanes::are_there()) {
-        (true, _) => <WideLanes as Real>::LANES,
-        (false, true) => <Lanes as Real>::LANES,
-        (false, false) => 1,
-    };
     let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
     for (index, member) in structure.members.iter().enumerate() {
         let mesh = mesh(structure, index, member);
@@ -70,42 +73,54 @@ where
         let curved = mesh.segments.iter().any(|segment| segment.curvature != [0.0; 3]);
         alike.entry((member.formulation, member.order, counts, curved)).or_default().push(mesh);
     }
+    let widest = Width::widest();
     let mut packs = Vec::new();
     for ((formulation, order, ..), meshes) in &alike {
         let formulation = if enrich == 0 { *formulation } else { Formulation::Exact };
-        packs.extend(meshes.chunks(width).map(|meshes| match meshes {
-            [_] => pack::<f64, E, C, D>(meshes, formulation, order + enrich),
-            _ if meshes.len() <= <Lanes as Real>::LANES => pack::<Lanes, E, C, D>(meshes, formulation, order + enrich),
-            _ => pack::<WideLanes, E, C, D>(meshes, formulation, order + enrich),
-        }));
+        for meshes in meshes.chunks(widest.lanes()) {
+            let side = Side { meshes, formulation, order: order + enrich };
+            packs.push(widest.for_members(meshes.len()).run(side));
+        }
     }
     packs
 }
 
-/// Chains of all members in space, on elements of an order higher by `enrich`.
-pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
-    packs::<Space, CorotationalSpace, 6>(structure, enrich)
-}
-
-/// The same in the plane.
-pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
-    packs::<Plane, CorotationalPlane, 3>(structure, enrich)
-}
-
-fn pack<T: Real, E: Beam<T, D>, C: Beam<T, D>, const D: usize>(
-    meshes: &[ChainMesh],
+/// Members of equal mesh that come to lie side by side.
+struct Side<'a, const D: usize> {
+    meshes: &'a [ChainMesh],
     formulation: Formulation,
     order: usize,
-) -> Box<dyn Pack<D>> {
-    if formulation == Formulation::Corotational {
-        return Box::new(Chain::<T, C, D, 1>::new(meshes));
+}
+
+impl Generic for Side<'_, 6> {
+    type Output = Box<dyn Pack<6>>;
+
+    fn with<T: Real>(self) -> Self::Output {
+        self.chain::<T, Space, CorotationalSpace>()
     }
-    match order {
-        0 | 1 => Box::new(Chain::<T, E, D, 1>::new(meshes)),
-        2 => Box::new(Chain::<T, E, D, 2>::new(meshes)),
-        3 => Box::new(Chain::<T, E, D, 3>::new(meshes)),
-        4 => Box::new(Chain::<T, E, D, 4>::new(meshes)),
-        _ => Box::new(Chain::<T, E, D, 5>::new(meshes)),
+}
+
+impl Generic for Side<'_, 3> {
+    type Output = Box<dyn Pack<3>>;
+
+    fn with<T: Real>(self) -> Self::Output {
+        self.chain::<T, Plane, CorotationalPlane>()
+    }
+}
+
+impl<const D: usize> Side<'_, D> {
+    /// Their chain, of exact elements E or corotational elements C.
+    fn chain<T: Real, E: Beam<T, D>, C: Beam<T, D>>(&self) -> Box<dyn Pack<D>> {
+        if self.formulation == Formulation::Corotational {
+            return Box::new(Chain::<T, C, D, 1>::new(self.meshes));
+        }
+        match self.order {
+            0 | 1 => Box::new(Chain::<T, E, D, 1>::new(self.meshes)),
+            2 => Box::new(Chain::<T, E, D, 2>::new(self.meshes)),
+            3 => Box::new(Chain::<T, E, D, 3>::new(self.meshes)),
+            4 => Box::new(Chain::<T, E, D, 4>::new(self.meshes)),
+            _ => Box::new(Chain::<T, E, D, 5>::new(self.meshes)),
+        }
     }
 }
 
