@@ -30,7 +30,7 @@ fn system(file: &str) -> System<6> {
     }
     system.apply_drives();
     Newton::default().solve(&mut system, Start { predicted: false, ..Start::nearby() }).expect("an equilibrium");
-    system.save(0);
+    let state = system.snapshot();
     system
 }
 
@@ -39,7 +39,7 @@ fn iteration(criterion: &mut Criterion) {
         let mut system = system(file);
         criterion.bench_function(&format!("{name}: one iteration"), |bencher| {
             bencher.iter(|| {
-                system.restore(0);
+                system.restore(&state);
                 system.place_ends();
                 system.assemble(false);
                 system.advance(false)

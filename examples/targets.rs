@@ -211,9 +211,9 @@ fn iteration(cells: usize) -> (f64, String) {
     }
     system.apply_drives();
     let _ = Newton::default().solve(&mut system, Start { predicted: false, ..Start::nearby() });
-    system.save(0);
+    let state = system.snapshot();
     let seconds = median(|| {
-        system.restore(0);
+        system.restore(&state);
         system.place_ends();
         system.assemble(false);
         system.advance(false);

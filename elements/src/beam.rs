@@ -222,6 +222,15 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     /// Puts the node of one lane somewhere.
     fn set_pose(pose: &mut Self::Pose, lane: usize, placement: &Placement);
 
+    /// How many numbers a pose has in each lane.
+    const POSE: usize;
+
+    /// Puts a pose in a row of [`Beam::POSE`] numbers for each lane.
+    fn store_pose(pose: &Self::Pose, row: &mut [f64]);
+
+    /// The pose that [`Beam::store_pose`] put in a row.
+    fn load_pose(row: &[f64]) -> Self::Pose;
+
     /// Where an interior node is: its local unknowns and unloaded local position seen from the first node.
     fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; D], lane: usize) -> Placement;
 }

@@ -244,6 +244,16 @@ mod avx2 {
             *self = Self::from(numbers);
         }
         #[inline(always)]
+        fn store(self, row: &mut [f64]) {
+            row.copy_from_slice(&self.numbers());
+        }
+        #[inline(always)]
+        fn load(row: &[f64]) -> Self {
+            let mut numbers = [0.0; Self::LANES];
+            numbers.copy_from_slice(row);
+            Self::from(numbers)
+        }
+        #[inline(always)]
         fn sqrt(self) -> Self {
             Self(unsafe { _mm256_sqrt_pd(self.0) })
         }
@@ -354,6 +364,16 @@ mod avx512 {
             let mut numbers = self.numbers();
             numbers[index] = value;
             *self = Self::from(numbers);
+        }
+        #[inline(always)]
+        fn store(self, row: &mut [f64]) {
+            row.copy_from_slice(&self.numbers());
+        }
+        #[inline(always)]
+        fn load(row: &[f64]) -> Self {
+            let mut numbers = [0.0; Self::LANES];
+            numbers.copy_from_slice(row);
+            Self::from(numbers)
         }
         #[inline(always)]
         fn sqrt(self) -> Self {

@@ -12,7 +12,7 @@ use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Moduli, Piece, 
 use crate::corotational::Corotational;
 use crate::interpolation::Table;
 use crate::local_law::{Exact, LocalLaw};
-use crate::real::Real;
+use crate::real::{self, Real};
 use crate::rotation;
 use crate::small::{self, M3, V3, add, axpy, scale, sub, zeros};
 use crate::space;
@@ -450,6 +450,18 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
         pose[0].set_lane(lane, placement.displacement[0]);
         pose[1].set_lane(lane, placement.displacement[1]);
         pose[2].set_lane(lane, placement.angle);
+    }
+
+    const POSE: usize = 3;
+
+    #[inline(always)]
+    fn store_pose(pose: &Pose<T>, row: &mut [f64]) {
+        real::store(pose, row);
+    }
+
+    #[inline(always)]
+    fn load_pose(row: &[f64]) -> Pose<T> {
+        real::load(row)
     }
 
     fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 3], lane: usize) -> Placement {

@@ -30,6 +30,22 @@ pub trait Real:
     fn lane(self, index: usize) -> f64;
     /// Puts a number into one lane.
     fn set_lane(&mut self, index: usize, value: f64);
+    /// Puts the numbers of all lanes in a row of [`Real::LANES`].
+    #[inline(always)]
+    fn store(self, row: &mut [f64]) {
+        for (lane, number) in row.iter_mut().enumerate() {
+            *number = self.lane(lane);
+        }
+    }
+    /// The numbers of all lanes from a row of [`Real::LANES`].
+    #[inline(always)]
+    fn load(row: &[f64]) -> Self {
+        let mut all = Self::default();
+        for (lane, &number) in row.iter().enumerate() {
+            all.set_lane(lane, number);
+        }
+        all
+    }
     /// Square root.
     fn sqrt(self) -> Self;
     /// Size without sign.
@@ -77,6 +93,24 @@ pub trait Work {
 
     /// Does it, compiled for the lanes that there are.
     fn run(self) -> Self::Output;
+}
+
+/// Puts an array in a row, the lanes of each of its entries side by side.
+#[inline(always)]
+pub fn store<T: Real, const N: usize>(array: &[T; N], row: &mut [f64]) {
+    for (entry, numbers) in array.iter().zip(row.chunks_exact_mut(T::LANES)) {
+        entry.store(numbers);
+    }
+}
+
+/// The array that [`store`] put in a row.
+#[inline(always)]
+pub fn load<T: Real, const N: usize>(row: &[f64]) -> [T; N] {
+    let mut array = [T::default(); N];
+    for (entry, numbers) in array.iter_mut().zip(row.chunks_exact(T::LANES)) {
+        *entry = T::load(numbers);
+    }
+    array
 }
 
 impl Real for f64 {

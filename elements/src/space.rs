@@ -18,7 +18,7 @@ use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Piece, Placemen
 use crate::corotational::Corotational;
 use crate::interpolation::Table;
 use crate::local_law::{Exact, LocalLaw, Softening};
-use crate::real::Real;
+use crate::real::{self, Real};
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
     self, M3, V3, add, apply, axpy, cross, diagonal, dot, madd, mscale, mul, mul_skew, outer, plus_outer, rotate,
@@ -615,6 +615,21 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         for (component, value) in pose.rotation.iter_mut().zip(placement.rotation) {
             component.set_lane(lane, value);
         }
+    }
+
+    const POSE: usize = 7;
+
+    #[inline(always)]
+    fn store_pose(pose: &Pose<T>, row: &mut [f64]) {
+        let (displacement, rotation) = row.split_at_mut(3 * T::LANES);
+        real::store(&pose.displacement, displacement);
+        real::store(&pose.rotation, rotation);
+    }
+
+    #[inline(always)]
+    fn load_pose(row: &[f64]) -> Pose<T> {
+        let (displacement, rotation) = row.split_at(3 * T::LANES);
+        Pose { displacement: real::load(displacement), rotation: real::load(rotation) }
     }
 
     fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 6], lane: usize) -> Placement {

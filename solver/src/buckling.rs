@@ -30,7 +30,7 @@ use crate::spectral::pencil::{Pairs, Pencil};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns, end_curvature};
 use crate::structure::{Drive, Step, Structure};
-use crate::system::System;
+use crate::system::{State, System};
 
 /// Part of the ramp by which its beginning is known, where sections or held motions change.
 const BEGINNING: f64 = 1e-3;
@@ -43,8 +43,6 @@ const CORRECTIONS: usize = 8;
 const FARTHEST: f64 = 1e6;
 /// Factors of the ramp the other way are looked for up to so many times the first one.
 const OTHER_WAY: f64 = 1e3;
-/// Slot for the state that the response starts from.
-const REST: usize = 2;
 
 /// What λ multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -330,16 +328,16 @@ impl Beginning {
         let sections = controls.into_iter().any(|(drive, (from, to))| matches!(drive, Drive::Control) && from != to);
         let moving = system.equations.held.iter().any(|row| row.from != row.to);
         let rigid = rest.iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
-        self.base.system.save(REST);
+        let start = self.base.system.snapshot();
         let response = if sections || moving || rigid {
             // Twice as far, a second time: what is of second order in the fraction drops out. Backwards it may be another
             // row of a muscle's table.
             let part = BEGINNING;
-            let (first, second) = (self.step(part, rigid)?, self.step(2.0 * part, rigid)?);
+            let (first, second) = (self.step(&start, part, rigid)?, self.step(&start, 2.0 * part, rigid)?);
             Response::between(&rest, [&first, &second], [2.0 / part, -0.5 / part], part)
         } else {
             // Loads alone have a response in exact proportion.
-            let first = self.step(1.0, false)?;
+            let first = self.step(&start, 1.0, false)?;
             Response::between(&rest, [&first, &first], [1.0, 0.0], 1.0)
         };
         self.set(0.0);
@@ -348,7 +346,7 @@ impl Beginning {
     }
 
     /// Solves once for a fraction of the ramp, at the shape of the state; elements with their stresses, and the motions.
-    fn step(&mut self, fraction: f64, rigid: bool) -> Option<Stepped> {
+    fn step(&mut self, start: &State, fraction: f64, rigid: bool) -> Option<Stepped> {
         self.set(fraction);
         let system = &mut self.base.system;
         // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
@@ -356,11 +354,11 @@ impl Beginning {
         for _ in 0..if rigid { CORRECTIONS } else { 1 } {
             system.assemble(true);
             system.advance(true)?;
-            system.restore_shape(REST, 1.0);
+            system.restore_shape(start, 1.0);
         }
         let states = states(system);
         let motions = (0..system.forces.len()).map(|joint| system.equations.motion(joint, &system.rhs, true)).collect();
-        system.restore(REST);
+        system.restore(start);
         Some((states, motions))
     }
 }

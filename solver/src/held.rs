@@ -11,7 +11,6 @@
 //! nearer. And under a load across it such a member has no equilibrium: it could bend only if its ends came nearer, F falls
 //! as the square of what N lets it bend, and every secant leads to a larger N.
 
-use crate::newton::DETOUR;
 use crate::structure::MemberId;
 use crate::system::System;
 
@@ -236,7 +235,7 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
     if members.is_empty() {
         return Vec::new();
     }
-    system.save(DETOUR);
+    let here = system.snapshot();
     let mut most = 0.0f64;
     for (index, &member) in members.iter().enumerate() {
         let slot = &system.members[member];
@@ -266,7 +265,7 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
             break;
         }
     }
-    system.restore(DETOUR);
+    system.restore(&here);
     system.assemble(pending);
     let stays = largest(&change).1 <= ANSWERED * largest(&left).1;
     let kept = |&index: &usize| stays && left[index].abs() > LEFT * most;

@@ -5,10 +5,8 @@
 use crate::held::HeldForces;
 use crate::rounding;
 use crate::structure::MemberId;
-use crate::system::{Inertia, Residual, System};
+use crate::system::{Inertia, Residual, State, System};
 
-/// Slot for a state that is put aside within an iteration.
-pub const DETOUR: usize = 2;
 /// Part of the loads at which linear buckling tells that they are too much for one increment.
 const FORESEEN: f64 = 0.3;
 
@@ -108,11 +106,11 @@ pub enum Why {
 
 /// Where an iteration starts from.
 #[derive(Clone, Copy, Debug)]
-pub struct Start {
+pub struct Start<'a> {
     /// The state is an extrapolation already, not the last equilibrium.
     pub predicted: bool,
-    /// Slot of the last equilibrium.
-    pub rest: Option<usize>,
+    /// The last equilibrium.
+    pub rest: Option<&'a State>,
     /// Give up where the linear extrapolation to the loads has more negative pivots than this.
     pub negative_limit: usize,
     /// What the equilibrium is for.
@@ -134,7 +132,7 @@ pub enum Aim {
     Comparison,
 }
 
-impl Start {
+impl Start<'_> {
     /// To full accuracy from a state nearby.
     pub fn nearby() -> Self {
         Self { predicted: true, rest: None, negative_limit: usize::MAX, aim: Aim::Result, may_wander: true }
@@ -145,7 +143,7 @@ impl Newton {
     /// Brings the system to equilibrium at its present loads; every iteration is one factorization.
     ///
     /// The last factorization is at the equilibrium itself: it gives the residual there, the reactions and the pivots.
-    pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start) -> Result<Convergence, Lost> {
+    pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start<'_>) -> Result<Convergence, Lost> {
         let mut held = std::mem::take(&mut system.held_forces);
         held.begin(system);
         let result = self.iterate(system, start, &mut held);
@@ -156,7 +154,7 @@ impl Newton {
     fn iterate<const D: usize>(
         &self,
         system: &mut System<D>,
-        start: Start,
+        start: Start<'_>,
         held: &mut HeldForces,
     ) -> Result<Convergence, Lost> {
         let mut last = f64::INFINITY;
@@ -281,11 +279,11 @@ impl Newton {
     /// increment foresees.
     ///
     /// Linear factors a little below one are common where nothing buckles (a curved beam bent out of its plane).
-    fn buckling<const D: usize>(&self, system: &mut System<D>, rest: usize) -> usize {
-        system.save(DETOUR);
+    fn buckling<const D: usize>(&self, system: &mut System<D>, rest: &State) -> usize {
+        let here = system.snapshot();
         system.restore_shape(rest, FORESEEN);
         let inertia = system.assemble(false);
-        system.restore(DETOUR);
+        system.restore(&here);
         inertia.negative
     }
 }

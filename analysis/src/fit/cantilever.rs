@@ -12,7 +12,7 @@ use pennate_solver::sensitivity::SegmentSensitivity;
 use pennate_solver::structure::{
     Dimension, Drive, Formulation, Member, Release, SectionLaw, Segment, Stability, Structure,
 };
-use pennate_solver::system::System;
+use pennate_solver::system::{State, System};
 use pennate_solver::{packs, path};
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -22,9 +22,6 @@ pub const OUTPUTS: [usize; 3] = [0, 1, 5];
 /// Order of the elements, and how many the ends and the middle are divided into: tips within 1e-6 of the length.
 const ORDER: usize = 3;
 const ELEMENTS: [usize; 3] = [1, 2, 1];
-/// Slots of states that are put aside: the inflated one, and the last load.
-const INFLATED: usize = 0;
-const LAST: usize = 1;
 /// A load is halved so often before its equilibrium is given up.
 const HALVINGS: u32 = 8;
 
@@ -53,6 +50,9 @@ pub struct NoEquilibrium(pub Load);
 /// A clamped muscle at one pressure.
 pub struct Cantilever {
     system: System<3>,
+    /// The equilibrium without a load, and that under the last part of one.
+    inflated: State,
+    last: State,
     newton: Newton,
     length: f64,
     /// Factorizations so far.
@@ -101,8 +101,8 @@ impl Cantilever {
             Held { node: 0, component, kind, from: 0.0, to: 0.0 }
         });
         system.hold(held.to_vec());
-        system.save(INFLATED);
-        let mut cantilever = Self { system, newton: Newton::default(), length, factorizations: 0 };
+        let (inflated, last) = (system.snapshot(), system.snapshot());
+        let mut cantilever = Self { system, inflated, last, newton: Newton::default(), length, factorizations: 0 };
         cantilever.set(muscle);
         cantilever
     }
@@ -118,14 +118,14 @@ impl Cantilever {
     /// # Errors
     /// The first load without an equilibrium that is stable in the plane.
     pub fn solve(&mut self, loads: &[Load], derivatives: bool) -> Result<Vec<Response>, NoEquilibrium> {
-        self.system.restore(INFLATED);
+        self.system.restore(&self.inflated);
         self.reach(Load::default(), Load::default())?;
-        self.system.save(INFLATED);
+        self.system.save(&mut self.inflated);
         let mut last = Load::default();
         let mut responses = Vec::with_capacity(loads.len());
         for &load in loads {
             if self.distance(load, last) > self.distance(load, Load::default()) {
-                self.system.restore(INFLATED);
+                self.system.restore(&self.inflated);
                 last = Load::default();
             }
             self.reach(last, load)?;
@@ -146,7 +146,7 @@ impl Cantilever {
         let mut reached = 0.0;
         let mut part: f64 = 1.0;
         let shortest = 0.5_f64.powi(HALVINGS as i32);
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         while reached < 1.0 {
             let target = (reached + part).min(1.0);
             let between = |a: f64, b: f64| if target == 1.0 { b } else { a + target * (b - a) };
@@ -159,12 +159,12 @@ impl Cantilever {
                     self.factorizations += found.iterations;
                     reached = target;
                     if reached < 1.0 {
-                        self.system.save(LAST);
+                        self.system.save(&mut self.last);
                     }
                 }
                 lost => {
                     self.factorizations += lost.map_or_else(|lost| lost.iterations, |found| found.iterations);
-                    self.system.restore(LAST);
+                    self.system.restore(&self.last);
                     part *= 0.5;
                     if part < shortest {
                         return Err(NoEquilibrium(to));

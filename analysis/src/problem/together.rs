@@ -13,13 +13,11 @@ use pennate_solver::newton::{Aim, Newton, Start};
 use pennate_solver::path::{self, OutOfPlane};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Drive, Method, Spring, Stability, Step, Structure};
-use pennate_solver::system::System;
+use pennate_solver::system::{State, System};
 
 use super::neighbour;
 use super::track::Kind;
 
-/// Slot of the last equilibrium.
-const LAST: usize = 0;
 /// So many iterations are no short way to the next state.
 const MANY: usize = 7;
 /// A state that moved farther than this (radians, or lengths), and by so much more than was foreseen, may be another one.
@@ -60,7 +58,7 @@ pub(super) fn solve<const D: usize>(
     let topology = path::topology(&structure, steps);
     let chains = (kind.packs)(&structure, 0);
     let system = System::new(Arc::clone(&structure), topology, chains, active, false);
-    let mut walk = Walk { system, held: BTreeMap::new(), lateral: None };
+    let mut walk = Walk { system, held: BTreeMap::new(), lateral: None, last: State::default() };
     walk.begin(steps, kind, analysed)?;
     let mut states = Vec::with_capacity(steps.len());
     for (index, step) in steps.iter().enumerate() {
@@ -76,6 +74,8 @@ struct Walk<const D: usize> {
     system: System<D>,
     held: BTreeMap<(usize, usize), Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
+    /// The equilibrium that a step begins with.
+    last: State,
 }
 
 impl<const D: usize> Walk<D> {
@@ -159,11 +159,11 @@ impl<const D: usize> Walk<D> {
         if !system.loads_have_potential() {
             return None;
         }
-        system.save(LAST);
+        system.save(&mut self.last);
         let start =
-            Start { predicted: false, rest: Some(LAST), negative_limit: 0, aim: Aim::Result, may_wander: false };
+            Start { predicted: false, rest: Some(&self.last), negative_limit: 0, aim: Aim::Result, may_wander: false };
         let found = Newton::default().solve(system, start).ok()?;
-        let moved = system.distances(LAST);
+        let moved = system.distances(&self.last);
         let leapt = moved.iter().zip(&system.first_moves).any(|(&moved, &foreseen)| leapt(moved, foreseen));
         let inertia = found.inertia;
         if found.iterations >= MANY || leapt || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {

@@ -10,12 +10,10 @@ use pennate_solver::packs;
 use pennate_solver::path::OutOfPlane;
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Member, Step, Structure};
-use pennate_solver::system::System;
+use pennate_solver::system::{State, System};
 
 use super::neighbour::{self, Packs};
 
-/// Slot of the last equilibrium.
-const LAST: usize = 0;
 /// An iteration that takes more than this, or whose first move is larger (radians, or lengths of a member), may lead anywhere.
 const FEW: usize = 8;
 const FAR: f64 = 0.5;
@@ -44,6 +42,8 @@ pub(super) fn space() -> Kind<6> {
 pub(super) struct Track<const D: usize> {
     kind: Kind<D>,
     system: System<D>,
+    /// The state before a step that is tried.
+    last: State,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
     /// Those of the present state.
     steps: Vec<Step>,
@@ -72,7 +72,7 @@ impl<const D: usize> Track<D> {
     pub(super) fn new(kind: Kind<D>, system: System<D>, sideways: bool, steps: Vec<Step>) -> Self {
         let kind = Kind { lateral: kind.lateral.filter(|_| sideways), ..kind };
         let lateral = kind.lateral.map(|build| build(&system));
-        let mut track = Self { kind, system, lateral, steps, verdict: Verdict::default() };
+        let mut track = Self { kind, system, last: State::default(), lateral, steps, verdict: Verdict::default() };
         track.system.assemble(false);
         track.verdict = track.judge();
         track
@@ -99,14 +99,14 @@ impl<const D: usize> Track<D> {
         }
         let before =
             (Arc::clone(&self.system.structure), self.system.drives.clone(), self.system.equations.held.clone());
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         self.take(Arc::new(structure), held, &drives);
         if self.settle() {
             self.steps = steps;
             return true;
         }
         let (structure, drives, held) = before;
-        self.system.restore(LAST);
+        self.system.restore(&self.last);
         self.take(structure, held, &drives);
         self.system.place_ends();
         self.system.assemble(false);
@@ -118,7 +118,6 @@ impl<const D: usize> Track<D> {
         let mut system = neighbour::system(&self.system, self.kind.packs, structure, &steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, held, drives);
-        system.save(LAST);
         let lateral = self.kind.lateral.map(|build| build(&system));
         let old = std::mem::replace(&mut self.system, system);
         let old_lateral = std::mem::replace(&mut self.lateral, lateral);

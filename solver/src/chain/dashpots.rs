@@ -15,7 +15,8 @@ use super::{Chain, lanes};
 pub(super) struct Dashpots<T, const D: usize> {
     /// For a unit of mass; zero where there are none.
     pub stiffness: f64,
-    pub slot: usize,
+    /// The state that they hold the chain to, see [`Chain::saved`].
+    pub anchor: Vec<f64>,
     /// Diagonals and forces of the nodes between elements, by the element that follows.
     pub stiffnesses: Vec<[T; D]>,
     pub forces: Vec<[T; D]>,
@@ -28,7 +29,7 @@ impl<T, const D: usize> Default for Dashpots<T, D> {
     fn default() -> Self {
         Self {
             stiffness: 0.0,
-            slot: 0,
+            anchor: Vec::new(),
             stiffnesses: Vec::new(),
             forces: Vec::new(),
             inner_stiffness: Vec::new(),
@@ -56,11 +57,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         dashpots.forces.resize(elements + 1, zero);
         dashpots.inner_stiffness.resize(elements * Self::INNER_NODES, zero);
         dashpots.inner_force.resize(elements * Self::INNER_NODES, zero);
-        let saved = &self.saved[dashpots.slot];
+        let saved = self.saved(&dashpots.anchor);
         for lane in 0..T::LANES {
             for index in 1..elements {
                 let [mass, inertia] = self.end_mass(index, lane);
-                let (now, then) = (B::pose(&self.state.nodes[index], lane), B::pose(&saved.nodes[index], lane));
+                let (now, then) =
+                    (B::pose(&self.state.nodes[index], lane), B::pose(&saved.node::<T, B, D>(index), lane));
                 let u = sub(now.displacement, then.displacement);
                 let spin = if D == 3 {
                     [0.0, 0.0, now.angle - then.angle]
@@ -82,7 +84,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                     for d in 0..D {
                         let weight: f64 =
                             dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { mass * mass * mass });
-                        let change = self.state.local[local][d].lane(lane) - saved.local[local][d].lane(lane);
+                        let change = self.state.local[local][d].lane(lane) - saved.local::<T, D>(local)[d].lane(lane);
                         dashpots.inner_stiffness[node][d].set_lane(lane, weight);
                         dashpots.inner_force[node][d].set_lane(lane, weight * change);
                     }

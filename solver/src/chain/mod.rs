@@ -8,7 +8,7 @@
 use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
-use pennate_elements::small::{M3, V3, add, axpy, scale, sub, zeros};
+use pennate_elements::small::{M3, V3, axpy, scale, zeros};
 
 use crate::history::{MemberShape, SectionForces, Variation};
 use crate::structure::Fibres;
@@ -25,6 +25,7 @@ mod measures;
 mod sections;
 mod shape;
 mod size;
+mod state;
 mod transfer;
 mod unroll;
 mod variation;
@@ -38,9 +39,6 @@ pub use measures::Measures;
 use size::Sizes;
 use transfer::{Field, InLanes};
 pub use variation::SegmentVariation;
-
-/// How often a state can be put aside: the last converged one, the one before it, and one more for a detour.
-pub const SLOTS: usize = 4;
 
 /// Mesh and unloaded geometry of one member, as its chain is built from it.
 #[derive(Clone, Debug)]
@@ -171,26 +169,23 @@ pub trait Pack<const D: usize>: Send {
     fn set_plain(&mut self, plain: bool);
     /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
     /// mass; zero takes them away.
-    fn set_dashpots(&mut self, stiffness: f64, slot: usize);
+    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
     /// Mass of the ends for those dashpots: against displacements and against rotations.
     fn end_masses(&self, lane: usize) -> [[f64; 2]; 2];
     /// Strain energy in the highest mode of the strains of all elements: what elements of an order less lack.
     fn top_energy(&self, lane: usize) -> f64;
     /// Work of the load along the member from the unloaded state.
     fn load_work(&self, lane: usize) -> f64;
-    /// Takes positions and local unknowns of a saved state, and a part of the change of the mixed stresses since.
-    fn restore_shape(&mut self, slot: usize, part: f64);
-    /// How far the element ends of every member are from a saved state.
-    fn distances(&self, slot: usize) -> Vec<Size>;
-    /// Keeps the state in a slot.
-    fn save(&mut self, slot: usize);
-    /// Goes back to the state in a slot.
-    fn restore(&mut self, slot: usize);
-    /// Exchanges two saved states.
-    fn swap(&mut self, a: usize, b: usize);
-    /// Linear extrapolation of the local unknowns and stresses from two saved states; nodes follow as after
-    /// [`Pack::advance`].
-    fn predict(&mut self, before: usize, last: usize, ratio: f64);
+    /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
+    fn save(&self, row: &mut Vec<f64>);
+    /// Takes the state in a row.
+    fn restore(&mut self, row: &[f64]);
+    /// Takes poses and local unknowns of the state in a row, and a part of the change of the mixed stresses since.
+    fn restore_shape(&mut self, row: &[f64], part: f64);
+    /// How far the element ends of every member are from the state in a row.
+    fn distances(&self, row: &[f64]) -> Vec<Size>;
+    /// Linear extrapolation of the local unknowns and stresses from two states; nodes follow as after [`Pack::advance`].
+    fn predict(&mut self, before: &[f64], last: &[f64], ratio: f64);
     /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior. The moduli are
     /// those of its segments, in space.
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64);
@@ -210,10 +205,6 @@ pub trait Pack<const D: usize>: Send {
     fn spans(&self, lane: usize) -> Vec<f64>;
     /// How fast the state of a member may vary along each of its elements.
     fn variations(&self, lane: usize) -> Vec<Variation>;
-    /// Keeps the present state for good, as the next of those that [`Pack::recall`] knows.
-    fn keep(&mut self);
-    /// Goes back to a kept state.
-    fn recall(&mut self, index: usize);
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
@@ -264,9 +255,6 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     loaded: bool,
     plain: bool,
     state: ChainState<B::Pose, T, D>,
-    /// Empty until they are put aside: most chains need one or none of them.
-    saved: [ChainState<B::Pose, T, D>; SLOTS],
-    kept: Vec<ChainState<B::Pose, T, D>>,
     frames: Vec<B::Frame>,
     /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns.
     inner: Vec<[[T; D]; D]>,
@@ -316,8 +304,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             loads: vec![[o; 3]; segments],
             loaded: false,
             plain: false,
-            saved: Default::default(),
-            kept: Vec::new(),
             state,
             frames: vec![frame; elements],
             inner: vec![zeros(); elements * Self::INNER_BLOCKS],
@@ -499,9 +485,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.plain = plain;
     }
 
-    fn set_dashpots(&mut self, stiffness: f64, slot: usize) {
+    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]) {
         self.dashpots.stiffness = stiffness;
-        self.dashpots.slot = slot;
+        self.dashpots.anchor.clear();
+        self.dashpots.anchor.extend_from_slice(anchor);
     }
 
     fn end_masses(&self, lane: usize) -> [[f64; 2]; 2] {
@@ -516,32 +503,24 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.load_work_impl(lane)
     }
 
-    fn restore_shape(&mut self, slot: usize, part: f64) {
-        for (stress, saved) in self.state.stress.iter_mut().zip(&self.saved[slot].stress) {
-            *stress = add(*saved, scale(T::splat(part), sub(*stress, *saved)));
-        }
-        self.state.nodes.copy_from_slice(&self.saved[slot].nodes);
-        self.state.local.copy_from_slice(&self.saved[slot].local);
+    fn save(&self, row: &mut Vec<f64>) {
+        self.save_impl(row);
     }
 
-    fn distances(&self, slot: usize) -> Vec<Size> {
-        self.distances_impl(slot)
+    fn restore(&mut self, row: &[f64]) {
+        self.restore_impl(row);
     }
 
-    fn save(&mut self, slot: usize) {
-        copy(&self.state, &mut self.saved[slot]);
+    fn restore_shape(&mut self, row: &[f64], part: f64) {
+        self.restore_shape_impl(row, part);
     }
 
-    fn restore(&mut self, slot: usize) {
-        copy(&self.saved[slot], &mut self.state);
+    fn distances(&self, row: &[f64]) -> Vec<Size> {
+        self.distances_impl(row)
     }
 
-    fn swap(&mut self, a: usize, b: usize) {
-        self.saved.swap(a, b);
-    }
-
-    fn predict(&mut self, before: usize, last: usize, ratio: f64) {
-        T::run(unroll::Predict(self, [before, last], ratio));
+    fn predict(&mut self, before: &[f64], last: &[f64], ratio: f64) {
+        T::run(state::Predict { chain: self, before, last, ratio });
     }
 
     fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
@@ -584,16 +563,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.variations_impl(lane)
     }
 
-    fn keep(&mut self) {
-        self.kept.push(self.state.clone());
-    }
-
-    fn recall(&mut self, index: usize) {
-        copy(&self.kept[index], &mut self.state);
-    }
-
     fn shed(&mut self) {
-        self.saved = Default::default();
         self.inner = Vec::new();
         self.inner_rest = Vec::new();
         self.inner_turn = Vec::new();
@@ -665,10 +635,4 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 /// First element of a segment; the number of all elements where there is no such segment.
 fn first_of(segment_of: &[usize], segment: usize) -> usize {
     segment_of.partition_point(|&s| s < segment)
-}
-
-fn copy<Pose: Copy, T: Copy, const D: usize>(from: &ChainState<Pose, T, D>, to: &mut ChainState<Pose, T, D>) {
-    to.nodes.clone_from(&from.nodes);
-    to.local.clone_from(&from.local);
-    to.stress.clone_from(&from.stress);
 }

@@ -26,17 +26,19 @@ impl<T: Real> Sizes<T> {
 
 /// How far the element ends are from a saved state, as work in lanes: what [`Beam::turned`] says, and the square of the
 /// largest displacement over the length of the member.
-struct Distance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);
+struct Distance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, &'a [f64]);
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Distance<'_, T, B, D, P> {
     type Output = [T; 2];
 
     #[inline(always)]
     fn run(self) -> [T; 2] {
-        let Self(chain, slot) = self;
+        let Self(chain, row) = self;
+        let saved = chain.saved(row);
         let o = T::zero();
         let (mut turned, mut moved, mut spoilt) = (o, o, o);
-        for (now, then) in chain.state.nodes.iter().zip(&chain.saved[slot].nodes) {
+        for (index, now) in chain.state.nodes.iter().enumerate() {
+            let then = &saved.node::<T, B, D>(index);
             let shift = sub(B::displacement(now), B::displacement(then));
             let (angle, square) = (B::turned(now, then), dot(shift, shift));
             turned = turned.max(angle);
@@ -49,8 +51,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Distance<'
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn distances_impl(&self, slot: usize) -> Vec<Size> {
-        let [turned, moved] = T::run(Distance(self, slot));
+    pub(super) fn distances_impl(&self, row: &[f64]) -> Vec<Size> {
+        let [turned, moved] = T::run(Distance(self, row));
         let size = |lane| Size { rotation: B::angle(turned.lane(lane)), displacement: moved.lane(lane).sqrt() };
         (0..self.members.len()).map(size).collect()
     }

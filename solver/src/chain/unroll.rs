@@ -25,37 +25,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Unroll<'_,
     }
 }
 
-/// The extrapolation from two saved states, as work in lanes.
-pub(super) struct Predict<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(
-    pub &'a mut Chain<T, B, D, P>,
-    pub [usize; 2],
-    pub f64,
-);
-
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_, T, B, D, P> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.0.predict_all(self.1, T::splat(self.2));
-    }
-}
-
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    #[inline(always)]
-    fn predict_all(&mut self, slots: [usize; 2], ratio: T) {
-        let [a, b] = [&self.saved[slots[0]], &self.saved[slots[1]]];
-        for i in 0..self.state.local.len() {
-            self.state.local[i] = add(b.local[i], scale(ratio, sub(b.local[i], a.local[i])));
-            self.state.stress[i] = add(b.stress[i], scale(ratio, sub(b.stress[i], a.stress[i])));
-        }
-        for (e, piece) in self.pieces.iter().enumerate() {
-            let a = B::last_local(&B::frame(piece, &a.nodes[e], &a.nodes[e + 1]));
-            let b = B::last_local(&B::frame(piece, &b.nodes[e], &b.nodes[e + 1]));
-            self.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
-        }
-    }
-
     #[inline(always)]
     fn unroll_all(&mut self) {
         let elements = self.pieces.len();

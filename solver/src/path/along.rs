@@ -4,12 +4,12 @@
 //! like one at its end, and two that are near each other are met one after the other.
 
 use super::Path;
-use super::arc::{Metric, NEXT, Tracer};
+use super::arc::Metric;
 use super::critical::After;
-use super::follow::{BEFORE, Course, LAST, Ramp, Tally};
+use super::follow::{Course, Ramp, Tally};
 use super::trace::{Passed, Walk};
 use crate::history::{CriticalKind, Note, Status, StepHistory};
-use crate::newton::{Convergence, DETOUR, Lost, Start, Why};
+use crate::newton::{Convergence, Lost, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::System;
 
@@ -45,7 +45,7 @@ impl<const D: usize> Path<'_, D> {
     ) -> bool {
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
         let jumps = course.method == Method::Jump;
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         let most = match course.stop {
             Some(Stop::Increments(count)) => count,
             _ => MANY,
@@ -72,7 +72,7 @@ impl<const D: usize> Path<'_, D> {
             let (point, passed) = match self.stride(&mut walk, ramp, &mut tally) {
                 Ok(found) => found,
                 Err(lost) => {
-                    self.system.restore(LAST);
+                    self.system.restore(&self.last);
                     if jumps {
                         // Where the arc cannot be followed the ramp may be.
                         self.settle(record, walk.fraction, &tally);
@@ -82,7 +82,7 @@ impl<const D: usize> Path<'_, D> {
                 }
             };
             let ends = [walk.before, walk.fraction];
-            self.system.save(NEXT);
+            self.system.save(&mut self.next);
             if passed.touched {
                 let (top, part) = top_between(&begin, &walk);
                 let near = SAME_TOP * (top - begin.fraction).abs();
@@ -167,7 +167,7 @@ impl<const D: usize> Path<'_, D> {
                         continue;
                     }
                 }
-                self.system.restore(NEXT);
+                self.system.restore(&self.next);
                 ramp.apply(&mut self.system, walk.fraction);
                 self.system.assemble(false);
             }
@@ -222,7 +222,7 @@ impl<const D: usize> Path<'_, D> {
         self.end_roughly(record, fraction, &lost, tally)
     }
 
-    /// From a branch that turns back where it meets another one, between LAST and NEXT, onto that other one beyond; the
+    /// From a branch that turns back where it meets another one, between `last` and `next`, onto that other one beyond; the
     /// fractions where they meet and where the state is then.
     ///
     /// Branches that buckle to either side are one curve, on which the fraction is greatest (or least) where it crosses
@@ -236,8 +236,8 @@ impl<const D: usize> Path<'_, D> {
         tally: &mut Tally,
     ) -> Option<(f64, f64)> {
         let scale = top.abs().max(FIRST_TO_SNAP);
-        self.system.restore(NEXT);
-        let apart = self.system.distance(LAST).largest();
+        self.system.restore(&self.next);
+        let apart = self.system.distance(&self.last).largest();
         let moved = self.system.moved();
         // A branch that is stable is left for what lies ahead; from one that is not either side will do, if it is stable.
         let ahead = before.rate().signum();
@@ -248,26 +248,26 @@ impl<const D: usize> Path<'_, D> {
             let at = top + side * beyond * scale;
             let reach = apart + BESIDE * beyond * moved;
             if self.settles(ramp, at, part, reach, tally) {
-                self.system.save_as(LAST, BEFORE);
+                self.shift_states();
                 return Some((top, at));
             }
         }
-        self.system.restore(NEXT);
+        self.system.restore(&self.next);
         ramp.apply(&mut self.system, after.fraction);
         self.system.assemble(false);
         None
     }
 
-    /// Brings what lies at a part of the way from LAST to NEXT to a stable equilibrium at the fraction `at`, no farther than
-    /// `reach` from LAST; false, with NEXT as it was, where there is none.
+    /// Brings what lies at a part of the way from `last` to `next` to a stable equilibrium at the fraction `at`, no farther than
+    /// `reach` from `last`; false, with `next` as it was, where there is none.
     fn settles(&mut self, ramp: &Ramp, at: f64, part: f64, reach: f64, tally: &mut Tally) -> bool {
         let base = self.base;
         ramp.apply(&mut self.system, at);
-        self.system.predict(LAST, NEXT, part - 1.0);
+        self.system.predict(&self.last, &self.next, part - 1.0);
         let found = self.newton.solve(&mut self.system, Start::nearby());
         tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
         if let Ok(found) = found
-            && self.system.distance(LAST).largest() <= reach
+            && self.system.distance(&self.last).largest() <= reach
         {
             let count = self.count(&found.inertia);
             if count.negative() == 0 {
@@ -279,17 +279,17 @@ impl<const D: usize> Path<'_, D> {
             return false;
         }
         // So near to the meeting of branches iterations may come out on any of them; what is stable is where energy is least.
-        self.system.restore(NEXT);
-        self.system.save(DETOUR);
-        self.system.predict(LAST, NEXT, part - 1.0);
+        self.system.restore(&self.next);
+        let here = self.system.snapshot();
+        self.system.predict(&self.last, &self.next, part - 1.0);
         let found = self.flow(reach, tally);
-        self.system.set_dashpots(0.0, NEXT);
+        self.system.remove_dashpots();
         if found == Some(true) && self.base.lateral <= base.lateral {
             return true;
         }
         self.base = base;
-        self.system.restore(DETOUR);
-        self.system.save(NEXT);
+        self.system.restore(&here);
+        self.system.save(&mut self.next);
         false
     }
 
@@ -315,7 +315,7 @@ impl<const D: usize> Path<'_, D> {
         }
     }
 
-    /// Where the path between LAST and NEXT reaches its end: the state is there then.
+    /// Where the path between `last` and `next` reaches its end: the state is there then.
     fn arrive(
         &mut self,
         ramp: &Ramp,
@@ -331,11 +331,11 @@ impl<const D: usize> Path<'_, D> {
         };
         if let Some(Stop::At { node, component, value }) = course.stop {
             let read = |system: &System<D>| system.component(node, component) - value;
-            self.system.restore(LAST);
+            self.system.restore(&self.last);
             let begin = read(&self.system);
-            self.system.restore(NEXT);
+            self.system.restore(&self.next);
             if begin != 0.0 && begin * read(&self.system) <= 0.0 {
-                let mut tracer = Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 };
+                let mut tracer = self.tracer(ramp);
                 let found = tracer.singular_point(ends, Some(metric), &mut |system, _| {
                     let now = read(system);
                     (now * begin > 0.0, Some(now))
@@ -350,17 +350,17 @@ impl<const D: usize> Path<'_, D> {
         let target = target?;
         let s = (target - ends[0]) / (ends[1] - ends[0]);
         ramp.apply(&mut self.system, target);
-        self.system.predict(LAST, NEXT, s - 1.0);
+        self.system.predict(&self.last, &self.next, s - 1.0);
         let found = self.newton.solve(&mut self.system, Start::nearby());
         match found {
             Ok(found) => {
                 tally.factorizations += found.iterations;
                 self.base = self.count(&found.inertia);
-                self.system.save_as(LAST, BEFORE);
+                self.shift_states();
                 Some(target)
             }
             Err(_) => {
-                self.system.restore(NEXT);
+                self.system.restore(&self.next);
                 None
             }
         }

@@ -7,13 +7,10 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.2 to 8.4.
 
-use super::follow::{LAST, Ramp};
+use super::follow::Ramp;
 use crate::held::HeldForces;
 use crate::newton::{Aim, Lost, NEAR, Newton, Why};
-use crate::system::{Inertia, Residual, System};
-
-/// Slot of the state beyond a singular point.
-pub(super) const NEXT: usize = 3;
+use crate::system::{Inertia, Residual, State, System};
 /// Motion of a whole ramp, in sizes of the network or radians, below which joints hardly move.
 const HARDLY: f64 = 1e-2;
 /// Cosine of the angle between a chord of a path and the mean of the tangents at its ends, which curvature that changes by
@@ -134,6 +131,9 @@ pub(super) type Judge<'a, const D: usize> = dyn FnMut(&mut System<D>, &Point) ->
 /// What finds points of a path.
 pub(super) struct Tracer<'a, const D: usize> {
     pub system: &'a mut System<D>,
+    /// The state that distances are measured from, and one ahead.
+    pub last: &'a State,
+    pub next: &'a State,
     pub newton: Newton,
     pub ramp: &'a Ramp,
     /// Factorizations so far.
@@ -173,7 +173,7 @@ impl<const D: usize> Tracer<'_, D> {
                 "{iterations:3} {:.1e} {:.1e} {last:.1e} at {fraction} {:?}",
                 residual.force, residual.moment, linearized.inertia
             );
-            let gap = n.along(&self.system.motions_since(LAST), fraction - from) - s;
+            let gap = n.along(&self.system.motions_since(self.last), fraction - from) - s;
             let gain = n.along(&linearized.rate_motions, 1.0);
             let converged = changed <= newton.foreseen && newton.is_converged(last, before, residual);
             let is_held = || {
@@ -225,7 +225,7 @@ impl<const D: usize> Tracer<'_, D> {
         Err(Lost { iterations, factorizations: iterations, residual, why: Why::Slow })
     }
 
-    /// The singular point between the saved states LAST and NEXT, at fractions `ends`; the system is left there.
+    /// The singular point between the saved states `last` and `next`, at fractions `ends`; the system is left there.
     ///
     /// The path between them is measured with `metric`; without one, joints and fraction count for the same between the
     /// two states, which does where no limit point lies there.
@@ -238,8 +238,8 @@ impl<const D: usize> Tracer<'_, D> {
         metric: Option<Metric>,
         judge: &mut Judge<'_, D>,
     ) -> Option<Point> {
-        self.system.restore(NEXT);
-        let motions = self.system.motions_since(LAST);
+        self.system.restore(self.next);
+        let motions = self.system.motions_since(self.last);
         let rate = ends[1] - ends[0];
         let metric = metric.unwrap_or_else(|| Metric::balanced(&motions, rate, self.system.size));
         let secant = Direction { motions, rate };
@@ -250,7 +250,7 @@ impl<const D: usize> Tracer<'_, D> {
         let mut at = |tracer: &mut Self, s: f64| {
             let guess = ends[0] + s * (ends[1] - ends[0]);
             tracer.ramp.apply(tracer.system, guess);
-            tracer.system.predict(LAST, NEXT, s - 1.0);
+            tracer.system.predict(tracer.last, tracer.next, s - 1.0);
             let point = tracer.correct(&n, s, ends[0], guess).ok()?;
             let (near, value) = judge(tracer.system, &point);
             Some((point, near, value))

@@ -1,14 +1,14 @@
 //! Where stability is lost: the exact point, and the way on.
 
-use super::arc::{Direction, Metric, NEXT, Tracer};
+use super::arc::{Direction, Metric};
 use super::doubt::SAME;
-use super::follow::{BRACKET, Course, LAST, Ramp, SHORTEST, Tally};
+use super::follow::{BRACKET, Course, Ramp, SHORTEST, Tally};
 use super::jump::Landing;
 use super::report::{Rough, cause_of, status_of};
 use super::trace::Passed;
 use super::{Count, Path};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note, StepHistory};
-use crate::newton::{Convergence, DETOUR, Start, Why};
+use crate::newton::{Convergence, Start, Why};
 use crate::structure::{Branch, Method};
 
 /// A walk that gets farther than this part of the ramp has found nothing to stop for.
@@ -118,13 +118,13 @@ impl<const D: usize> Path<'_, D> {
         record.critical_points.append(&mut points);
         record.status = rough.status;
         record.failure = Some(rough.failure);
-        self.system.restore(LAST);
+        self.system.restore(&self.last);
         ramp.apply(&mut self.system, fraction);
         self.settle(record, fraction, tally);
         After::Stop
     }
 
-    /// Notes a loss of stability between the states LAST and NEXT, at these fractions, and goes on from there where that is
+    /// Notes a loss of stability between the states `last` and `next`, at these fractions, and goes on from there where that is
     /// possible; the state is at the last of these points, if any was located.
     #[expect(clippy::too_many_arguments, reason = "all that is known of a loss of stability")]
     pub(super) fn meet(
@@ -140,7 +140,7 @@ impl<const D: usize> Path<'_, D> {
         let located = !points.is_empty();
         if !located {
             let kind = if passed.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
-            self.system.restore(NEXT);
+            self.system.restore(&self.next);
             ramp.apply(&mut self.system, ends[1]);
             self.system.assemble(false);
             points.push(self.rough_point(kind, ends[1], passed.sideways && !passed.own));
@@ -156,10 +156,10 @@ impl<const D: usize> Path<'_, D> {
         After::Stop
     }
 
-    /// From the state LAST to the end of the ramp, where no singular point lies between.
+    /// From the state `last` to the end of the ramp, where no singular point lies between.
     pub(super) fn reach_end(&mut self, ramp: &Ramp, record: &mut StepHistory, tally: &mut Tally) -> Option<After> {
-        self.system.save(DETOUR);
-        self.system.restore(LAST);
+        let here = self.system.snapshot();
+        self.system.restore(&self.last);
         ramp.apply(&mut self.system, 1.0);
         if let Ok(found) = self.newton.solve(&mut self.system, Start::nearby()) {
             tally.factorizations += found.iterations;
@@ -170,7 +170,7 @@ impl<const D: usize> Path<'_, D> {
                 return Some(After::GoOn { at: 1.0, next: 1.0, last: None });
             }
         }
-        self.system.restore(DETOUR);
+        self.system.restore(&here);
         None
     }
 
@@ -190,7 +190,7 @@ impl<const D: usize> Path<'_, D> {
             // Increments pass those without a potential, and note them: a walk that finds one does the same.
             let passes = located && !point.sideways && !(self.base.potential && beyond.potential);
             if course.branch == Branch::Primary || passes {
-                self.system.restore(NEXT);
+                self.system.restore(&self.next);
                 ramp.apply(&mut self.system, ends[1]);
                 self.keep(beyond);
                 let last = ends[1] - ends[0];
@@ -198,9 +198,9 @@ impl<const D: usize> Path<'_, D> {
                 return Some(After::GoOn { at, next: (2.0 * last).max(BRACKET), last: Some(last) });
             }
             if !point.sideways {
-                self.system.save(DETOUR);
+                let here = self.system.snapshot();
                 self.note_inside(ramp, ends);
-                self.system.restore(DETOUR);
+                self.system.restore(&here);
                 ramp.apply(&mut self.system, point.fraction);
                 self.system.assemble(false);
             }
@@ -234,7 +234,7 @@ impl<const D: usize> Path<'_, D> {
                         let aside = self.rough_point(CriticalKind::Bifurcation, fraction, true);
                         record.critical_points.push(aside);
                     }
-                    self.system.save(LAST);
+                    self.system.save(&mut self.last);
                     let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
                     self.accept(record, fraction, &found, tally);
                     return Some(After::GoOn { at: fraction, next: 5.0 * BRACKET, last: None });
@@ -242,7 +242,7 @@ impl<const D: usize> Path<'_, D> {
                 Landing::Endless => record.failure = Some(Failure { cause: Cause::Unbounded, ..failure_at(point) }),
                 Landing::Lost => {}
             }
-            self.system.restore(LAST);
+            self.system.restore(&self.last);
             ramp.apply(&mut self.system, point.fraction);
             self.system.assemble(false);
         }
@@ -255,14 +255,14 @@ impl<const D: usize> Path<'_, D> {
         if at <= 1.0 {
             return at;
         }
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         ramp.apply(&mut self.system, 1.0);
         let found = self.newton.solve(&mut self.system, Start::nearby());
         tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
         let near = BESIDE * (at - 1.0) * self.system.moved() + SAME;
-        let found = found.ok().filter(|_| self.system.distance(LAST).largest() <= near);
+        let found = found.ok().filter(|_| self.system.distance(&self.last).largest() <= near);
         let Some(found) = found else {
-            self.system.restore(LAST);
+            self.system.restore(&self.last);
             ramp.apply(&mut self.system, at);
             self.system.assemble(false);
             let found = Convergence { residual: self.system.residual(), ..Convergence::default() };
@@ -270,7 +270,7 @@ impl<const D: usize> Path<'_, D> {
             return at;
         };
         self.base = self.count(&found.inertia);
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         self.accept(record, 1.0, &found, tally);
         1.0
     }
@@ -282,7 +282,7 @@ impl<const D: usize> Path<'_, D> {
         if !self.base.potential || fraction >= 1.0 {
             return None;
         }
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         // What is far beyond a point depends on how far that is itself.
         let beyond = 0.5 * BRACKET * fraction.clamp(LEAST, 1.0);
         let at = (fraction + beyond).min(1.0);
@@ -290,23 +290,23 @@ impl<const D: usize> Path<'_, D> {
         let base = self.base;
         let beside = BESIDE * beyond / fraction.max(LEAST) * self.system.moved();
         let found = self.flow(beside, tally);
-        self.system.set_dashpots(0.0, NEXT);
+        self.system.remove_dashpots();
         if found == Some(true) && self.base.lateral <= base.lateral {
-            self.system.save(LAST);
+            self.system.save(&mut self.last);
             return Some(at);
         }
         self.base = base;
-        self.system.restore(LAST);
+        self.system.restore(&self.last);
         ramp.apply(&mut self.system, fraction);
         self.system.assemble(false);
         None
     }
 
-    /// Notes the members that have more negative pivots between their ends at NEXT than at LAST.
+    /// Notes the members that have more negative pivots between their ends at `next` than at `last`.
     fn note_inside(&mut self, ramp: &Ramp, ends: [f64; 2]) {
         let system = &mut self.system;
-        let mut pivots = [(LAST, ends[0]), (NEXT, ends[1])].map(|(slot, fraction)| {
-            system.restore(slot);
+        let mut pivots = [(&self.last, ends[0]), (&self.next, ends[1])].map(|(state, fraction)| {
+            system.restore(state);
             ramp.apply(system, fraction);
             system.gather(false);
             system.members.iter().map(|m| system.packs[m.pack].pivots(m.lane).0).collect::<Vec<_>>()
@@ -320,7 +320,7 @@ impl<const D: usize> Path<'_, D> {
         if !self.base.potential {
             return None;
         }
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         let mode = self.system.softest_motion();
         let motions = self.system.motions_of(&mode);
         let metric = Metric::balanced(&motions, 0.0, self.system.size);
@@ -329,12 +329,12 @@ impl<const D: usize> Path<'_, D> {
         let length = n.along(&self.system.motions_of(&mode), 0.0);
         let base = self.base;
         let mut point_at = |path: &mut Self, amplitude: f64| {
-            path.system.restore(LAST);
+            path.system.restore(&path.last);
             ramp.apply(&mut path.system, fraction);
             path.system.assemble(false);
             let aside: Vec<f64> = mode.iter().map(|x| amplitude * x).collect();
             path.system.move_by(&aside, false);
-            let mut tracer = Tracer { system: &mut path.system, newton: path.newton, ramp, factorizations: 0 };
+            let mut tracer = path.tracer(ramp);
             let found = tracer.correct(&n, amplitude * length, fraction, fraction);
             tally.factorizations += tracer.factorizations;
             let count =
@@ -348,12 +348,12 @@ impl<const D: usize> Path<'_, D> {
                     && let Some((at, count)) = point_at(self, sign * amplitude)
                 {
                     self.base = count;
-                    self.system.save(LAST);
+                    self.system.save(&mut self.last);
                     return Some(at);
                 }
             }
         }
-        self.system.restore(LAST);
+        self.system.restore(&self.last);
         ramp.apply(&mut self.system, fraction);
         self.system.assemble(false);
         None

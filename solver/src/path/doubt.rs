@@ -4,10 +4,9 @@
 //! at a time, and the determinant keeps its sign over two limit points at once: what tells then is how hard the state was to find.
 
 use super::Path;
-use super::arc::NEXT;
-use super::follow::{BEFORE, LAST, Ramp, Tally};
+use super::follow::{Ramp, Tally};
 use crate::chain::Size;
-use crate::newton::{Aim, Convergence, DETOUR, Start};
+use crate::newton::{Aim, Convergence, Start};
 
 /// So many iterations are no short way to the next state of a path.
 pub(super) const MANY: usize = 7;
@@ -27,7 +26,7 @@ impl<const D: usize> Path<'_, D> {
     /// Iterations that are too many to believe that the present state is the next one of the path.
     pub(super) fn too_many(&self, rose: bool) -> usize {
         match rose {
-            _ if self.system.distance(LAST).rotation > TURNED => usize::MAX,
+            _ if self.system.distance(&self.last).rotation > TURNED => usize::MAX,
             true => MANY_RISEN,
             false => MANY,
         }
@@ -43,17 +42,17 @@ impl<const D: usize> Path<'_, D> {
         ratio: Option<f64>,
         tally: &mut Tally,
     ) -> Option<Convergence> {
-        self.system.save(DETOUR);
-        self.system.restore(LAST);
+        let here = self.system.snapshot();
+        self.system.restore(&self.last);
         let middle = from + FIRST_PART * (to - from);
         let start = Start { may_wander: false, ..Start::nearby() };
         for target in [middle, to] {
             ramp.apply(&mut self.system, target);
             if target == to {
-                self.system.save(NEXT);
-                self.system.predict(LAST, NEXT, (1.0 - FIRST_PART) / FIRST_PART);
+                self.system.save(&mut self.next);
+                self.system.predict(&self.last, &self.next, (1.0 - FIRST_PART) / FIRST_PART);
             } else if let Some(ratio) = ratio {
-                self.system.predict(BEFORE, LAST, FIRST_PART * ratio);
+                self.system.predict(&self.before, &self.last, FIRST_PART * ratio);
             }
             let predicted = target == to || ratio.is_some();
             let aim = if target < 1.0 { Aim::Passing } else { Aim::Result };
@@ -66,7 +65,7 @@ impl<const D: usize> Path<'_, D> {
                 return None;
             }
             if target == to {
-                return (self.system.distance(DETOUR).largest() <= SAME).then_some(found);
+                return (self.system.distance(&here).largest() <= SAME).then_some(found);
             }
         }
         None
@@ -80,19 +79,19 @@ impl<const D: usize> Path<'_, D> {
     /// Pivots are lost two at a time there, as they may be where nothing is singular: the symmetric part of the tangent has
     /// them, and the determinant of the whole tells. The states looked at are interpolated, which is near enough.
     pub(super) fn passed_twice(&mut self, ramp: &Ramp, [from, to]: [f64; 2], tally: &mut Tally) -> Option<f64> {
-        self.system.save(NEXT);
+        self.system.save(&mut self.next);
         let mut part = None;
         for place in 1..=PLACES {
             let s = (place as f64 - FIRST_PART) / PLACES as f64;
             ramp.apply(&mut self.system, from + s * (to - from));
-            self.system.predict(LAST, NEXT, s - 1.0);
+            self.system.predict(&self.last, &self.next, s - 1.0);
             tally.factorizations += 1;
             if self.system.assemble(false).is_odd() != self.base.odd {
                 part = Some(s);
                 break;
             }
         }
-        self.system.restore(NEXT);
+        self.system.restore(&self.next);
         ramp.apply(&mut self.system, to);
         self.system.assemble(false);
         tally.factorizations += 1;

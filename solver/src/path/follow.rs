@@ -11,10 +11,6 @@ use crate::newton::{Aim, Convergence, Lost, Newton, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::{Inertia, System};
 
-/// Saved states: the last accepted one, and the one before it.
-pub(super) const LAST: usize = 0;
-pub(super) const BEFORE: usize = 1;
-
 /// A rise of the count of negative pivots within less of the ramp than this is a critical point.
 pub(super) const BRACKET: f64 = 2e-3;
 /// Increments are not shortened below this part of the ramp.
@@ -133,7 +129,7 @@ impl<const D: usize> Path<'_, D> {
         let mut increment = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
         let mut last_increment = 0.0;
         let (mut first_rate, mut last_rate) = (0.0, 0.0);
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         let conservative = self.is_conservative(ramp);
         let mut retries = 0;
         // Why the last increments failed, where a member is held at both ends.
@@ -144,9 +140,9 @@ impl<const D: usize> Path<'_, D> {
             ramp.apply(&mut self.system, target);
             let predicted = behind;
             if predicted {
-                self.system.predict(BEFORE, LAST, step / last_increment);
+                self.system.predict(&self.before, &self.last, step / last_increment);
             }
-            let foreseen = if predicted { self.system.distances(LAST) } else { Vec::new() };
+            let foreseen = if predicted { self.system.distances(&self.last) } else { Vec::new() };
             let doubt = conservative && step > BRACKET;
             let negative_limit = if doubt { self.base.own } else { usize::MAX };
             let aim = match target {
@@ -154,7 +150,7 @@ impl<const D: usize> Path<'_, D> {
                 ..1.0 => Aim::Passing,
                 _ => Aim::Result,
             };
-            let start = Start { predicted, rest: Some(LAST), negative_limit, aim, may_wander: step <= LONG };
+            let start = Start { predicted, rest: Some(&self.last), negative_limit, aim, may_wander: step <= LONG };
             let mut outcome = self.newton.solve(&mut self.system, start);
             if let Err(Lost { iterations, factorizations, why: Why::Astray, .. }) = outcome
                 && self.system.own_first < WILD
@@ -162,7 +158,7 @@ impl<const D: usize> Path<'_, D> {
                 // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
                 tally.iterations += iterations;
                 tally.factorizations += factorizations;
-                self.system.restore(LAST);
+                self.system.restore(&self.last);
                 self.system.straight = true;
                 outcome = self.newton.solve(&mut self.system, Start { predicted: false, rest: None, ..start });
                 self.system.straight = false;
@@ -173,7 +169,7 @@ impl<const D: usize> Path<'_, D> {
                 // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
                 tally.iterations += lost.iterations;
                 tally.factorizations += lost.factorizations;
-                self.system.restore(LAST);
+                self.system.restore(&self.last);
                 self.system.set_plain(true);
                 outcome = self.newton.solve(&mut self.system, Start { predicted: false, rest: None, ..start });
                 self.system.set_plain(false);
@@ -196,13 +192,13 @@ impl<const D: usize> Path<'_, D> {
                         }
                     }
                     let guarded = rose && self.guards(&count);
-                    let moved = self.system.distances(LAST);
+                    let moved = self.system.distances(&self.last);
                     // Each part of a network for itself: one that leaps may move less than another that does not.
                     let doubtful = moved.iter().zip(&foreseen).any(|(moved, foreseen)| leapt(*moved, *foreseen));
                     let flipped = !conservative && count.odd != self.base.odd;
                     let rose = !conservative && count.own > self.base.own;
                     if self.options.stop_unstable && (guarded || flipped) {
-                        self.system.restore(LAST);
+                        self.system.restore(&self.last);
                         return self.gave_up(record, fraction, &tally);
                     }
                     // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
@@ -218,7 +214,7 @@ impl<const D: usize> Path<'_, D> {
                         torn = passed.as_ref().is_some_and(Vec::is_empty);
                     }
                     if far || torn && step > SHORTEST {
-                        self.system.restore(LAST);
+                        self.system.restore(&self.last);
                         increment =
                             if torn { (0.2 * step).max(0.9 * SHORTEST) } else { (0.4 * step).max(0.9 * BRACKET) };
                         continue;
@@ -229,7 +225,7 @@ impl<const D: usize> Path<'_, D> {
                         let again =
                             (!rose || !hard).then(|| self.in_two_parts(ramp, [fraction, target], ratio, &mut tally));
                         let Some(again) = again.flatten() else {
-                            self.system.restore(LAST);
+                            self.system.restore(&self.last);
                             increment = 0.5 * step;
                             continue;
                         };
@@ -237,14 +233,14 @@ impl<const D: usize> Path<'_, D> {
                             && !self.system.hangs()
                             && let Some(part) = self.passed_twice(ramp, [fraction, target], &mut tally)
                         {
-                            self.system.restore(LAST);
+                            self.system.restore(&self.last);
                             increment = (part * step).max(0.9 * BRACKET);
                             continue;
                         }
                         count = self.count(&again.inertia);
                         found = Convergence { iterations: found.iterations, ..again };
                     }
-                    if guarded || torn || doubtful && self.system.jumped(LAST, BEFORE, behind) {
+                    if guarded || torn || doubtful && self.system.jumped(&self.last, behind.then_some(&self.before)) {
                         let sideways = guarded && count.own <= self.base.own;
                         self.rough_stop(target, sideways, behind)
                     } else {
@@ -257,7 +253,7 @@ impl<const D: usize> Path<'_, D> {
                         if tally.accepted == 0 {
                             first_rate = last_rate;
                         }
-                        self.system.save_as(LAST, BEFORE);
+                        self.shift_states();
                         behind = true;
                         fraction = target;
                         last_increment = step;
@@ -290,7 +286,7 @@ impl<const D: usize> Path<'_, D> {
                 Err(mut lost) => {
                     tally.iterations += lost.iterations;
                     tally.factorizations += lost.factorizations;
-                    self.system.restore(LAST);
+                    self.system.restore(&self.last);
                     increment = 0.4 * step;
                     if let Why::Overheld(_) = lost.why {
                         overheld = Some(lost.why);

@@ -4,11 +4,11 @@
 //! iterations lead there, and the way need not be gone again. If they do not, or if stability is another, it is.
 
 use super::Path;
-use super::follow::{LAST, Ramp, Tally};
+use super::follow::{Ramp, Tally};
 use crate::history::{Status, StepHistory};
 use crate::newton::{Aim, Start};
 use crate::structure::{Method, Step};
-use crate::system::System;
+use crate::system::{State, System};
 
 /// Iterations that a state of a coarser mesh may need on a finer one.
 const FEW: usize = 7;
@@ -20,12 +20,12 @@ const ASIDE: f64 = 0.2;
 pub struct Guide<const D: usize> {
     /// The structure on the coarser mesh.
     pub system: System<D>,
-    /// Which of the states that the system keeps is the end of a step.
-    pub ends: Vec<Option<usize>>,
+    /// The states at the ends of steps, where a finer mesh may start from them.
+    pub ends: Vec<Option<State>>,
     /// The same on elements of the next order, where there is one: it is much nearer.
     pub refined: Option<System<D>>,
-    /// States at the ends of steps on the next order of elements, by index.
-    pub refined_ends: Vec<Option<usize>>,
+    /// The same on the next order of elements.
+    pub refined_ends: Vec<Option<State>>,
 }
 
 impl<const D: usize> Guide<D> {
@@ -49,7 +49,7 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Whether the end of a step is known from a guide.
     pub(super) fn is_guided(&self, index: usize) -> bool {
-        self.guide.as_ref().is_some_and(|(guide, _)| guide.ends.get(index).copied().flatten().is_some())
+        self.guide.as_ref().is_some_and(|(guide, _)| guide.ends.get(index).is_some_and(Option::is_some))
     }
 
     /// Goes to the end of a step by way of the coarser mesh; false where that is not possible, with nothing changed.
@@ -64,16 +64,15 @@ impl<'a, const D: usize> Path<'a, D> {
         let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
         let Some((guide, steps)) = &mut self.guide else { return false };
         let before: &'a StepHistory = &steps[index];
-        let Some(kept) = guide.ends.get(index).copied().flatten().filter(|_| simple) else { return false };
-        self.system.save(LAST);
-        let better = guide.refined_ends.get(index).copied().flatten();
-        match (&mut guide.refined, better) {
-            (Some(refined), Some(kept)) => {
-                refined.recall(kept);
+        let Some(Some(end)) = guide.ends.get(index).filter(|_| simple) else { return false };
+        self.system.save(&mut self.last);
+        match (&mut guide.refined, guide.refined_ends.get(index)) {
+            (Some(refined), Some(Some(end))) => {
+                refined.restore(end);
                 self.system.prolong(refined);
             }
             _ => {
-                guide.system.recall(kept);
+                guide.system.restore(end);
                 self.system.prolong(&guide.system);
             }
         }
@@ -91,7 +90,7 @@ impl<'a, const D: usize> Path<'a, D> {
             (count.negative() == known).then_some((found, count))
         });
         let Some((found, count)) = alike else {
-            self.system.restore(LAST);
+            self.system.restore(&self.last);
             ramp.apply(&mut self.system, 0.0);
             return false;
         };
@@ -116,11 +115,9 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     /// Keeps the refined end of a step, where the end itself was kept.
-    pub(super) fn keep_refined(&mut self) -> Option<usize> {
-        self.ends.last().copied().flatten()?;
-        let refined = self.refined.as_mut()?;
-        refined.keep();
-        Some(self.refined_ends.iter().flatten().count())
+    pub(super) fn keep_refined(&mut self) -> Option<State> {
+        self.ends.last()?.as_ref()?;
+        self.refined.as_ref().map(System::snapshot)
     }
 
     /// Keeps the end of a step that a finer mesh may start from.
@@ -132,10 +129,6 @@ impl<'a, const D: usize> Path<'a, D> {
             && record.critical_points.is_empty()
             && record.jumps.is_empty()
             && record.notes.is_empty();
-        let index = self.ends.iter().flatten().count();
-        self.ends.push(plain.then_some(index));
-        if plain {
-            self.system.keep();
-        }
+        self.ends.push(plain.then(|| self.system.snapshot()));
     }
 }

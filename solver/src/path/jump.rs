@@ -8,8 +8,7 @@
 //! Theory: docs/theory/continuation.md, Eq. 8.7.
 
 use super::Path;
-use super::arc::NEXT;
-use super::follow::{BRACKET, LAST, Ramp, Tally};
+use super::follow::{BRACKET, Ramp, Tally};
 use crate::history::{CriticalKind, CriticalPoint, Jump};
 use crate::newton::{Newton, Start};
 use pennate_elements::small::norm;
@@ -45,7 +44,7 @@ impl<const D: usize> Path<'_, D> {
     /// The way there begins a little beyond the point, where nothing holds the network any more; from where that leads the
     /// ramp goes back to the point, so that the energy before and after is that at one value of the loads.
     pub(super) fn jump(&mut self, ramp: &Ramp, point: &CriticalPoint, tally: &mut Tally) -> Landing {
-        self.system.save(LAST);
+        self.system.save(&mut self.last);
         ramp.apply(&mut self.system, point.fraction);
         self.system.gather(false);
         let before = self.system.potential_energy();
@@ -57,7 +56,7 @@ impl<const D: usize> Path<'_, D> {
         }
         ramp.apply(&mut self.system, fraction);
         let landing = self.flow(f64::INFINITY, tally);
-        self.system.set_dashpots(0.0, NEXT);
+        self.system.remove_dashpots();
         match landing {
             Some(true) => {
                 let fraction = if self.back_to(ramp, point.fraction, tally) { point.fraction } else { fraction };
@@ -75,12 +74,12 @@ impl<const D: usize> Path<'_, D> {
     /// stable.
     fn back_to(&mut self, ramp: &Ramp, fraction: f64, tally: &mut Tally) -> bool {
         let (beyond, base) = (self.system.fraction, self.base);
-        self.system.save(NEXT);
+        self.system.save(&mut self.next);
         ramp.apply(&mut self.system, fraction);
         let found = self.newton.solve(&mut self.system, Start::nearby());
         tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
         if let Ok(found) = found
-            && self.system.distance(NEXT).largest() <= SAME
+            && self.system.distance(&self.next).largest() <= SAME
         {
             let count = self.count(&found.inertia);
             if count.own == 0 {
@@ -89,34 +88,39 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         self.base = base;
-        self.system.restore(NEXT);
+        self.system.restore(&self.next);
         ramp.apply(&mut self.system, beyond);
         self.system.assemble(false);
         false
     }
 
     /// Flows down the energy at the present loads; true where a stable equilibrium was reached, false where there is no
-    /// end to it. It is left where it gets farther than `reach`, in lengths or radians, from the state LAST.
+    /// end to it. It is left where it gets farther than `reach`, in lengths or radians, from the state `last`.
     pub(super) fn flow(&mut self, reach: f64, tally: &mut Tally) -> Option<bool> {
         let newton = Newton { increment: 1e-6, settled: 1e-7, lost: FAR, max_iterations: 12, ..self.newton };
         let mut stiffness = self.first_dashpots();
-        self.system.save(NEXT);
+        self.system.save(&mut self.next);
         for _ in 0..STEPS {
-            self.system.set_dashpots(stiffness, NEXT);
+            self.system.set_dashpots(stiffness, &self.next);
             let found = newton.solve(&mut self.system, Start::nearby());
-            let moved = self.system.distance(NEXT).largest();
+            let moved = self.system.distance(&self.next).largest();
             let descended = matches!(&found, Ok(found) if found.inertia.negative == 0) && moved <= FAR;
             tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
             if !descended {
                 stiffness *= 5.0;
-                self.system.restore(NEXT);
+                self.system.restore(&self.next);
                 continue;
             }
-            self.system.save(NEXT);
-            if self.system.distance(LAST).largest() > reach {
+            self.system.save(&mut self.next);
+            if self.system.distance(&self.last).largest() > reach {
                 return None;
             }
-            if self.system.motions_since(LAST).iter().any(|m| norm([m[0], m[1], m[2]]) > ENDLESS * self.system.size) {
+            if self
+                .system
+                .motions_since(&self.last)
+                .iter()
+                .any(|m| norm([m[0], m[1], m[2]]) > ENDLESS * self.system.size)
+            {
                 return Some(false);
             }
             stiffness *= match found.map_or(9, |found| found.iterations) {
@@ -128,11 +132,11 @@ impl<const D: usize> Path<'_, D> {
                 continue;
             }
             // So near that the dashpots may no longer be needed.
-            self.system.set_dashpots(0.0, NEXT);
+            self.system.remove_dashpots();
             let settled = self.newton.solve(&mut self.system, Start::nearby());
             tally.factorizations += settled.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
             if let Ok(settled) = settled
-                && self.system.distance(NEXT).largest() <= SAME
+                && self.system.distance(&self.next).largest() <= SAME
             {
                 let count = self.count(&settled.inertia);
                 // Out of a plane network's plane there is nowhere to go: what is lost there is said.
@@ -141,7 +145,7 @@ impl<const D: usize> Path<'_, D> {
                     return Some(true);
                 }
             }
-            self.system.restore(NEXT);
+            self.system.restore(&self.next);
         }
         None
     }
@@ -153,7 +157,7 @@ impl<const D: usize> Path<'_, D> {
     }
 
     fn farthest(&self) -> (usize, f64) {
-        let motions = self.system.motions_since(LAST);
+        let motions = self.system.motions_since(&self.last);
         let links = &self.system.topology.links;
         let far = |node: usize| {
             let m = self.system.node_motion(&links[node], &motions);

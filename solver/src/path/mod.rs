@@ -16,7 +16,7 @@ use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
 use crate::structure::{Dimension, MemberId, Method, NodeId, Spring, Step};
-use crate::system::{Inertia, System};
+use crate::system::{Inertia, State, System};
 
 mod along;
 mod arc;
@@ -59,6 +59,10 @@ pub trait OutOfPlane<const D: usize> {
 pub struct Path<'a, const D: usize> {
     /// The structure in its present state.
     pub system: System<D>,
+    /// The last accepted state, the one before it, and one ahead that is looked at.
+    last: State,
+    before: State,
+    next: State,
     /// The tangent out of the plane, where stability is judged there.
     pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
     /// The same structure with elements of the next order.
@@ -72,9 +76,9 @@ pub struct Path<'a, const D: usize> {
     /// Whether ends of steps are kept for a finer mesh.
     pub keeps: bool,
     /// See [`Guide::ends`].
-    pub ends: Vec<Option<usize>>,
+    pub ends: Vec<Option<State>>,
     /// See [`Guide::refined_ends`].
-    pub refined_ends: Vec<Option<usize>>,
+    pub refined_ends: Vec<Option<State>>,
     /// What was asked for.
     pub options: Options,
     /// What is to be said of the solve.
@@ -120,6 +124,9 @@ impl<'a, const D: usize> Path<'a, D> {
         let structure = Arc::clone(&system.structure);
         let mut path = Self {
             system,
+            last: State::default(),
+            before: State::default(),
+            next: State::default(),
             lateral: None,
             refined: None,
             make_refined: None,

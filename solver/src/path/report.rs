@@ -1,12 +1,11 @@
 //! What a step's history says: states, singular points, and why it stopped.
 
-use super::arc::NEXT;
-use super::follow::{BEFORE, LAST, Ramp, Tally};
+use super::follow::{Ramp, Tally};
 use super::trace::Passed;
 use super::{Count, Path};
 use crate::held;
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Increment, Note, Status, StepHistory};
-use crate::newton::{Convergence, DETOUR, Lost, Why};
+use crate::newton::{Convergence, Lost, Why};
 use crate::results;
 use crate::rounding::{self, Estimate};
 use crate::structure::{Dimension, NodeId};
@@ -26,10 +25,10 @@ impl<const D: usize> Path<'_, D> {
         let own = flipped || conservative && count.own != self.base.own;
         let sideways = count.lateral_potential && self.base.lateral_potential && count.lateral != self.base.lateral;
         (own || sideways).then(|| {
-            self.system.save(NEXT);
+            self.system.save(&mut self.next);
             let passed = Passed { limit: false, own, sideways, touched: false, count: *count };
             let points = self.pinpoint(ramp, ends, None, &passed, tally);
-            self.system.restore(NEXT);
+            self.system.restore(&self.next);
             ramp.apply(&mut self.system, ends[1]);
             self.system.assemble(false);
             points
@@ -58,7 +57,7 @@ impl<const D: usize> Path<'_, D> {
 
     /// What a step ends with at a loss of stability that could not be located.
     pub(super) fn rough_stop(&mut self, target: f64, sideways: bool, behind: bool) -> Rough {
-        let jumped = self.system.jumped(LAST, BEFORE, behind);
+        let jumped = self.system.jumped(&self.last, behind.then_some(&self.before));
         let kind = if jumped { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
         let point = self.rough_point(kind, target, sideways);
         let residual = self.system.residual();
@@ -170,7 +169,7 @@ impl<const D: usize> Path<'_, D> {
         let pending = self.system.equations.has_general();
         for _ in 0..MOST {
             let Some(before) = best.filter(|best| fraction >= 1.0 && !best.settled && best.left < FAR) else { break };
-            self.system.save(DETOUR);
+            let here = self.system.snapshot();
             self.system.assemble(pending);
             self.system.advance(pending);
             self.system.assemble(pending);
@@ -178,7 +177,7 @@ impl<const D: usize> Path<'_, D> {
             record.factorizations += 2;
             let after = rounding::estimate(&mut self.system).filter(|after| after.left < 0.5 * before.left);
             if after.is_none() {
-                self.system.restore(DETOUR);
+                self.system.restore(&here);
                 self.system.assemble(pending);
                 record.factorizations += 1;
                 break;

@@ -2,12 +2,12 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.5 and 8.6.
 
-use super::arc::{Direction, Metric, NEXT, Point, Tracer};
+use super::arc::{Direction, Metric, Point, Tracer};
 use super::doubt::{MANY, SAME};
-use super::follow::{BEFORE, LAST, Ramp, Tally};
+use super::follow::{Ramp, Tally};
 use super::{Count, Path};
 use crate::history::{CriticalKind, CriticalPoint};
-use crate::newton::{DETOUR, Lost, Why};
+use crate::newton::{Lost, Why};
 use crate::packs::{self, Auxiliary};
 use crate::system::System;
 
@@ -87,15 +87,16 @@ impl Passed {
 }
 
 impl<const D: usize> Path<'_, D> {
-    fn tracer<'b>(&'b mut self, ramp: &'b Ramp) -> Tracer<'b, D> {
-        Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 }
+    pub(super) fn tracer<'b>(&'b mut self, ramp: &'b Ramp) -> Tracer<'b, D> {
+        let Self { system, last, next, newton, .. } = self;
+        Tracer { system, last, next, newton: *newton, ramp, factorizations: 0 }
     }
 
     /// Starts a walk at the last saved state, towards larger fractions; `None` where the path has no direction there.
     ///
     /// `reach` is the part of the ramp that the first increment is to make.
     pub(super) fn walk(&mut self, ramp: &Ramp, fraction: f64, reach: f64, tally: &mut Tally) -> Option<Walk> {
-        self.system.restore(LAST);
+        self.system.restore(&self.last);
         let mut tracer = self.tracer(ramp);
         let rate = tracer.rate(fraction);
         tally.factorizations += tracer.factorizations;
@@ -126,11 +127,11 @@ impl<const D: usize> Path<'_, D> {
             let short = s <= SHORT * walk.first;
             let n = walk.metric.functional(&walk.tangent);
             let mut guess = walk.fraction;
-            self.system.restore(LAST);
+            self.system.restore(&self.last);
             if let Some(last) = walk.last {
                 guess += (walk.fraction - walk.before) * s / last;
                 ramp.apply(&mut self.system, guess);
-                self.system.predict(BEFORE, LAST, s / last);
+                self.system.predict(&self.before, &self.last, s / last);
             } else {
                 guess += s * walk.tangent.rate;
             }
@@ -160,7 +161,8 @@ impl<const D: usize> Path<'_, D> {
                 ahead.motions.iter_mut().flatten().for_each(|x| *x = -*x);
                 ahead.rate = -ahead.rate;
             }
-            let chord = Direction { motions: self.system.motions_since(LAST), rate: point.fraction - walk.fraction };
+            let chord =
+                Direction { motions: self.system.motions_since(&self.last), rate: point.fraction - walk.fraction };
             let parallel = walk.metric.is_chord(&chord, [&walk.tangent, &ahead]);
             if !parallel && s > SHORTEST_ARC * walk.first || (along < STRAIGHT || point.iterations > MANY) && !short {
                 walk.next = again(s, walk.first);
@@ -193,7 +195,7 @@ impl<const D: usize> Path<'_, D> {
             let passed = Passed { count, limit, own, sideways: aside > 0, touched };
             if passed.any() {
                 // The bracket of what was passed is this increment.
-                self.system.save(NEXT);
+                self.system.save(&mut self.next);
             }
             walk.negative = point.inertia.negative;
             walk.last = Some(s);
@@ -210,20 +212,20 @@ impl<const D: usize> Path<'_, D> {
         }
     }
 
-    /// Whether all pivots that change their signs between the state LAST and the present one, a stride `s` away, do so at one
+    /// Whether all pivots that change their signs between the state `last` and the present one, a stride `s` away, do so at one
     /// place, as those of equal parts of a network do.
     ///
     /// Shorter strides would not separate them, and lead to where every tangent is singular. The states in between are
     /// interpolated, which keeps what is equal.
     fn are_together(&mut self, ramp: &Ramp, walk: &Walk, point: &Point, s: f64, tally: &mut Tally) -> bool {
         let far = point.inertia.negative;
-        self.system.save(NEXT);
+        self.system.save(&mut self.next);
         let mut bracket = [0.0, 1.0];
         let mut together = true;
         while together && (bracket[1] - bracket[0]) * s > SHORT * walk.first {
             let middle = 0.5 * (bracket[0] + bracket[1]);
             ramp.apply(&mut self.system, walk.fraction + middle * (point.fraction - walk.fraction));
-            self.system.predict(LAST, NEXT, middle - 1.0);
+            self.system.predict(&self.last, &self.next, middle - 1.0);
             tally.factorizations += 1;
             let negative = self.system.assemble(false).negative;
             if negative == far {
@@ -233,14 +235,14 @@ impl<const D: usize> Path<'_, D> {
                 together = negative == walk.negative;
             }
         }
-        self.system.restore(NEXT);
+        self.system.restore(&self.next);
         ramp.apply(&mut self.system, point.fraction);
         self.system.assemble(false);
         tally.factorizations += 1;
         together
     }
 
-    /// The singular points between the saved states LAST and NEXT, at these fractions; the state is left at the last
+    /// The singular points between the saved states `last` and `next`, at these fractions; the state is left at the last
     /// of them.
     pub(super) fn pinpoint(
         &mut self,
@@ -310,7 +312,7 @@ impl<const D: usize> Path<'_, D> {
         found.map(|(point, _)| point)
     }
 
-    /// The singular point of one kind between LAST and NEXT, with an auxiliary stiffness of held strains; the state is
+    /// The singular point of one kind between `last` and `next`, with an auxiliary stiffness of held strains; the state is
     /// left there, or near there at a fraction of its own.
     fn locate(
         &mut self,
@@ -323,7 +325,7 @@ impl<const D: usize> Path<'_, D> {
     ) -> Option<(CriticalPoint, f64)> {
         self.system.auxiliary = auxiliary;
         // The mode, from the far end of the bracket.
-        self.system.restore(NEXT);
+        self.system.restore(&self.next);
         ramp.apply(&mut self.system, ends[1]);
         let inertia = self.system.assemble(false);
         let mut lateral = self.lateral.take();
@@ -343,7 +345,7 @@ impl<const D: usize> Path<'_, D> {
         let mut tests = &[Test::Mode][..];
         if kind == CriticalKind::Bifurcation && !sideways {
             let value = self.system.singular_test(&mode);
-            self.system.restore(LAST);
+            self.system.restore(&self.last);
             ramp.apply(&mut self.system, ends[0]);
             self.system.assemble(false);
             tally.factorizations += 1;
@@ -352,7 +354,7 @@ impl<const D: usize> Path<'_, D> {
             tests = if sees { &[Test::Mode, Test::Pivot] } else { &[Test::Pivot] };
         }
         let mut near_gain = None;
-        let mut tracer = Tracer { system: &mut self.system, newton: self.newton, ramp, factorizations: 0 };
+        let mut tracer = self.tracer(ramp);
         let mut judge = |test: Test, system: &mut System<D>, point: &Point| match (kind, sideways) {
             (CriticalKind::LimitPoint, _) => {
                 let gain = 1.0 / point.gain;
@@ -422,22 +424,28 @@ impl<const D: usize> Path<'_, D> {
         point
     }
 
-    /// Whether the present state, a bifurcation at this part of the way from LAST to NEXT, is about where that leads.
+    /// Whether the present state, a bifurcation at this part of the way from `last` to `next`, is about where that leads.
     ///
     /// Where a path nearly meets another, both ends may be on one each, and what is found the fold of the other.
     fn lies_between(&mut self, part: f64) -> bool {
-        self.system.save(DETOUR);
-        self.system.restore(NEXT);
-        let far = self.system.distance(LAST);
-        self.system.predict(LAST, NEXT, part - 1.0);
-        let aside = self.system.distance(DETOUR);
-        self.system.restore(DETOUR);
+        let here = self.system.snapshot();
+        self.system.restore(&self.next);
+        let far = self.system.distance(&self.last);
+        self.system.predict(&self.last, &self.next, part - 1.0);
+        let aside = self.system.distance(&here);
+        self.system.restore(&here);
         aside.largest() <= ASIDE * far.largest() + SAME
     }
 
     /// Keeps the present state as the last one of a walk.
     pub(super) fn keep(&mut self, count: Count) {
         self.base = count;
-        self.system.save_as(LAST, BEFORE);
+        self.shift_states();
+    }
+
+    /// The last state becomes the one before it, and the present one the last.
+    pub(super) fn shift_states(&mut self) {
+        std::mem::swap(&mut self.last, &mut self.before);
+        self.system.save(&mut self.last);
     }
 }

@@ -3,7 +3,7 @@
 use super::Path;
 use super::follow::Ramp;
 use crate::history::{Note, Status, StepHistory};
-use crate::newton::{DETOUR, Start};
+use crate::newton::Start;
 use crate::structure::Dimension;
 
 /// Part of the ramp before the end of a step where a motion that needs no force needs none either; the stiffness that a load
@@ -29,11 +29,11 @@ impl<const D: usize> Path<'_, D> {
         if hidden == 0 {
             return;
         }
-        self.system.save(DETOUR);
+        let here = self.system.snapshot();
         ramp.apply(&mut self.system, end - BEFORE_END);
         let found = self.newton.solve(&mut self.system, Start::nearby()).is_ok();
         let free = if found { self.hidden_signs(record.stability) } else { 0 };
-        self.system.restore(DETOUR);
+        self.system.restore(&here);
         ramp.apply(&mut self.system, end);
         self.system.assemble(false);
         if hidden > free || before {

@@ -1,6 +1,6 @@
 //! The state of a system taken over by one of the same topology and mesh whose numbers are others.
 
-use super::{System, states::copy_state};
+use super::System;
 use crate::joints::Held;
 
 impl<const D: usize> System<D> {
@@ -10,7 +10,7 @@ impl<const D: usize> System<D> {
     /// What nodes move by is kept, and not where they are: the state of an equilibrium is next to that of another one where
     /// the numbers of both are.
     pub fn adopt(&mut self, other: &Self) {
-        copy_state(&other.state, &mut self.state);
+        self.state.copy_from(&other.state);
         self.prestress = other.prestress;
         self.fraction = other.fraction;
         for pack in &mut self.packs {

@@ -2,15 +2,17 @@
 
 use pennate_elements::small::{dot, norm};
 
-use super::System;
+use super::{State, System};
 
 impl<const D: usize> System<D> {
-    /// Ties every node to where it is in a saved state, by dashpots of this stiffness for a unit of mass; zero takes them
-    /// away.
-    pub fn set_dashpots(&mut self, stiffness: f64, slot: usize) {
-        self.dashpots = (stiffness, slot);
-        self.packs.iter_mut().for_each(|pack| pack.set_dashpots(stiffness, slot));
-        if !self.masses.is_empty() || stiffness == 0.0 {
+    /// Ties every node to where it is in a state, by dashpots of this stiffness for a unit of mass.
+    pub fn set_dashpots(&mut self, stiffness: f64, anchor: &State) {
+        self.dashpots.0 = stiffness;
+        self.dashpots.1.clone_from(&anchor.places.joints);
+        for (pack, row) in self.packs.iter_mut().zip(&anchor.chains) {
+            pack.set_dashpots(stiffness, row);
+        }
+        if !self.masses.is_empty() {
             return;
         }
         // A mass for springs and bodies without members too, that no joint is free of inertia.
@@ -27,13 +29,19 @@ impl<const D: usize> System<D> {
         }
     }
 
+    /// Takes the dashpots away.
+    pub fn remove_dashpots(&mut self) {
+        self.dashpots.0 = 0.0;
+        self.packs.iter_mut().for_each(|pack| pack.set_dashpots(0.0, &[]));
+    }
+
     pub(super) fn assemble_dashpots(&mut self) {
-        let (stiffness, slot) = self.dashpots;
+        let stiffness = self.dashpots.0;
         if stiffness == 0.0 {
             return;
         }
         let active = self.equations.active;
-        let motions = self.motions_since(slot);
+        let motions = self.motions_between(&self.dashpots.1);
         for (joint, motion) in motions.iter().enumerate() {
             let [mass, inertia] = self.masses[joint];
             let mut block = [[0.0; 6]; 6];

@@ -7,7 +7,7 @@ use pennate_elements::beam::Ends;
 use pennate_elements::rotation::turn;
 use pennate_elements::small::{M3, V3, norm, scale, sub};
 
-use crate::chain::{Pack, SLOTS, Size};
+use crate::chain::{Pack, Size};
 use crate::held::HeldForces;
 use crate::joints::{Active, EndKind, Equations, Held, HeldKind, JointState, Topology};
 use crate::linear::{Pivots, Symmetric};
@@ -35,14 +35,35 @@ use parts::Parts;
 pub use rates::Linearized;
 use scatter::{Scatters, add_local, unit_motion};
 use skew::Skew;
+pub use states::State;
 
-/// Everything of the joints that changes during a solve.
-#[derive(Clone, Debug, Default)]
-pub struct State {
+/// Where joints and released ends are.
+#[derive(Debug, Default)]
+pub struct Places {
     /// By index of the joint.
     pub joints: Vec<JointState>,
     /// Rotations of released ends, by index of the member.
     pub releases: Vec<[ReleaseState; 2]>,
+}
+
+impl Clone for Places {
+    fn clone(&self) -> Self {
+        Self { joints: self.joints.clone(), releases: self.releases.clone() }
+    }
+
+    /// Without allocation, where both are of one system.
+    fn clone_from(&mut self, from: &Self) {
+        self.joints.clone_from(&from.joints);
+        self.releases.clone_from(&from.releases);
+    }
+}
+
+impl Places {
+    /// Takes over the places in a system of the same topology.
+    fn copy_from(&mut self, from: &Self) {
+        self.joints.copy_from_slice(&from.joints);
+        self.releases.copy_from_slice(&from.releases);
+    }
 }
 
 /// Loads on one node, at the present values of the drives.
@@ -143,9 +164,7 @@ pub struct System<const D: usize> {
     /// Where every member is among them.
     pub members: Vec<MemberSlot>,
     /// Where joints and released ends are.
-    pub state: State,
-    saved: [State; SLOTS],
-    kept: Vec<State>,
+    pub state: Places,
     /// Present values of the drives.
     pub drives: Vec<f64>,
     /// Part of the springs' misfit that is in place.
@@ -186,7 +205,8 @@ pub struct System<const D: usize> {
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
     sections: Vec<Sections>,
-    dashpots: (f64, usize),
+    /// Stiffness of dashpots for a unit of mass, and the joints of the state that they tie to.
+    dashpots: (f64, Vec<JointState>),
     /// See [`packs::AUXILIARY`]; counts from the next [`System::apply_drives`].
     pub auxiliary: Auxiliary,
     holds_strains: bool,
@@ -247,7 +267,7 @@ impl<const D: usize> System<D> {
                 });
             }
         }
-        let state = State {
+        let state = Places {
             joints: vec![JointState::default(); joints],
             releases: vec![[ReleaseState::default(); 2]; structure.members.len()],
         };
@@ -279,8 +299,6 @@ impl<const D: usize> System<D> {
             prestress: 0.0,
             unstressed,
             fraction: 0.0,
-            saved: std::array::from_fn(|_| state.clone()),
-            kept: Vec::new(),
             state,
             members: members.into_iter().flatten().collect(),
             packs,
@@ -293,7 +311,7 @@ impl<const D: usize> System<D> {
             stop: None,
             noise: [0.0; 2],
             sections,
-            dashpots: (0.0, 0),
+            dashpots: (0.0, Vec::new()),
             auxiliary: packs::AUXILIARY,
             holds_strains: false,
             masses: Vec::new(),

@@ -63,9 +63,8 @@ impl<const D: usize> System<D> {
         (Linearized { inertia, residual, step, rate, step_motions, rate_motions }, solved)
     }
 
-    /// Motions of all joints from a saved state to the present one: displacements, and spins in global axes.
-    pub fn motions_since(&self, slot: usize) -> Vec<[f64; 6]> {
-        let saved = &self.saved[slot].joints;
+    /// Motions of all joints from where they were to where they are: displacements, and spins in global axes.
+    pub(super) fn motions_between(&self, then: &[crate::joints::JointState]) -> Vec<[f64; 6]> {
         let motion = |(a, b): (&crate::joints::JointState, &crate::joints::JointState)| {
             let u = sub(b.place.displacement, a.place.displacement);
             let spin = if D == 3 {
@@ -75,7 +74,7 @@ impl<const D: usize> System<D> {
             };
             [u[0], u[1], u[2], spin[0], spin[1], spin[2]]
         };
-        saved.iter().zip(&self.state.joints).map(motion).collect()
+        then.iter().zip(&self.state.joints).map(motion).collect()
     }
 
     /// Motions of all joints that a solution of the joint equations means.

@@ -1,32 +1,80 @@
-//! States put aside, extrapolated, compared, and taken over by another system.
+//! States as values: kept, extrapolated, compared, and taken over by another system.
 
 use pennate_elements::small::{V3, add, norm, scale, sub};
 
-use super::{State, System};
+use super::{Places, System};
 use crate::chain::Size;
 use crate::joints::EndKind;
 
+/// A state of a system as a value: all that an increment changes, but for the loads.
+///
+/// It belongs to systems of one structure and mesh; [`System::prolong`] takes a state over to another mesh.
+#[derive(Debug, Default)]
+pub struct State {
+    pub(super) places: Places,
+    /// The interior of the members, by pack.
+    pub(super) chains: Vec<Vec<f64>>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self { places: self.places.clone(), chains: self.chains.clone() }
+    }
+
+    /// Without allocation, where both are of one system.
+    fn clone_from(&mut self, from: &Self) {
+        self.places.clone_from(&from.places);
+        self.chains.clone_from(&from.chains);
+    }
+}
+
 impl<const D: usize> System<D> {
+    /// The present state as a value.
+    pub fn snapshot(&self) -> State {
+        let mut state = State::default();
+        self.save(&mut state);
+        state
+    }
+
+    /// Puts the present state in a value, without allocation where that has held one of this system.
+    pub fn save(&self, into: &mut State) {
+        into.places.clone_from(&self.state);
+        into.chains.resize_with(self.packs.len(), Vec::new);
+        for (pack, row) in self.packs.iter().zip(&mut into.chains) {
+            pack.save(row);
+        }
+    }
+
+    /// Goes back to a state.
+    pub fn restore(&mut self, from: &State) {
+        self.state.copy_from(&from.places);
+        for (pack, row) in self.packs.iter_mut().zip(&from.chains) {
+            pack.restore(row);
+        }
+    }
+
+    /// Takes the shape of a state, and a part of the change of the mixed stresses since.
+    pub fn restore_shape(&mut self, from: &State, part: f64) {
+        self.state.copy_from(&from.places);
+        for (pack, row) in self.packs.iter_mut().zip(&from.chains) {
+            pack.restore_shape(row, part);
+        }
+    }
+
     /// Geometric stiffness by the stresses of the present strains instead of mixed ones.
     pub fn set_plain(&mut self, plain: bool) {
         self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
     }
 
-    /// Takes the shape of a saved state, and a part of the change of the mixed stresses since.
-    pub fn restore_shape(&mut self, slot: usize, part: f64) {
-        copy_state(&self.saved[slot], &mut self.state);
-        self.packs.iter_mut().for_each(|pack| pack.restore_shape(slot, part));
-    }
-
-    /// How far the present state is from a saved one.
-    pub fn distance(&self, slot: usize) -> Size {
-        self.distances(slot).into_iter().fold(Size::default(), Size::join)
+    /// How far the present state is from another one.
+    pub fn distance(&self, other: &State) -> Size {
+        self.distances(other).into_iter().fold(Size::default(), Size::join)
     }
 
     /// The same of every part of the network that nothing connects to others.
-    pub fn distances(&self, slot: usize) -> Vec<Size> {
+    pub fn distances(&self, other: &State) -> Vec<Size> {
         let mut all = vec![Size::default(); self.parts.count];
-        let joints = self.state.joints.iter().zip(&self.saved[slot].joints).zip(&self.parts.joints);
+        let joints = self.state.joints.iter().zip(&other.places.joints).zip(&self.parts.joints);
         for ((a, b), &part) in joints {
             let [now, then] = [a, b].map(|joint| joint.place);
             all[part] = all[part].join(Size {
@@ -38,8 +86,8 @@ impl<const D: usize> System<D> {
                 displacement: norm(sub(a.place.displacement, b.place.displacement)) / self.size,
             });
         }
-        for pack in &self.packs {
-            for (&member, size) in pack.members().iter().zip(pack.distances(slot)) {
+        for (pack, row) in self.packs.iter().zip(&other.chains) {
+            for (&member, size) in pack.members().iter().zip(pack.distances(row)) {
                 let part = self.parts.members[member];
                 all[part] = all[part].join(size);
             }
@@ -47,45 +95,32 @@ impl<const D: usize> System<D> {
         all
     }
 
-    /// Keeps the present state in a slot.
-    pub fn save(&mut self, slot: usize) {
-        copy_state(&self.state, &mut self.saved[slot]);
-        self.packs.iter_mut().for_each(|pack| pack.save(slot));
-    }
-
-    /// Goes back to the state in a slot.
-    pub fn restore(&mut self, slot: usize) {
-        copy_state(&self.saved[slot], &mut self.state);
-        self.packs.iter_mut().for_each(|pack| pack.restore(slot));
-    }
-
-    /// Keeps the state put aside in `last` as `before`, and puts aside the present one.
-    pub fn save_as(&mut self, last: usize, before: usize) {
-        let state = std::mem::take(&mut self.saved[last]);
-        self.saved[last] = std::mem::replace(&mut self.saved[before], state);
-        self.packs.iter_mut().for_each(|pack| pack.swap(last, before));
-        self.save(last);
-    }
-
-    /// Whether the present state is much farther from the last saved one than that was from the one before.
-    pub fn jumped(&self, last: usize, before: usize, has_before: bool) -> bool {
-        let far = |a: &State, b: &State| {
+    /// Whether the present state is much farther from the last one than that was from the one before, if there is one.
+    pub fn jumped(&self, last: &State, before: Option<&State>) -> bool {
+        let far = |a: &Places, b: &Places| {
             a.joints
                 .iter()
                 .zip(&b.joints)
                 .fold(0.0f64, |far, (a, b)| far.max(norm(sub(a.place.displacement, b.place.displacement)) / self.size))
         };
-        let now = far(&self.state, &self.saved[last]);
-        let then = if has_before { far(&self.saved[last], &self.saved[before]) } else { 0.0 };
+        let now = far(&self.state, &last.places);
+        let then = before.map_or(0.0, |before| far(&last.places, &before.places));
         now > (10.0 * then).max(0.05)
     }
 
-    /// Extrapolates linearly from two saved states.
-    pub fn predict(&mut self, before: usize, last: usize, ratio: f64) {
-        self.packs.iter_mut().for_each(|pack| pack.predict(before, last, ratio));
+    /// Motion of every joint since another state.
+    pub fn motions_since(&self, then: &State) -> Vec<[f64; 6]> {
+        self.motions_between(&then.places.joints)
+    }
+
+    /// Extrapolates linearly from two states: from the last one, by so many times what led there from the one before.
+    pub fn predict(&mut self, before: &State, last: &State, ratio: f64) {
+        for (pack, (before, last)) in self.packs.iter_mut().zip(before.chains.iter().zip(&last.chains)) {
+            pack.predict(before, last, ratio);
+        }
         let mut motions = std::mem::take(&mut self.motions);
         for (joint, motion) in motions.iter_mut().enumerate() {
-            let (a, b) = (self.saved[before].joints[joint], self.saved[last].joints[joint]);
+            let (a, b) = (before.places.joints[joint], last.places.joints[joint]);
             self.state.joints[joint] = b;
             let spin = between(a.place.rotation, b.place.rotation);
             let spin = if D == 3 { [0.0, 0.0, b.place.angle - a.place.angle] } else { spin };
@@ -102,7 +137,7 @@ impl<const D: usize> System<D> {
                 if *kind == EndKind::Welded {
                     continue;
                 }
-                let (a, b) = (self.saved[before].releases[index][end], self.saved[last].releases[index][end]);
+                let (a, b) = (before.places.releases[index][end], last.places.releases[index][end]);
                 let target = &mut self.state.releases[index][end];
                 *target = b;
                 let spin = scale(ratio, between(a.rotation, b.rotation));
@@ -128,7 +163,7 @@ impl<const D: usize> System<D> {
 
     /// Takes over the state of a system of the same members on another mesh.
     pub fn prolong(&mut self, coarse: &Self) {
-        copy_state(&coarse.state, &mut self.state);
+        self.state.copy_from(&coarse.state);
         self.drives.copy_from_slice(&coarse.drives);
         self.prestress = coarse.prestress;
         self.fraction = coarse.fraction;
@@ -143,24 +178,12 @@ impl<const D: usize> System<D> {
         self.apply_drives();
         self.place_ends();
     }
-
-    /// Keeps the present state for good, as the next of those that [`System::recall`] knows.
-    pub fn keep(&mut self) {
-        self.kept.push(self.state.clone());
-        self.packs.iter_mut().for_each(|pack| pack.keep());
-    }
-
-    /// Goes back to a kept state.
-    pub fn recall(&mut self, index: usize) {
-        copy_state(&self.kept[index], &mut self.state);
-        self.packs.iter_mut().for_each(|pack| pack.recall(index));
-    }
 }
 
 impl System<6> {
     /// Takes over the state of the same network solved in the plane.
     pub fn lift(&mut self, plane: &System<3>) {
-        copy_state(&plane.state, &mut self.state);
+        self.state.copy_from(&plane.state);
         for joint in &mut self.state.joints {
             joint.theta = [0.0, 0.0, joint.place.angle];
         }
@@ -184,9 +207,4 @@ fn between_angle(a: [f64; 4], b: [f64; 4]) -> f64 {
 fn between(a: [f64; 4], b: [f64; 4]) -> V3<f64> {
     use pennate_elements::rotation::{compose, inverse, log};
     log(compose(b, inverse(a)))
-}
-
-pub(super) fn copy_state(from: &State, to: &mut State) {
-    to.joints.copy_from_slice(&from.joints);
-    to.releases.copy_from_slice(&from.releases);
 }

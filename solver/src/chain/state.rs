@@ -1,0 +1,125 @@
+//! The state of a chain as a row of numbers: a value that can be kept, copied and compared, whatever the chain's lanes.
+
+use pennate_elements::beam::Beam;
+use pennate_elements::real::{self, Real, Work};
+use pennate_elements::small::{add, scale, sub};
+
+use super::Chain;
+
+/// A state of a chain of so many lanes, components and order, seen in its row of numbers: poses of the element ends, local
+/// unknowns, mixed stresses.
+pub(super) struct Saved<'a> {
+    nodes: &'a [f64],
+    local: &'a [f64],
+    stress: &'a [f64],
+}
+
+impl Saved<'_> {
+    /// Pose of an element end.
+    #[inline(always)]
+    pub(super) fn node<T: Real, B: Beam<T, D>, const D: usize>(&self, index: usize) -> B::Pose {
+        let size = B::POSE * T::LANES;
+        B::load_pose(&self.nodes[index * size..(index + 1) * size])
+    }
+
+    /// Local unknowns, P an element.
+    #[inline(always)]
+    pub(super) fn local<T: Real, const D: usize>(&self, index: usize) -> [T; D] {
+        real::load(&self.local[index * D * T::LANES..(index + 1) * D * T::LANES])
+    }
+
+    /// Mixed stresses, P an element.
+    #[inline(always)]
+    pub(super) fn stress<T: Real, const D: usize>(&self, index: usize) -> [T; D] {
+        real::load(&self.stress[index * D * T::LANES..(index + 1) * D * T::LANES])
+    }
+}
+
+/// The extrapolation from two states, as work in lanes.
+pub(super) struct Predict<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    pub chain: &'a mut Chain<T, B, D, P>,
+    pub before: &'a [f64],
+    pub last: &'a [f64],
+    pub ratio: f64,
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { chain, before, last, ratio } = self;
+        let [before, last] = [before, last].map(|row| chain.saved(row));
+        let ratio = T::splat(ratio);
+        for i in 0..chain.state.local.len() {
+            let (a, b) = (before.local::<T, D>(i), last.local::<T, D>(i));
+            chain.state.local[i] = add(b, scale(ratio, sub(b, a)));
+            let (a, b) = (before.stress::<T, D>(i), last.stress::<T, D>(i));
+            chain.state.stress[i] = add(b, scale(ratio, sub(b, a)));
+        }
+        for (e, piece) in chain.pieces.iter().enumerate() {
+            let unknowns = |saved: &Saved| {
+                B::last_local(&B::frame(piece, &saved.node::<T, B, D>(e), &saved.node::<T, B, D>(e + 1)))
+            };
+            let (a, b) = (unknowns(&before), unknowns(&last));
+            chain.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
+        }
+    }
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// Numbers of the poses, and of the local unknowns or of the stresses.
+    fn counts(&self) -> [usize; 2] {
+        [self.state.nodes.len() * B::POSE * T::LANES, self.state.local.len() * D * T::LANES]
+    }
+
+    #[inline(always)]
+    pub(super) fn saved<'a>(&self, row: &'a [f64]) -> Saved<'a> {
+        let [nodes, local] = self.counts();
+        let (nodes, rest) = row.split_at(nodes);
+        let (local, stress) = rest.split_at(local);
+        Saved { nodes, local, stress }
+    }
+
+    pub(super) fn save_impl(&self, row: &mut Vec<f64>) {
+        let [nodes, local] = self.counts();
+        row.resize(nodes + 2 * local, 0.0);
+        let (poses, rest) = row.split_at_mut(nodes);
+        let (unknowns, stresses) = rest.split_at_mut(local);
+        for (pose, numbers) in self.state.nodes.iter().zip(poses.chunks_exact_mut(B::POSE * T::LANES)) {
+            B::store_pose(pose, numbers);
+        }
+        for (all, numbers) in [(&self.state.local, unknowns), (&self.state.stress, stresses)] {
+            for (array, numbers) in all.iter().zip(numbers.chunks_exact_mut(D * T::LANES)) {
+                real::store(array, numbers);
+            }
+        }
+    }
+
+    pub(super) fn restore_impl(&mut self, row: &[f64]) {
+        let saved = self.saved(row);
+        self.restore_nodes_and_local(&saved);
+        for (i, stress) in self.state.stress.iter_mut().enumerate() {
+            *stress = saved.stress(i);
+        }
+    }
+
+    /// The shape of a saved state, with a part of the change of the stresses since.
+    pub(super) fn restore_shape_impl(&mut self, row: &[f64], part: f64) {
+        let saved = self.saved(row);
+        self.restore_nodes_and_local(&saved);
+        for (i, stress) in self.state.stress.iter_mut().enumerate() {
+            let then = saved.stress(i);
+            *stress = add(then, scale(T::splat(part), sub(*stress, then)));
+        }
+    }
+
+    fn restore_nodes_and_local(&mut self, saved: &Saved) {
+        for (i, node) in self.state.nodes.iter_mut().enumerate() {
+            *node = saved.node::<T, B, D>(i);
+        }
+        for (i, local) in self.state.local.iter_mut().enumerate() {
+            *local = saved.local(i);
+        }
+    }
+}
