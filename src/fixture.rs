@@ -113,6 +113,7 @@ fn history() -> History {
         missing: Vec::new(),
         variations: Vec::new(),
         stable: Some(false),
+        vibration: None,
         stability: Dimension::Space,
         negative_pivots: 1,
         critical_points: vec![CriticalPoint {
@@ -139,6 +140,7 @@ fn history() -> History {
         missing: Vec::new(),
         variations: Vec::new(),
         stable: None,
+        vibration: None,
         stability: Dimension::Space,
         negative_pivots: 0,
         critical_points: Vec::new(),

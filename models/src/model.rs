@@ -80,6 +80,14 @@ impl Units {
         }
     }
 
+    /// Name of the unit of mass that goes with them.
+    pub fn mass(self) -> &'static str {
+        match self {
+            Self::MmNMpa => "tonne",
+            Self::MNPa => "kg",
+        }
+    }
+
     /// Names of the units of length, force and stress.
     pub fn symbols(self) -> [&'static str; 3] {
         match self {

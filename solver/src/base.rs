@@ -101,34 +101,37 @@ impl Followed<'_> {
     /// The present state on elements whose order is higher by `enrich`; nothing where it is not found there.
     pub fn base(&mut self, enrich: usize) -> Option<Base> {
         match self {
-            Self::Space(path) => {
-                let mut space = spatial(&path.system, enrich);
-                space.hold(path.system.equations.held.clone());
-                space.prolong(&path.system);
-                settle(&mut space)?;
-                Some(Base { system: space, reach: Reach::Space })
-            }
-            Self::Plane(path) => {
-                let plane = &path.system;
-                let mut space = spatial(plane, enrich);
-                // The equilibrium is looked for in the plane, where it is.
-                space.hold(lateral::flat_rows(plane));
-                space.lift(plane);
-                settle(&mut space)?;
-                if path.stability == Dimension::Plane {
-                    return Some(Base { system: space, reach: Reach::InPlane });
-                }
-                let mut rows: Vec<Held> = lateral::rows(&plane.structure);
-                rows.retain(|row| {
-                    plane.equations.held.iter().all(|held| (held.node, held.component) != (row.node, row.component))
-                });
-                rows.extend(&plane.equations.held);
-                space.hold(rows);
-                space.assemble(false);
-                Some(Base { system: space, reach: Reach::BothWays })
-            }
+            Self::Space(path) => of_space(&path.system, enrich),
+            Self::Plane(path) => of_plane(&path.system, path.stability, enrich),
         }
     }
+}
+
+/// The state of a spatial system on elements whose order is higher by `enrich`; nothing where it is not found there.
+pub(crate) fn of_space(system: &System<6>, enrich: usize) -> Option<Base> {
+    let mut space = spatial(system, enrich);
+    space.hold(system.equations.held.clone());
+    space.prolong(system);
+    settle(&mut space)?;
+    Some(Base { system: space, reach: Reach::Space })
+}
+
+/// The same of a plane system, with motions out of its plane where stability is judged there too.
+pub(crate) fn of_plane(plane: &System<3>, stability: Dimension, enrich: usize) -> Option<Base> {
+    let mut space = spatial(plane, enrich);
+    // The equilibrium is looked for in the plane, where it is.
+    space.hold(lateral::flat_rows(plane));
+    space.lift(plane);
+    settle(&mut space)?;
+    if stability == Dimension::Plane {
+        return Some(Base { system: space, reach: Reach::InPlane });
+    }
+    let mut rows: Vec<Held> = lateral::rows(&plane.structure);
+    rows.retain(|row| plane.equations.held.iter().all(|held| (held.node, held.component) != (row.node, row.component)));
+    rows.extend(&plane.equations.held);
+    space.hold(rows);
+    space.assemble(false);
+    Some(Base { system: space, reach: Reach::BothWays })
 }
 
 fn begin<const D: usize>(path: &mut Path<'_, D>, step: &Step) {

@@ -67,11 +67,14 @@ pub struct StepHistory {
     pub missing: Vec<f64>,
     /// How fast the last state accepted may vary along the elements of every member, where an estimate was asked for.
     pub variations: Vec<Vec<Variation>>,
-    /// Whether the last state is stable; `None` where loads have no potential, and where rounding hides the sign of the lowest
+    /// Whether the last state is stable; `None` where loads have no potential and masses are not known, and where rounding hides the sign of the lowest
     /// stiffness ([`Note::WithinRounding`]).
     pub stable: Option<bool>,
     /// In which space that was judged.
     pub stability: Dimension,
+    /// What small vibrations about the last state do, where its loads have no potential and masses are known: that is the
+    /// verdict then.
+    pub vibration: Option<Vibration>,
     /// Directions in which the last state is unstable, where that is defined; else pivots of the symmetric part.
     pub negative_pivots: usize,
     /// Singular points that were passed or ended the step, in order.
@@ -82,6 +85,34 @@ pub struct StepHistory {
     pub notes: Vec<Note>,
     /// Why the step did not reach its end.
     pub failure: Option<Failure>,
+}
+
+/// Small vibrations about a state without damping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vibration {
+    /// All mass of the network.
+    pub mass: f64,
+    /// The motion that grows fastest.
+    pub growth: Growth,
+}
+
+/// How a vibration grows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Growth {
+    /// Not at all: the state is stable.
+    None,
+    /// As e^(rate t), without swinging.
+    Divergence {
+        /// 1/time
+        rate: f64,
+    },
+    /// As e^(rate t), while it swings.
+    Flutter {
+        /// Angular, rad/time
+        frequency: f64,
+        /// 1/time
+        rate: f64,
+    },
 }
 
 /// How fast the state of a rod may vary along one of its elements.

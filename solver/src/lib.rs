@@ -11,6 +11,7 @@ pub mod buckling;
 pub mod chain;
 mod dense;
 pub mod error;
+mod flutter;
 mod held;
 pub mod history;
 pub mod joints;
@@ -138,6 +139,7 @@ fn follow(
                 _ => None,
             };
             let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, guide)?;
+            path.vibration = Some(|space, _| flutter::judge(&|enrich| base::of_space(space, enrich)));
             let history = path.run(steps, observe);
             let guide = path.into_guide();
             Ok((history, Trail(Kind::Space(Box::new(guide)))))
@@ -148,6 +150,8 @@ fn follow(
                 path.guide = Some((*guide, &history.steps));
             }
             add_lateral(&mut path, structure);
+            path.vibration =
+                Some(|plane, stability| flutter::judge(&|enrich| base::of_plane(plane, stability, enrich)));
             let history = path.run(steps, observe);
             let guide = path.into_guide();
             Ok((history, Trail(Kind::Plane(Box::new(guide)))))

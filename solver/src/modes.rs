@@ -218,15 +218,15 @@ impl Lowest {
 }
 
 /// K + s M with the smallest s tried, zero first, that makes it positive definite; with its factor.
-struct Shifted {
-    shift: f64,
-    stiffness: sprs::CsMat<f64>,
-    form: Form,
-    factor: Factor,
+pub(crate) struct Shifted {
+    pub shift: f64,
+    pub stiffness: sprs::CsMat<f64>,
+    pub form: Form,
+    pub factor: Factor,
 }
 
 impl Shifted {
-    fn of(operators: &Operators) -> Option<Self> {
+    pub(crate) fn of(operators: &Operators) -> Option<Self> {
         let definite = |matrix: &sprs::CsMat<f64>| {
             Factor::new(matrix).filter(|factor| factor.negative == 0 && factor.neutral == 0)
         };

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use pennate_analysis::accuracy::Accuracy;
 use pennate_analysis::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 use pennate_models::Model;
-use pennate_solver::history::{CriticalKind, Equilibrium, MemberState, MeshSize, Note, Rounding, StepHistory};
+use pennate_solver::history::{CriticalKind, Equilibrium, Growth, MemberState, MeshSize, Note, Rounding, StepHistory};
 use pennate_solver::structure::Dimension;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -55,6 +55,30 @@ struct Mesh {
     unknowns: usize,
 }
 
+/// Small vibrations about a state: all mass that moves, and the motion that grows fastest.
+#[derive(Serialize)]
+struct Vibration {
+    mass: f64,
+    growth: &'static str,
+    /// 1/time
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate: Option<f64>,
+    /// Cycles over time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frequency: Option<f64>,
+}
+
+impl From<&pennate_solver::history::Vibration> for Vibration {
+    fn from(found: &pennate_solver::history::Vibration) -> Self {
+        let (growth, rate, frequency) = match found.growth {
+            Growth::None => ("none", None, None),
+            Growth::Divergence { rate } => ("divergence", Some(rate), None),
+            Growth::Flutter { frequency, rate } => ("flutter", Some(rate), Some(frequency / std::f64::consts::TAU)),
+        };
+        Self { mass: found.mass, growth, rate, frequency }
+    }
+}
+
 #[derive(Serialize)]
 struct Step<'a> {
     name: &'a str,
@@ -67,6 +91,9 @@ struct Step<'a> {
     /// Why there is no verdict where loads have a potential.
     #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<&'static str>,
+    /// What the verdict follows from where loads have no potential.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vibration: Option<Vibration>,
     stability: &'static str,
     negative_pivots: Option<usize>,
     residual: Option<f64>,
@@ -229,7 +256,8 @@ impl<'a> Step<'a> {
             stable: step.stable,
             undecided: step.notes.contains(&Note::WithinRounding).then_some(WITHIN_ROUNDING),
             stability: dimension_name(step.stability),
-            negative_pivots: step.stable.map(|_| step.negative_pivots),
+            vibration: step.vibration.as_ref().map(Vibration::from),
+            negative_pivots: step.stable.filter(|_| step.vibration.is_none()).map(|_| step.negative_pivots),
             residual: state.map(|state| state.residual),
             energy: state.map(|state| state.energy),
             balance: state.map(|state| state.balance),

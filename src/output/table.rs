@@ -8,7 +8,9 @@ use pennate_analysis::solution::{
 };
 use pennate_models::Model;
 use pennate_models::probes::ProbeKind;
-use pennate_solver::history::{CriticalKind, CriticalPoint, Equilibrium, Jump, Note, Status, StepHistory};
+use pennate_solver::history::{
+    CriticalKind, CriticalPoint, Equilibrium, Growth, Jump, Note, Status, StepHistory, Vibration,
+};
 use pennate_solver::structure::Dimension;
 
 use super::text::{Align, WITHIN_ROUNDING, columns, duration, estimate, list, number, percent, shown};
@@ -100,8 +102,12 @@ fn stability(dimension: Dimension, step: &StepHistory) -> String {
     let verdict = match step.stable {
         _ if step.increments.is_empty() => return "-".to_owned(),
         None if step.notes.contains(&Note::WithinRounding) => return format!("not known: {WITHIN_ROUNDING}"),
-        None => return "not defined: the loads have no potential".to_owned(),
+        None => return "not known: the loads have no potential".to_owned(),
         Some(true) => "yes".to_owned(),
+        Some(false) if step.vibration.is_some() => match step.vibration.map(|vibration| vibration.growth) {
+            Some(Growth::Flutter { .. }) => "NO, it flutters".to_owned(),
+            _ => "NO, it diverges".to_owned(),
+        },
         Some(false) => format!("NO, {}", counted(step.negative_pivots, "negative pivot")),
     };
     if dimension == Dimension::Plane && step.stability == Dimension::Plane {
@@ -242,12 +248,24 @@ fn node_row(model: &Model, step: &StepHistory, state: &Equilibrium, index: usize
 /// What a reader must know besides, one sentence a line.
 fn remarks(solution: &Solution) -> String {
     let mut out = String::new();
+    let open = |step: &StepHistory| {
+        !step.increments.is_empty() && step.stable.is_none() && !step.notes.contains(&Note::WithinRounding)
+    };
+    if solution.steps().any(|(_, step)| open(step)) {
+        let _ = writeln!(
+            out,
+            "Whether a state under loads without a potential is stable is told by small vibrations: give every member a density."
+        );
+    }
     for (name, step) in solution.steps() {
         for point in &step.critical_points {
             let _ = writeln!(out, "{}: {}", shown(name), critical_point(&solution.model, point));
         }
         for jump in &step.jumps {
             let _ = writeln!(out, "{}: {}", shown(name), jump_in_words(&solution.model, jump));
+        }
+        if let Some(vibration) = &step.vibration {
+            let _ = writeln!(out, "{}: {}", shown(name), vibration_in_words(&solution.model, vibration));
         }
         for note in &step.notes {
             let _ = writeln!(out, "{}: {}", shown(name), note_in_words(&solution.model, note));
@@ -283,6 +301,22 @@ fn jump_in_words(model: &Model, jump: &Jump) -> String {
         number(jump.moved),
         number(jump.released),
     )
+}
+
+fn vibration_in_words(model: &Model, vibration: &Vibration) -> String {
+    let mass = format!("without damping, and with a mass of {} {} in all", number(vibration.mass), model.units.mass());
+    let fold = |rate: f64| format!("e-fold in {}", duration(1.0 / rate));
+    match vibration.growth {
+        Growth::None => format!("the loads have no potential; no small vibration grows, {mass}."),
+        Growth::Divergence { rate } => {
+            format!("the loads have no potential; a small motion grows {}, {mass}.", fold(rate))
+        }
+        Growth::Flutter { frequency, rate } => format!(
+            "the loads have no potential; a vibration of {} Hz grows {}, {mass}.",
+            number(frequency / std::f64::consts::TAU),
+            fold(rate)
+        ),
+    }
 }
 
 fn note_in_words(model: &Model, note: &Note) -> String {

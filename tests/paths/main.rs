@@ -4,6 +4,7 @@ mod batch;
 mod buckling;
 mod chains;
 mod critical_points;
+mod flutter;
 mod guide;
 mod held;
 mod increments;

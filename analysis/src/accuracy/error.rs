@@ -244,6 +244,7 @@ mod tests {
             missing: Vec::new(),
             variations: Vec::new(),
             stable: None,
+            vibration: None,
             stability: Dimension::Plane,
             negative_pivots: 0,
             critical_points: Vec::new(),

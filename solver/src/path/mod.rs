@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::error::{FreeMotion, NearMotion};
-use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation};
+use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
 use crate::joints::Held;
 use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
@@ -65,6 +65,8 @@ pub struct Path<'a, const D: usize> {
     next: State,
     /// The tangent out of the plane, where stability is judged there.
     pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
+    /// Judges small vibrations about a state whose loads have no potential, in the plane or in space.
+    pub vibration: Option<fn(&System<D>, Dimension) -> Option<Vibration>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
     /// Makes it when it is first needed.
@@ -128,6 +130,7 @@ impl<'a, const D: usize> Path<'a, D> {
             before: State::default(),
             next: State::default(),
             lateral: None,
+            vibration: None,
             refined: None,
             make_refined: None,
             guide: None,

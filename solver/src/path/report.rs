@@ -222,6 +222,7 @@ pub(super) fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory 
         missing: Vec::new(),
         variations: Vec::new(),
         stable: None,
+        vibration: None,
         stability,
         negative_pivots: 0,
         critical_points: Vec::new(),

@@ -2,7 +2,8 @@
 
 use super::Path;
 use super::follow::Ramp;
-use crate::history::{Note, Status, StepHistory};
+use crate::flutter;
+use crate::history::{Growth, Note, Status, StepHistory};
 use crate::newton::Start;
 use crate::structure::Dimension;
 
@@ -17,6 +18,9 @@ impl<const D: usize> Path<'_, D> {
     /// at the end nor a little before: it counts as neither, and takes no part in the verdict.
     pub(super) fn judge_end(&mut self, ramp: &Ramp, record: &mut StepHistory) {
         let before = std::mem::take(&mut self.undecided);
+        if !self.base.potential && record.status == Status::Converged {
+            return self.judge_vibration(record);
+        }
         if record.increments.is_empty() || record.stable != Some(true) {
             return;
         }
@@ -42,6 +46,15 @@ impl<const D: usize> Path<'_, D> {
             record.notes.retain(|note| *note != Note::TouchedSingular { fraction: end });
             record.notes.push(Note::WithinRounding);
         }
+    }
+
+    /// Judges the end of a step whose loads have no potential by how small vibrations go on about it, where masses are known.
+    fn judge_vibration(&mut self, record: &mut StepHistory) {
+        if flutter::known_mass(&self.system.structure).is_none() {
+            return;
+        }
+        record.vibration = self.vibration.and_then(|judge| judge(&self.system, record.stability));
+        record.stable = record.vibration.map(|vibration| vibration.growth == Growth::None);
     }
 
     /// Motions of which rounding hides the sign of the stiffness at the last assembly.

@@ -289,6 +289,11 @@ impl Pencil<'_> {
         all
     }
 
+    /// The motion that forces lead to, among those that the constraints allow.
+    pub(crate) fn response(&self, forces: &[f64]) -> Vec<f64> {
+        self.project(&self.factor.forward(forces.as_chunks::<1>().0)).1.into_flattened()
+    }
+
     /// A y
     fn apply<const W: usize>(&self, y: &[[f64; W]]) -> Vec<[f64; W]> {
         // Vectors of a search are images, and in need of no projection but for rounding; that is made large where little of

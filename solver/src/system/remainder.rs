@@ -30,6 +30,20 @@ impl<const D: usize> System<D> {
         pairs
     }
 
+    /// The part of the tangent that is not symmetric, by pairs of equations.
+    pub fn skew_part(&self) -> Vec<(usize, usize, f64)> {
+        let mut entries = Vec::new();
+        for (joint, block) in &self.skew.joints {
+            let equations = &self.equations.joints[*joint];
+            for a in 0..equations.count {
+                for b in 0..equations.count {
+                    entries.push((equations.first + a, equations.first + b, block[(a, b)]));
+                }
+            }
+        }
+        entries
+    }
+
     /// The motions of a joint that its equations stand for, one after the other.
     pub fn joint_motions(&self, joint: usize) -> Vec<[f64; 6]> {
         let count = self.equations.joints[joint].count;

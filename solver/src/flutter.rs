@@ -1,0 +1,194 @@
+//! Whether small vibrations grow about a state whose loads have no potential.
+//!
+//! The tangent K + N has a part N that is not symmetric, of the nodes that such loads act on, so that its pivots do not tell.
+//! Motions x e^(λ t) with (K + N) x = ω² M x and λ² = −ω² stay bounded where all ω² are real and positive. The state diverges
+//! where one is real and negative, and flutters where two are complex: the network oscillates ever farther (Bolotin,
+//! Nonconservative Problems of the Theory of Elastic Stability, 1963). Nothing damps it here.
+//!
+//! N is of low rank. The lowest ω² are those of a space of motions: modes of the symmetric part, and what it yields to under
+//! forces where N has some, static and with the inertia of that. A smaller space of the same kind tells how near they are.
+//!
+//! Theory: docs/theory/stability.md, Eq. 7.7.
+
+use faer::{Mat, Side};
+use sprs::CsMat;
+
+use crate::base::{Base, Reach};
+use crate::history::{Growth, Vibration};
+use crate::modes::Shifted;
+use crate::spectral::operators::{Assembled, dot, matrix, multiply};
+use crate::spectral::pencil::Pencil;
+use crate::spectral::unknowns::{Family, Unknowns};
+use crate::structure::Structure;
+
+/// By how much the orders of elements are raised; those beyond the highest are that.
+const RAISED: [usize; 2] = [1, 4];
+/// Modes of the symmetric part in the space, and in the smaller one.
+const MODES: [usize; 2] = [32, 20];
+/// Responses to a force: the static one, and so many times the one to the inertia of the last.
+const RESPONSES: usize = 3;
+/// Lowest frequencies that are judged.
+const JUDGED: usize = 10;
+/// Energy, over that of a motion of length one, below which a combination of the motions is rounding.
+const DEPENDENT: f64 = 1e-11;
+/// Part by which 1/ω² may differ between both spaces for it to be known.
+const KNOWN: f64 = 1e-3;
+/// Part of the largest 1/ω² below which one is that of a motion without mass.
+const MASSLESS: f64 = 1e-9;
+/// Part of the largest 1/ω² that rounding may make of any.
+const ROUNDING: f64 = 1e-12;
+/// Part by which rounding splits two equal ones into a complex pair.
+const EQUAL: f64 = 1e-7;
+/// What differs from zero by so many times its error does so.
+const CLEAR: f64 = 10.0;
+/// ω² over the shift of the symmetric part that is rounding of zero.
+const ZERO: f64 = 1e-9;
+
+/// All mass of a structure, where it is known: every member has one, or bodies have and members have none at all.
+pub(crate) fn known_mass(structure: &Structure) -> Option<f64> {
+    let bodies: f64 = structure.bodies.iter().map(|body| body.mass).sum();
+    let mut members = 0.0;
+    let mut missing = false;
+    for segment in structure.members.iter().flat_map(|member| &member.segments) {
+        let own = structure.laws[segment.law].at(0.0).section.mass_per_length;
+        missing |= !(own > 0.0);
+        members += own * segment.length;
+    }
+    let known = if missing { members == 0.0 && bodies > 0.0 } else { members > 0.0 };
+    known.then_some(members + bodies)
+}
+
+/// What the vibrations about a state do; nothing where that cannot be said.
+///
+/// `state` gives the state on elements of an order higher by so much. A mesh that is fine enough for an equilibrium may be too
+/// coarse for its vibrations: they are those of the highest order, and those of a lower one must do the same.
+pub(crate) fn judge(state: &dyn Fn(usize) -> Option<Base>) -> Option<Vibration> {
+    let [coarse, fine] = RAISED.map(|enrich| state(enrich).and_then(about));
+    let kind = |vibration: &Vibration| std::mem::discriminant(&vibration.growth);
+    fine.filter(|fine| coarse.is_some_and(|coarse| kind(&coarse) == kind(fine)))
+}
+
+fn about(mut base: Base) -> Option<Vibration> {
+    let mass = known_mass(&base.system.structure)?;
+    let unknowns = Unknowns::new(&base.system);
+    let assembled = Assembled::new(&mut base.system, &unknowns);
+    let family = if base.reach == Reach::InPlane { Family::InPlane } else { Family::Space };
+    let numbers = unknowns.of_family(&base.system, family)?;
+    let operators = assembled.of_family(&numbers);
+    let skew = matrix(&base.system.skew_part(), &numbers);
+    let Shifted { shift, stiffness, form, factor } = Shifted::of(&operators)?;
+    let pencil = Pencil {
+        factor,
+        shift: 0.0,
+        stiffness: &stiffness,
+        form: &form,
+        other: &operators.mass,
+        constraints: &operators.constraints,
+    };
+    let modes = pencil.largest(MODES[0]).vectors;
+    let responses = responses(&pencil, &skew);
+    let mut spaces = MODES.map(|count| {
+        let motions: Vec<Vec<f64>> = modes.iter().take(count).chain(&responses).cloned().collect();
+        inverse_squares(&pencil, &skew, &motions)
+    });
+    let smaller = std::mem::take(&mut spaces[1])?;
+    let growth = growth(&std::mem::take(&mut spaces[0])?, &smaller, shift)?;
+    Some(Vibration { mass, growth })
+}
+
+/// What the network yields to under forces where the unsymmetric part has some.
+fn responses(pencil: &Pencil<'_>, skew: &CsMat<f64>) -> Vec<Vec<f64>> {
+    let size = skew.rows();
+    let forced = (0..size).filter(|&row| skew.outer_view(row).is_some_and(|row| row.nnz() > 0));
+    let mut found = Vec::new();
+    for unknown in forced {
+        let mut force = vec![0.0; size];
+        force[unknown] = 1.0;
+        for _ in 0..RESPONSES {
+            let motion = pencil.response(&force);
+            let energy = dot(&motion, &force).abs();
+            if !(energy > 0.0) {
+                break;
+            }
+            multiply(pencil.other, &motion, &mut force);
+            let unit = 1.0 / energy.sqrt();
+            found.push(motion.iter().map(|x| unit * x).collect());
+            force.iter_mut().for_each(|x| *x *= unit);
+        }
+    }
+    found
+}
+
+/// 1/(ω² + s) in a space of motions, s the shift of the pencil's stiffness: real and imaginary parts by falling size.
+fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>]) -> Option<Vec<[f64; 2]>> {
+    let size = motions.len();
+    let energy = pencil.form.products(motions);
+    let lengths: Vec<f64> = (0..size).map(|i| energy[i][i].sqrt()).collect();
+    if lengths.iter().any(|length| !(*length > 0.0)) {
+        return None;
+    }
+    let scaled = |i: usize, j: usize| energy[i.max(j)][i.min(j)] / (lengths[i] * lengths[j]);
+    let eigen = Mat::from_fn(size, size, scaled).self_adjoint_eigen(Side::Lower).ok()?;
+    let (levels, turns) = (eigen.S().column_vector(), eigen.U());
+    let kept: Vec<usize> = (0..size).filter(|&k| levels[k] > DEPENDENT).collect();
+    // Combinations of energy one, and both forms in them.
+    let weights =
+        nalgebra::DMatrix::from_fn(size, kept.len(), |i, k| turns[(i, kept[k])] / (levels[kept[k]].sqrt() * lengths[i]));
+    let product = |operator: &CsMat<f64>| {
+        let mut image = vec![0.0; operator.rows()];
+        let mut products = nalgebra::DMatrix::zeros(size, size);
+        for (j, motion) in motions.iter().enumerate() {
+            multiply(operator, motion, &mut image);
+            for (i, left) in motions.iter().enumerate() {
+                products[(i, j)] = dot(left, &image);
+            }
+        }
+        weights.transpose() * products * &weights
+    };
+    let (mass, skew) = (product(pencil.other), product(skew));
+    let tangent = nalgebra::DMatrix::identity(kept.len(), kept.len()) + skew;
+    let inverse = tangent.lu().solve(&mass)?;
+    let mut values: Vec<[f64; 2]> = inverse.complex_eigenvalues().iter().map(|value| [value.re, value.im]).collect();
+    values.sort_by(|a, b| size_of(b).total_cmp(&size_of(a)));
+    Some(values)
+}
+
+fn size_of(value: &[f64; 2]) -> f64 {
+    value[0].hypot(value[1])
+}
+
+/// The fastest growth among the lowest frequencies, those known from both spaces; nothing where none is.
+fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growth> {
+    let mut found = None;
+    let mut fastest = 0.0;
+    let largest = values.first().map_or(0.0, size_of);
+    for value in values.iter().take(JUDGED) {
+        let size = size_of(value);
+        if size <= MASSLESS * largest {
+            break;
+        }
+        let apart = |other: &[f64; 2]| size_of(&[value[0] - other[0], value[1] - other[1]]);
+        let error = smaller.iter().map(apart).fold(f64::INFINITY, f64::min) + ROUNDING * largest;
+        if !(error <= KNOWN * size) {
+            break;
+        }
+        found.get_or_insert(Growth::None);
+        // ω² = 1/μ − s
+        let (real, imaginary) = (value[0] / (size * size) - shift, -value[1] / (size * size));
+        let complex = value[1].abs() > CLEAR * error + EQUAL * size;
+        if complex {
+            // The root of −ω² with a positive real part.
+            let length = real.hypot(imaginary);
+            let rate = (0.5 * (length - real)).max(0.0).sqrt();
+            let frequency = (0.5 * (length + real)).max(0.0).sqrt();
+            if rate > fastest {
+                fastest = rate;
+                found = Some(Growth::Flutter { frequency, rate });
+            }
+        } else if real < -ZERO * shift - CLEAR * error / (size * size) && (-real).sqrt() > fastest {
+            fastest = (-real).sqrt();
+            found = Some(Growth::Divergence { rate: fastest });
+        }
+    }
+    found
+}

@@ -1,0 +1,103 @@
+//! Stability under loads without a potential: by small vibrations, with the masses that are known.
+
+use pennate_solver::history::{Growth, StepHistory};
+use pennate_testing::network;
+
+/// Beck's column: a cantilever of unit stiffness, length and mass, under `follower` at its tip and `dead` along it, in the
+/// plane or with another stiffness out of it.
+fn column(follower: f64, dead: f64, out_of_plane: Option<f64>) -> StepHistory {
+    let (z, more, dimension) = match out_of_plane {
+        Some(ei2) => (", 0", format!("GJ = 1, EI2 = {ei2}, GA2 = 1e6, GA3 = 1e6, "), "space"),
+        None => ("", String::new(), "plane"),
+    };
+    let held = if out_of_plane.is_some() { "" } else { ", shear = false, stretch = false" };
+    let text = format!(
+        "format = \"pennate/1\"\nunits = \"m-N-Pa\"\ndimension = \"{dimension}\"\n\
+         [nodes]\nA = [0, 0{z}]\nB = [1, 0{z}]\n\
+         [sections]\nstrip = {{ stiffness = {{ EA = 1e6, {more}EI3 = 1, mass_per_length = 1 }}{held} }}\n\
+         [members]\ncolumn = {{ nodes = [\"A\", \"B\"], section = \"strip\" }}\n\
+         [supports]\nA = \"clamped\"\n\
+         [[steps]]\nname = \"push\"\nbranch = \"primary\"\n\
+         follower_force = {{ B = [-{follower}, 0{z}] }}\nforce = {{ B = [-{dead}, 0{z}] }}\n"
+    );
+    network::solve(&text).step("push").clone()
+}
+
+fn growth(step: &StepHistory) -> Growth {
+    let vibration = step.vibration.expect("a verdict by vibrations");
+    assert_eq!(step.stable, Some(vibration.growth == Growth::None));
+    vibration.growth
+}
+
+/// Its critical load is 20.05095 EI/L² (Beck 1952), where it begins to swing at 11.016 (EI/m)^½/L².
+#[test]
+fn the_column_of_beck_flutters_at_its_critical_load() {
+    for (load, stable) in [(1.0, true), (19.0, true), (20.0508, true), (20.0511, false), (21.0, false), (60.0, false)] {
+        let step = column(load, 0.0, None);
+        match growth(&step) {
+            Growth::None => assert!(stable, "{load}"),
+            Growth::Flutter { frequency, .. } => {
+                assert!(!stable, "{load}");
+                assert!(load > 20.06 || (frequency - 11.016).abs() < 1e-2, "{load}: {frequency}");
+            }
+            other => panic!("{load}: {other:?}"),
+        }
+        assert_eq!(step.vibration.expect("vibrations").mass, 1.0);
+    }
+}
+
+/// In space too, where it is as soft to all sides, so that all frequencies come in pairs, and where it is stiffer to one. Sheared a
+/// little, it is critical by 1e-5 of the load sooner.
+#[test]
+fn it_flutters_to_the_side_that_is_softest() {
+    for ei2 in [1.0, 2.0] {
+        assert_eq!(growth(&column(20.05, 0.0, Some(ei2))), Growth::None, "{ei2}");
+        assert!(matches!(growth(&column(20.06, 0.0, Some(ei2))), Growth::Flutter { .. }), "{ei2}");
+    }
+}
+
+/// Under a load of which a small part alone follows it diverges, at π²/4 EI/L² as under a dead load.
+#[test]
+fn divergence_is_told_apart_from_flutter() {
+    let euler = std::f64::consts::PI.powi(2) / 4.0;
+    assert_eq!(growth(&column(1e-4, 0.999 * euler, None)), Growth::None);
+    let Growth::Divergence { rate } = growth(&column(1e-4, 1.001 * euler, None)) else { panic!("no divergence") };
+    assert!(rate > 0.0 && rate < 1.0, "{rate}");
+}
+
+/// Two rigid bars on hinges of stiffness k, with masses 2 m in the middle and m at the tip: (7/2 − √2) k/L (Ziegler 1952). The
+/// hinges are a thousandth of the bars long, and add that much to the lever of the load.
+#[test]
+fn the_pendulum_of_ziegler_flutters_at_its_critical_load() {
+    let critical = 3.5 - 2f64.sqrt();
+    for (part, flutters) in [(0.5, false), (0.999, false), (1.002, true), (1.5, true)] {
+        let hinge = 1e-3;
+        let text = format!(
+            "format = \"pennate/1\"\nunits = \"m-N-Pa\"\ndimension = \"plane\"\n\
+             [nodes]\nO = [0, 0]\nA = [{hinge}, 0]\nB = [1, 0]\nC = [{}, 0]\nT = [2, 0]\n\
+             [sections]\nhinge = {{ stiffness = {{ EA = 1e4, EI3 = {hinge} }}, shear = false }}\n\
+             [members]\nfirst = {{ nodes = [\"O\", \"A\"], section = \"hinge\" }}\n\
+             second = {{ nodes = [\"B\", \"C\"], section = \"hinge\" }}\n\
+             [rigid_bodies]\nlower = {{ nodes = [\"A\", \"B\"], reference = \"B\", mass = 2 }}\n\
+             upper = {{ nodes = [\"C\", \"T\"], reference = \"T\", mass = 1 }}\n\
+             [supports]\nO = \"clamped\"\n\
+             [[steps]]\nname = \"push\"\nfollower_force = {{ T = [{}, 0] }}\n",
+            1.0 + hinge,
+            -part * critical
+        );
+        let found = growth(network::solve(&text).step("push"));
+        assert_eq!(matches!(found, Growth::Flutter { .. }), flutters, "{part}: {found:?}");
+    }
+}
+
+/// Without masses there is no verdict, and no guess at one.
+#[test]
+fn without_masses_nothing_is_said() {
+    let text = "format = \"pennate/1\"\nunits = \"m-N-Pa\"\ndimension = \"plane\"\n[nodes]\nA = [0, 0]\nB = [1, 0]\n\
+                [sections]\nstrip = { stiffness = { EA = 1e6, EI3 = 1 }, shear = false }\n\
+                [members]\ncolumn = { nodes = [\"A\", \"B\"], section = \"strip\" }\n[supports]\nA = \"clamped\"\n\
+                [[steps]]\nname = \"push\"\nfollower_force = { B = [-1, 0] }\n";
+    let solved = network::solve(text);
+    let step = solved.step("push");
+    assert_eq!((step.stable, step.vibration), (None, None));
+}
