@@ -132,8 +132,9 @@ fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>])
     let (levels, turns) = (eigen.S().column_vector(), eigen.U());
     let kept: Vec<usize> = (0..size).filter(|&k| levels[k] > DEPENDENT).collect();
     // Combinations of energy one, and both forms in them.
-    let weights =
-        nalgebra::DMatrix::from_fn(size, kept.len(), |i, k| turns[(i, kept[k])] / (levels[kept[k]].sqrt() * lengths[i]));
+    let weights = nalgebra::DMatrix::from_fn(size, kept.len(), |i, k| {
+        turns[(i, kept[k])] / (levels[kept[k]].sqrt() * lengths[i])
+    });
     let product = |operator: &CsMat<f64>| {
         let mut image = vec![0.0; operator.rows()];
         let mut products = nalgebra::DMatrix::zeros(size, size);

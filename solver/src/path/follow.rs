@@ -4,6 +4,7 @@
 
 use super::critical::After;
 use super::doubt::{MANY, leapt};
+use super::march::{Judged, March, Reached, Shorter, Stride};
 use super::{Count, Path};
 use crate::chain::Size;
 use crate::history::{Status, StepHistory};
@@ -18,16 +19,10 @@ pub(super) const SHORTEST: f64 = 1e-4;
 /// An iteration that wandered is not believed on an increment longer than this.
 const LONG: f64 = 0.01;
 /// A first increment larger than this (radians, or lengths of a member) foresees too much by far.
-const WILD: f64 = 3.0;
-/// One of this size is a guess that iterations can start from.
-const TAME: f64 = 1.2;
-/// An extrapolation that misses by no more than this (radians, or lengths of a member) takes few iterations to mend.
-const FORESEEN: f64 = 0.05;
+pub(super) const WILD: f64 = 3.0;
 /// One that misses by more may lead anywhere; so may a first increment that leaves more.
 const WRONG: f64 = 0.15;
 const ALL_WRONG: f64 = 1.0;
-/// Near a fold the state moves ever faster with the loads: by so much more than at first.
-const FOLD: f64 = 4.0;
 
 /// The values that a ramp moves.
 pub(super) struct Ramp {
@@ -61,6 +56,13 @@ pub(super) struct Tally {
     pub iterations: usize,
     pub factorizations: usize,
     pub accepted: usize,
+}
+
+impl Tally {
+    fn count(&mut self, lost: &Lost) {
+        self.iterations += lost.iterations;
+        self.factorizations += lost.factorizations;
+    }
 }
 
 impl<const D: usize> Path<'_, D> {
@@ -112,6 +114,8 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// Follows a ramp to its end, from the present state at the fraction `from`; false where it stopped short.
+    ///
+    /// Without a course it is no step of the user's: nothing is recorded on the way.
     pub(super) fn follow(
         &mut self,
         ramp: &Ramp,
@@ -123,222 +127,194 @@ impl<const D: usize> Path<'_, D> {
         let is_step = course.is_some();
         let course = course.copied().unwrap_or_default();
         let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
-        let mut fraction = from;
-        // Whether the state before the last one is on the same branch, near enough to extrapolate from.
-        let mut behind = false;
-        let mut increment = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
-        let mut last_increment = 0.0;
-        let (mut first_rate, mut last_rate) = (0.0, 0.0);
+        let first = self.options.first_increment.min(ramp.longest).clamp(SHORTEST, 1.0);
         self.system.save(&mut self.last);
-        let conservative = self.is_conservative(ramp);
-        let mut retries = 0;
-        // Why the last increments failed, where a member is held at both ends.
-        let mut overheld = None;
+        let mut march = March::new(from, first, self.is_conservative(ramp));
         loop {
-            let step = if fraction + increment * 1.0001 >= 1.0 { 1.0 - fraction } else { increment };
-            let target = if fraction + step >= 1.0 - 1e-12 { 1.0 } else { fraction + step };
-            ramp.apply(&mut self.system, target);
-            let predicted = behind;
-            if predicted {
-                self.system.predict(&self.before, &self.last, step / last_increment);
-            }
-            let foreseen = if predicted { self.system.distances(&self.last) } else { Vec::new() };
-            let doubt = conservative && step > BRACKET;
-            let negative_limit = if doubt { self.base.own } else { usize::MAX };
-            let aim = match target {
-                _ if self.options.rough => Aim::Rough,
-                ..1.0 => Aim::Passing,
-                _ => Aim::Result,
-            };
-            let start = Start { predicted, rest: Some(&self.last), negative_limit, aim, may_wander: step <= LONG };
-            let mut outcome = self.newton.solve(&mut self.system, start);
-            if let Err(Lost { iterations, factorizations, why: Why::Astray, .. }) = outcome
-                && self.system.own_first < WILD
-            {
-                // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
-                tally.iterations += iterations;
-                tally.factorizations += factorizations;
-                self.system.restore(&self.last);
-                self.system.straight = true;
-                outcome = self.newton.solve(&mut self.system, Start { predicted: false, rest: None, ..start });
-                self.system.straight = false;
-            }
-            if let (Err(lost), true) = (&outcome, retries > 0)
-                && !matches!(lost.why, Why::Unstable(_) | Why::Wandered)
-            {
-                // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
-                tally.iterations += lost.iterations;
-                tally.factorizations += lost.factorizations;
-                self.system.restore(&self.last);
-                self.system.set_plain(true);
-                outcome = self.newton.solve(&mut self.system, Start { predicted: false, rest: None, ..start });
-                self.system.set_plain(false);
-            }
-            let rough = match outcome {
-                Ok(mut found) => {
-                    tally.iterations += found.iterations - 1;
-                    tally.factorizations += found.factorizations;
-                    let missed = self.system.own_first;
-                    let foreseen = if predicted { foreseen } else { self.system.first_moves.clone() };
-                    let mut count = self.count(&found.inertia);
-                    let mut rose = count.own > self.base.own || count.lateral > self.base.lateral;
-                    if count.neutral && aim != Aim::Result {
-                        // The stiffness of a motion that needs no force is as small as the state is exact.
-                        let exact = Newton { increment: 1e-9, ..self.newton };
-                        if let Ok(better) = exact.solve(&mut self.system, Start::nearby()) {
-                            tally.factorizations += better.factorizations;
-                            count = self.count(&better.inertia);
-                            rose = count.own > self.base.own || count.lateral > self.base.lateral;
-                        }
-                    }
-                    let guarded = rose && self.guards(&count);
-                    let moved = self.system.distances(&self.last);
-                    // Each part of a network for itself: one that leaps may move less than another that does not.
-                    let doubtful = moved.iter().zip(&foreseen).any(|(moved, foreseen)| leapt(*moved, *foreseen));
-                    let flipped = !conservative && count.odd != self.base.odd;
-                    let rose = !conservative && count.own > self.base.own;
-                    if self.options.stop_unstable && (guarded || flipped) {
-                        self.system.restore(&self.last);
-                        return self.gave_up(record, fraction, &tally);
-                    }
-                    // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
-                    let limit = if predicted { WRONG } else { ALL_WRONG };
-                    let wrong = conservative && missed > limit && found.iterations >= MANY && !self.system.hangs();
-                    let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
-                    let far = (guarded || doubtful || flipped) && step > BRACKET;
-                    let mut torn = doubtful && found.iterations >= MANY;
-                    let mut passed = None;
-                    if flipped && !far && !torn {
-                        // A determinant that is zero nowhere on the way belongs to another path.
-                        passed = self.locate_changes(ramp, &count, [fraction, target], &mut tally);
-                        torn = passed.as_ref().is_some_and(Vec::is_empty);
-                    }
-                    if far || torn && step > SHORTEST {
-                        self.system.restore(&self.last);
-                        increment =
-                            if torn { (0.2 * step).max(0.9 * SHORTEST) } else { (0.4 * step).max(0.9 * BRACKET) };
-                        continue;
-                    }
-                    torn |= hard && step <= SHORTEST;
-                    if rose && step > BRACKET || hard && step > SHORTEST {
-                        let ratio = behind.then_some(step / last_increment);
-                        let again =
-                            (!rose || !hard).then(|| self.in_two_parts(ramp, [fraction, target], ratio, &mut tally));
-                        let Some(again) = again.flatten() else {
-                            self.system.restore(&self.last);
-                            increment = 0.5 * step;
-                            continue;
-                        };
-                        if rose
-                            && !self.system.hangs()
-                            && let Some(part) = self.passed_twice(ramp, [fraction, target], &mut tally)
-                        {
-                            self.system.restore(&self.last);
-                            increment = (part * step).max(0.9 * BRACKET);
-                            continue;
-                        }
-                        count = self.count(&again.inertia);
-                        found = Convergence { iterations: found.iterations, ..again };
-                    }
-                    if guarded || torn || doubtful && self.system.jumped(&self.last, behind.then_some(&self.before)) {
-                        let sideways = guarded && count.own <= self.base.own;
-                        self.rough_stop(target, sideways, behind)
-                    } else {
-                        if passed.is_none() {
-                            passed = self.locate_changes(ramp, &count, [fraction, target], &mut tally);
-                        }
-                        self.note_changes(record, &count, target, passed);
-                        self.base = count;
-                        last_rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
-                        if tally.accepted == 0 {
-                            first_rate = last_rate;
-                        }
+            let stride = march.stride(&self.options);
+            let foreseen = self.predict(ramp, &march, &stride);
+            let rough = match self.reach(&march, &stride, &mut tally) {
+                Ok(found) => match self.assess(ramp, &march, &stride, found, foreseen, &mut tally) {
+                    Judged::Accepted(mut reached) => {
+                        self.note_changes(record, &reached.count, stride.target, reached.passed.take());
+                        self.base = reached.count;
                         self.shift_states();
-                        behind = true;
-                        fraction = target;
-                        last_increment = step;
-                        retries = 0;
-                        overheld = None;
                         tally.accepted += 1;
+                        march.go_on(&stride, &reached, ramp.longest);
                         if is_step {
-                            self.accept(record, fraction, &found, &tally);
+                            self.accept(record, march.fraction, &reached.found, &tally);
                         }
-                        if !watch(fraction) && fraction < 1.0 {
-                            record.status = Status::Interrupted;
-                            self.settle(record, fraction, &tally);
-                            return false;
+                        if !watch(march.fraction) && march.fraction < 1.0 {
+                            return self.interrupted(record, march.fraction, &tally);
                         }
-                        if fraction >= 1.0 {
+                        if march.fraction >= 1.0 {
                             return self.arrived(record, &tally);
                         }
-                        increment = match found.iterations {
-                            // What extrapolation misses goes with the square of the increment.
-                            0..=6 if predicted => (FORESEEN / missed).sqrt().clamp(2.0, 4.0) * step,
-                            // What was not extrapolated says too little of how far one can go.
-                            0..=6 => 2.0 * step,
-                            7..=8 => step,
-                            _ => 0.6 * step,
-                        }
-                        .min(ramp.longest);
                         continue;
                     }
-                }
-                Err(mut lost) => {
-                    tally.iterations += lost.iterations;
-                    tally.factorizations += lost.factorizations;
+                    Judged::TooLong(increment) => {
+                        self.system.restore(&self.last);
+                        march.increment = increment;
+                        continue;
+                    }
+                    Judged::Unstable => {
+                        self.system.restore(&self.last);
+                        return self.gave_up(record, march.fraction, &tally);
+                    }
+                    Judged::Lost(rough) => rough,
+                },
+                Err(lost) => {
                     self.system.restore(&self.last);
-                    increment = 0.4 * step;
-                    if let Why::Overheld(_) = lost.why {
-                        overheld = Some(lost.why);
+                    match march.shorten(&stride, &lost, self.system.own_first) {
+                        Shorter::Nearer => continue,
+                        Shorter::Again if watch(march.fraction) => continue,
+                        Shorter::Again => return self.interrupted(record, march.fraction, &tally),
+                        Shorter::Never => {}
                     }
-                    if lost.why == Why::Astray && self.system.own_first > WILD {
-                        increment = increment.min(TAME / self.system.own_first * step);
-                    }
-                    if lost.why == Why::Wandered {
-                        increment = 0.5 * step;
-                        continue;
-                    }
-                    if let Why::Unstable(excess) = lost.why {
-                        // Past a limit point the extrapolation is unstable: go nearer before believing what comes; the
-                        // more of it is unstable, the farther away are stable loads.
-                        if !predicted {
-                            increment *= 0.4f64.powf(excess.min(9) as f64 / 4.0 - 0.25);
-                        }
-                        increment = increment.max(0.9 * BRACKET);
-                        continue;
-                    }
-                    retries += 1;
-                    if increment >= SHORTEST && retries <= 14 {
-                        if watch(fraction) {
-                            continue;
-                        }
-                        record.status = Status::Interrupted;
-                        self.settle(record, fraction, &tally);
-                        return false;
-                    }
-                    // What grew without end under more load does not settle under less, where forces are in balance.
-                    if lost.why == Why::Slow && lost.residual.largest() <= self.newton.residual {
-                        lost.why = overheld.unwrap_or(lost.why);
-                    }
-                    let fold = last_rate > FOLD * first_rate && tally.accepted > 1;
-                    self.rough_end(target, &lost, fold)
+                    let fold = march.nears_a_fold() && tally.accepted > 1;
+                    self.rough_end(stride.target, &march.reason(lost, self.newton.residual), fold)
                 }
             };
             if self.options.stop_unstable {
-                return self.gave_up(record, fraction, &tally);
+                return self.gave_up(record, march.fraction, &tally);
             }
-            match self.lose_stability(ramp, record, fraction, &course, rough, &mut tally) {
+            match self.lose_stability(ramp, record, march.fraction, &course, rough, &mut tally) {
                 After::Stop => return false,
                 After::GoOn { at, .. } if at >= 1.0 => return self.arrived(record, &tally),
-                After::GoOn { at, next, last } => {
-                    fraction = at;
-                    increment = next;
-                    last_increment = last.unwrap_or(0.0);
-                    behind = last.is_some();
-                    retries = 0;
-                }
+                After::GoOn { at, next, last } => march.begin_again(at, next, last),
             }
         }
+    }
+
+    /// Puts the system at the loads of a stride, on the extrapolation of the last two states where there are two; how far each
+    /// part of the network moves by that.
+    fn predict(&mut self, ramp: &Ramp, march: &March, stride: &Stride) -> Vec<Size> {
+        ramp.apply(&mut self.system, stride.target);
+        if !march.behind {
+            return Vec::new();
+        }
+        self.system.predict(&self.before, &self.last, stride.length / march.last_increment);
+        self.system.distances(&self.last)
+    }
+
+    /// Iterates to the equilibrium at the end of a stride; where that gets lost, again from the last state, more carefully.
+    fn reach(&mut self, march: &March, stride: &Stride, tally: &mut Tally) -> Result<Convergence, Lost> {
+        let doubt = march.conservative && stride.length > BRACKET;
+        let start = Start {
+            predicted: march.behind,
+            rest: Some(&self.last),
+            negative_limit: if doubt { self.base.own } else { usize::MAX },
+            aim: stride.aim,
+            may_wander: stride.length <= LONG,
+        };
+        let again = Start { predicted: false, rest: None, ..start };
+        let mut outcome = self.newton.solve(&mut self.system, start);
+        if let Err(lost) = &outcome
+            && lost.why == Why::Astray
+            && self.system.own_first < WILD
+        {
+            // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
+            tally.count(lost);
+            self.system.restore(&self.last);
+            self.system.straight = true;
+            outcome = self.newton.solve(&mut self.system, again);
+            self.system.straight = false;
+        }
+        if let Err(lost) = &outcome
+            && march.retries > 0
+            && !matches!(lost.why, Why::Unstable(_) | Why::Wandered)
+        {
+            // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
+            tally.count(lost);
+            self.system.restore(&self.last);
+            self.system.set_plain(true);
+            outcome = self.newton.solve(&mut self.system, again);
+            self.system.set_plain(false);
+        }
+        match &outcome {
+            Ok(found) => {
+                tally.iterations += found.iterations - 1;
+                tally.factorizations += found.factorizations;
+            }
+            Err(lost) => tally.count(lost),
+        }
+        outcome
+    }
+
+    /// Whether the equilibrium that a stride led to is the one that follows the last on its path.
+    fn assess(
+        &mut self,
+        ramp: &Ramp,
+        march: &March,
+        stride: &Stride,
+        mut found: Convergence,
+        foreseen: Vec<Size>,
+        tally: &mut Tally,
+    ) -> Judged {
+        let (step, predicted, conservative) = (stride.length, march.behind, march.conservative);
+        let ends = [march.fraction, stride.target];
+        let missed = self.system.own_first;
+        let foreseen = if predicted { foreseen } else { self.system.first_moves.clone() };
+        let mut count = self.count(&found.inertia);
+        if count.neutral && stride.aim != Aim::Result {
+            // The stiffness of a motion that needs no force is as small as the state is exact.
+            let exact = Newton { increment: 1e-9, ..self.newton };
+            if let Ok(better) = exact.solve(&mut self.system, Start::nearby()) {
+                tally.factorizations += better.factorizations;
+                count = self.count(&better.inertia);
+            }
+        }
+        let guarded = self.guards(&count);
+        let moved = self.system.distances(&self.last);
+        // Each part of a network for itself: one that leaps may move less than another that does not.
+        let doubtful = moved.iter().zip(&foreseen).any(|(moved, foreseen)| leapt(*moved, *foreseen));
+        let flipped = !conservative && count.odd != self.base.odd;
+        let rose = !conservative && count.own > self.base.own;
+        if self.options.stop_unstable && (guarded || flipped) {
+            return Judged::Unstable;
+        }
+        // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
+        let limit = if predicted { WRONG } else { ALL_WRONG };
+        let wrong = conservative && missed > limit && found.iterations >= MANY && !self.system.hangs();
+        let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
+        let far = (guarded || doubtful || flipped) && step > BRACKET;
+        let mut torn = doubtful && found.iterations >= MANY;
+        let mut passed = None;
+        if flipped && !far && !torn {
+            // A determinant that is zero nowhere on the way belongs to another path.
+            passed = self.locate_changes(ramp, &count, ends, tally);
+            torn = passed.as_ref().is_some_and(Vec::is_empty);
+        }
+        if torn && (far || step > SHORTEST) {
+            return Judged::TooLong((0.2 * step).max(0.9 * SHORTEST));
+        }
+        if far {
+            return Judged::TooLong((0.4 * step).max(0.9 * BRACKET));
+        }
+        torn |= hard && step <= SHORTEST;
+        if rose && step > BRACKET || hard && step > SHORTEST {
+            let ratio = march.behind.then_some(step / march.last_increment);
+            let again = if rose && hard { None } else { self.in_two_parts(ramp, ends, ratio, tally) };
+            let Some(again) = again else { return Judged::TooLong(0.5 * step) };
+            if rose
+                && !self.system.hangs()
+                && let Some(part) = self.passed_twice(ramp, ends, tally)
+            {
+                return Judged::TooLong((part * step).max(0.9 * BRACKET));
+            }
+            count = self.count(&again.inertia);
+            found = Convergence { iterations: found.iterations, ..again };
+        }
+        let before = march.behind.then_some(&self.before);
+        if guarded || torn || doubtful && self.system.jumped(&self.last, before) {
+            let sideways = guarded && count.own <= self.base.own;
+            return Judged::Lost(self.rough_stop(stride.target, sideways, march.behind));
+        }
+        if passed.is_none() {
+            passed = self.locate_changes(ramp, &count, ends, tally);
+        }
+        let rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
+        Judged::Accepted(Reached { found, count, passed, missed, rate })
     }
 
     /// Ends a step at the end of its ramp.
@@ -346,6 +322,13 @@ impl<const D: usize> Path<'_, D> {
         self.settle(record, 1.0, tally);
         record.status = Status::Converged;
         true
+    }
+
+    /// Ends a step where nobody wants to wait any longer.
+    fn interrupted(&mut self, record: &mut StepHistory, fraction: f64, tally: &Tally) -> bool {
+        record.status = Status::Interrupted;
+        self.settle(record, fraction, tally);
+        false
     }
 
     /// Ends a step at the last state, without a look at what is beyond.

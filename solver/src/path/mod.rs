@@ -26,6 +26,7 @@ mod follow;
 mod guide;
 mod held;
 mod jump;
+mod march;
 mod report;
 mod trace;
 mod verdict;
