@@ -5,6 +5,10 @@
 //! Times are medians on one thread, warm, unless another number of threads is given. "Solve" is from the structure to the
 //! equilibrium on the mesh that the accuracy asked for needs, without the estimate of the error; the error is the true
 //! one, against the references of `validation/`. The run of the process is that of the program beside this one.
+//!
+//! One and the same binary takes 12 ms on one day and 24 on another. So two pieces of work that have nothing to do with this
+//! library are timed before and after: a dense factorization that stays in the cache, and a sweep through memory that does
+//! not. Every time is also given as a multiple of the dense factorization, which is what comparisons between days are for.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -87,11 +91,23 @@ const CASES: [Case; 7] = [
 ];
 
 fn main() {
-    println!("| what | must | should | measured | of must | remark |");
-    println!("|---|---:|---:|---:|---:|---|");
+    let begin = Yardsticks::measure();
+    println!("| what | must | should | measured | of must | of a dense factorization | remark |");
+    println!("|---|---:|---:|---:|---:|---:|---|");
+    let row = |what: &str, targets: [f64; 2], measured: f64, write: fn(f64) -> String, remark: &str| {
+        row(what, targets, (measured, begin.dense), write, remark);
+    };
+    let mut warm = f64::NAN;
     for case in &CASES {
         let (seconds, remark) = case.measure();
         row(case.name, case.targets, seconds, time, &remark);
+        if case.name == FRESH {
+            warm = seconds;
+        }
+    }
+    if let Some([solve, estimate]) = fresh() {
+        let remark = format!("{FRESH}; with mesh and all, estimate {:.2} of it", estimate / solve);
+        row("the first of these in a fresh process", [1.15 * warm, warm], solve, time, &remark);
     }
     let (seconds, remark) = iteration(36);
     row("spiral, 36 cells: one Newton iteration", [1e-3, 0.4e-3], seconds, time, &remark);
@@ -108,11 +124,50 @@ fn main() {
     let (bytes, unknowns) = memory();
     let remark = format!("{unknowns} unknowns, one solve with its refined states");
     row("memory for 1,000,000 unknowns", [2e9, 1.2e9], bytes / unknowns as f64 * 1e6, size, &remark);
+    let end = Yardsticks::measure();
+    println!();
+    println!(
+        "Yardsticks, before and after: a dense Cholesky factorization of {DENSE} rows {} and {}, a sweep through {SWEPT} MiB {} and {}.",
+        time(begin.dense),
+        time(end.dense),
+        time(begin.sweep),
+        time(end.sweep)
+    );
 }
 
-fn row(what: &str, [must, should]: [f64; 2], measured: f64, write: fn(f64) -> String, remark: &str) {
+/// Rows of the dense factorization: 320 kB, which every second-level cache holds.
+const DENSE: usize = 200;
+/// MiB that the sweep reads and writes: more than caches hold.
+const SWEPT: usize = 256;
+
+/// What other work takes on this machine, at this minute, in seconds.
+struct Yardsticks {
+    dense: f64,
+    sweep: f64,
+}
+
+impl Yardsticks {
+    fn measure() -> Self {
+        let entry = |i: usize, j: usize| if i == j { DENSE as f64 } else { ((i * j) as f64).sin() };
+        let matrix = faer::Mat::from_fn(DENSE, DENSE, |i, j| entry(i.max(j), i.min(j)));
+        let dense = median(|| {
+            let factor = matrix.llt(faer::Side::Lower).expect("a positive definite matrix");
+            std::hint::black_box(&factor);
+        });
+        let mut numbers = vec![1.0f64; SWEPT << 17];
+        let sweep = median(|| {
+            numbers.iter_mut().for_each(|x| *x = 0.5 * *x + 1.0);
+            std::hint::black_box(&numbers);
+        });
+        Self { dense, sweep }
+    }
+}
+
+fn row(what: &str, [must, should]: [f64; 2], (measured, dense): (f64, f64), write: fn(f64) -> String, remark: &str) {
+    // A size is no multiple of a time.
+    let multiple = if what.starts_with("memory") { String::new() } else { format!("{:.2}", measured / dense) };
     let (of, must, should, measured) = (measured / must, write(must), write(should), write(measured));
-    println!("| {what} | {must} | {should} | {measured} | {of:.2} | {remark} |");
+    println!("| {what} | {must} | {should} | {measured} | {of:.2} | {multiple} | {remark} |");
 }
 
 fn time(seconds: f64) -> String {
@@ -266,18 +321,43 @@ fn designs() -> (f64, f64, usize) {
     (one, two, failed)
 }
 
+/// The program that was built beside this one.
+fn program() -> Option<PathBuf> {
+    let here = std::env::current_exe().ok()?;
+    Some(here.parent()?.parent()?.join("pennate")).filter(|program| program.exists())
+}
+
+/// The case that a fresh process solves too.
+const FRESH: &str = "P6-36 at 1e-4";
+
+/// Median seconds that a fresh process takes to solve [`FRESH`], and for its estimate.
+fn fresh() -> Option<[f64; 2]> {
+    let (program, case) = (program()?, CASES.iter().find(|case| case.name == FRESH)?);
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..15 {
+        let mut command = Command::new(&program);
+        let accuracy = case.accuracy.to_string();
+        let output = command.arg("solve").arg(validation(case.file)).args(["--json", "--accuracy", &accuracy]).output().ok()?;
+        let document: Value = serde_json::from_slice(&output.stdout).ok()?;
+        for (times, key) in times.iter_mut().zip(["solve_s", "estimate_s"]) {
+            times.push(document.pointer(&format!("/timing/{key}"))?.as_f64()?);
+        }
+    }
+    Some(times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    }))
+}
+
 /// Median time of the program from start to finish.
 fn process() -> Option<f64> {
-    let here = std::env::current_exe().ok()?;
-    let program = here.parent()?.parent()?.join("pennate");
+    let program = program()?;
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/networks/dyad.toml");
-    program.exists().then(|| {
-        median(|| {
-            let mut command = Command::new(&program);
-            let status = command.arg("solve").arg(&file).stdout(Stdio::null()).stderr(Stdio::null()).status();
-            assert!(status.is_ok_and(|status| status.success()), "the program solves the dyad");
-        })
-    })
+    Some(median(|| {
+        let mut command = Command::new(&program);
+        let status = command.arg("solve").arg(&file).stdout(Stdio::null()).stderr(Stdio::null()).status();
+        assert!(status.is_ok_and(|status| status.success()), "the program solves the dyad");
+    }))
 }
 
 /// Peak memory of a solve of about a million unknowns, and their number.

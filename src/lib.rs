@@ -8,6 +8,7 @@ pub mod fit;
 #[cfg(test)]
 mod fixture;
 pub mod flow;
+pub mod memory;
 pub mod output;
 pub mod problems;
 pub mod progress;
