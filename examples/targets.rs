@@ -337,7 +337,8 @@ fn fresh() -> Option<[f64; 2]> {
     for _ in 0..15 {
         let mut command = Command::new(&program);
         let accuracy = case.accuracy.to_string();
-        let output = command.arg("solve").arg(validation(case.file)).args(["--json", "--accuracy", &accuracy]).output().ok()?;
+        let output =
+            command.arg("solve").arg(validation(case.file)).args(["--json", "--accuracy", &accuracy]).output().ok()?;
         let document: Value = serde_json::from_slice(&output.stdout).ok()?;
         for (times, key) in times.iter_mut().zip(["solve_s", "estimate_s"]) {
             times.push(document.pointer(&format!("/timing/{key}"))?.as_f64()?);
