@@ -19,12 +19,14 @@ from ._errors import (
     Motion,
     NetworkError,
     SolveError,
+    WorkerError,
 )
 from ._network import Check, Network, load, loads, scene, scenes, schema
 from ._optimize import Outcome, Study, StudyError, optimize
 from ._problem import Live, Lives, Problem, Reason
 from ._solution import History, Member, Node, Solution, Step
 from ._spectra import Buckling, Modes
+from ._sweep import sweep
 
 __all__ = [
     "Buckling",
@@ -51,6 +53,7 @@ __all__ = [
     "Step",
     "Study",
     "StudyError",
+    "WorkerError",
     "__version__",
     "load",
     "loads",
@@ -58,6 +61,7 @@ __all__ = [
     "scene",
     "scenes",
     "schema",
+    "sweep",
 ]
 
 # Nothing is printed unless asked: logging would print warnings by itself.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+    import xarray
 
     from ._solution import Solution
 
@@ -106,6 +107,20 @@ class SolveError(Error, RuntimeError):
         super().__init__(text, errors or [], solution)
         self.errors = errors or []
         self.solution = solution
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class WorkerError(Error, RuntimeError):
+    """Workers of an executor gave no answer to some designs, though these were sent more than once."""
+
+    table: xarray.Dataset | None
+    """What was answered, where a sweep had a table."""
+
+    def __init__(self, text: str, table: xarray.Dataset | None = None) -> None:
+        super().__init__(text, table)
+        self.table = table
 
     def __str__(self) -> str:
         return str(self.args[0])

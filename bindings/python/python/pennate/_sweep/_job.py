@@ -1,0 +1,243 @@
+"""What workers do: designs in, answers out, with the network kept from one chunk to the next.
+
+A chunk is sent as its numbers and the hash of its job. A worker that does not have that job says so, and is sent it once; it then
+keeps what was read and compiled. Nothing here depends on where a worker runs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import os
+import pickle
+import socket
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._errors import Error
+from .._network import Network
+from .._problem import Problem
+from ._alone import Row, solved_alone
+
+Array = npt.NDArray[np.float64]
+
+# Designs that the lanes of a processor take side by side: what is solved in company keeps its company.
+TOGETHER = 8
+# A row that no worker could answer, though the network itself is fine.
+FAILED = "failed"
+# Kinds of reasons that say that the values make no network.
+WRONG = ("refused", "mechanism", "other_topology", "not_finite")
+# Jobs that a process keeps: those of runs that go on at a time.
+KEPT = 8
+# A worker that fails answers slower than one that works, in seconds, or it would get all that is to be done.
+PAUSE = (0.0, 0.5, 1.0, 2.0, 4.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """What all chunks of a run have in common."""
+
+    network: Network
+    parameters: tuple[str, ...]
+    """Of the k columns of a chunk."""
+    probes: tuple[str, ...]
+    """The m answers, `probe@step` or `probe` at the end of the last step."""
+    accuracy: float
+    method: str
+    """`"solve"`: each design on a mesh of its own; `"problem"`: on a common one; `"gradient"`: that with derivatives."""
+    sample: tuple[tuple[float, ...], ...] = ()
+    """Designs that the common mesh has to serve."""
+
+    def problem(self, threads: int = 1) -> Problem:
+        """The compiled network."""
+        sample = np.array(self.sample, dtype=np.float64).reshape(len(self.sample), len(self.parameters))
+        return Problem(self.network, self.parameters, self.probes, self.accuracy, sample, threads)
+
+    def packed(self) -> tuple[str, bytes]:
+        """What is sent, and its hash."""
+        data = pickle.dumps((_core.__version__, self))
+        return hashlib.sha256(data).hexdigest(), data
+
+
+@dataclasses.dataclass(frozen=True)
+class Answers:
+    """What came of the designs of a chunk, in order."""
+
+    values: Array
+    """(n, m), not a number where there is none."""
+    slopes: Array | None
+    """(n, m, k), where derivatives were asked for."""
+    status: list[str]
+    """`"converged"`, or how a design ended."""
+    kinds: dict[int, str]
+    """The kind of the reason, of designs that have one from a problem."""
+    stable: npt.NDArray[np.int8]
+    """(n,), 1 stable, 0 unstable, -1 not known."""
+    error: Array
+    """(n,), estimated, relative to the largest value of its kind; not a number where it is not known."""
+    reasons: dict[int, str]
+    """Why a design has no answer, or not all of it."""
+    worker: str
+    seconds: float
+    """That the worker took for the chunk."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Missing:
+    """A worker that does not have the job yet."""
+
+    worker: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Failure:
+    """A worker that cannot do the job, and why."""
+
+    worker: str
+    reason: str
+
+
+class Stopped(Exception):
+    """Nobody waits for the answer any longer."""
+
+
+Solver = Callable[[Array, Callable[[], bool]], Answers]
+
+_solvers: dict[str, Solver] = {}
+_lock = threading.Lock()
+_failures = 0
+# Runs in this process that nobody waits for any longer.
+stopped: set[str] = set()
+
+
+def name() -> str:
+    """Of this worker, as messages have it."""
+    return f"{socket.gethostname()}, process {os.getpid()}"
+
+
+def answer(key: str, run: str, attempt: str, x: Array, packed: bytes | None) -> Answers | Missing | Failure:
+    """Answers a chunk: (n, k) numbers.
+
+    `attempt` makes each call another one for executors that keep the answers of equal calls.
+    """
+    global _failures
+    with _lock:
+        # One thread compiles, and the others of the process wait for it.
+        solver = _solvers.get(key)
+        if solver is None:
+            if packed is None:
+                return Missing(name())
+            try:
+                solver = _made(packed)
+            except Exception as error:
+                _failures += 1
+                time.sleep(PAUSE[min(_failures, len(PAUSE)) - 1])
+                return Failure(name(), _told(error))
+            while len(_solvers) >= KEPT:
+                _solvers.pop(next(iter(_solvers)))
+            _solvers[key] = solver
+    return solver(x, lambda: run in stopped)
+
+
+def _made(packed: bytes) -> Solver:
+    version, job = pickle.loads(packed)
+    if version != _core.__version__:
+        raise RuntimeError(f"it has version {_core.__version__} of pennate, not {version}")
+    return solver_of(job)
+
+
+def _told(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return text if isinstance(error, Error | RuntimeError) else f"{type(error).__name__}: {text}"
+
+
+def solver_of(job: Job) -> Solver:
+    """What answers chunks of a job in this process."""
+    if job.method == "solve":
+        return _Alone(job)
+    return _Together(job)
+
+
+class _Alone:
+    """Each design as `Network.solve` solves it."""
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+
+    def __call__(self, x: Array, is_stopped: Callable[[], bool]) -> Answers:
+        begin = time.perf_counter()
+        rows: list[Row] = []
+        for row in x.tolist():
+            if is_stopped():
+                raise Stopped
+            rows.append(solved_alone(self.job.network, self.job.parameters, row, self.job.probes, self.job.accuracy))
+        return Answers(
+            np.array([row.values for row in rows]).reshape(len(x), len(self.job.probes)),
+            None,
+            [row.status for row in rows],
+            {},
+            np.array([-1 if row.stable is None else int(row.stable) for row in rows], dtype=np.int8),
+            np.array([row.error for row in rows], dtype=np.float64),
+            {place: row.reason for place, row in enumerate(rows) if row.reason},
+            name(),
+            time.perf_counter() - begin,
+        )
+
+
+class _Together:
+    """Designs of one compiled network, eight side by side."""
+
+    def __init__(self, job: Job) -> None:
+        self.problem = job.problem()
+        self.gradient = job.method == "gradient"
+
+    def __call__(self, x: Array, is_stopped: Callable[[], bool]) -> Answers:
+        if is_stopped():
+            raise Stopped
+        begin = time.perf_counter()
+        y, slopes, found = self._answered(x)
+        kinds = {place: kind for place, (kind, _) in found.items()}
+        status = ["converged"] * len(x)
+        for place, kind in kinds.items():
+            status[place] = "wrong_input" if kind in WRONG else kind
+        return Answers(
+            y,
+            slopes,
+            status,
+            kinds,
+            np.full(len(x), -1, dtype=np.int8),
+            np.full(len(x), np.nan),
+            {place: text for place, (_, text) in found.items()},
+            name(),
+            time.perf_counter() - begin,
+        )
+
+    def _answered(self, x: Array) -> tuple[Array, Array | None, dict[int, tuple[str, str]]]:
+        try:
+            y, slopes = self._asked(x)
+            reasons = self.problem.reasons
+        except Exception as error:
+            if len(x) > TOGETHER:
+                return self._in_parts(x, TOGETHER)
+            if len(x) > 1:
+                return self._in_parts(x, 1)
+            # One design that the program breaks at: the others have their answers.
+            shape = (1, len(self.problem.probes))
+            slopes = np.full((*shape, x.shape[1]), np.nan) if self.gradient else None
+            return np.full(shape, np.nan), slopes, {0: (FAILED, _told(error))}
+        return y, slopes, {place: (why.kind, str(why)) for place, why in enumerate(reasons) if why is not None}
+
+    def _asked(self, x: Array) -> tuple[Array, Array | None]:
+        return self.problem.gradient(x) if self.gradient else (self.problem(x), None)
+
+    def _in_parts(self, x: Array, size: int) -> tuple[Array, Array | None, dict[int, tuple[str, str]]]:
+        parts = [(begin, self._answered(x[begin : begin + size])) for begin in range(0, len(x), size)]
+        slopes: Any = [part[1] for _, part in parts]
+        found = {begin + place: why for begin, part in parts for place, why in part[2].items()}
+        return np.concatenate([part[0] for _, part in parts]), np.concatenate(slopes) if self.gradient else None, found

@@ -1,0 +1,195 @@
+"""`sweep.csv` and `sweep.json`, as `pennate sweep` writes them: rows that are there are not solved again."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._network import Network
+from ._job import Answers
+from ._plan import Plan, digits
+
+STABLE = {1: "yes", 0: "no", -1: ""}
+KNOWN = {word: value for value, word in STABLE.items()}
+# Names of files that come with the program.
+LIBRARY = "library/"
+# Rows that are written, or put together, at a time.
+ROWS = 10_000
+
+
+class Rows:
+    """What is known of all designs, an array entry each."""
+
+    def __init__(self, plan: Plan, probes: int) -> None:
+        self.plan = plan
+        self.values = np.full((plan.count, probes), np.nan)
+        self.stable = np.full(plan.count, -1, dtype=np.int8)
+        self.error = np.full(plan.count, np.nan)
+        # Texts that many rows share are kept once.
+        self.status: npt.NDArray[np.object_] = np.full(plan.count, "", dtype=object)
+        self.reason: npt.NDArray[np.object_] = np.full(plan.count, "", dtype=object)
+        self.known = np.zeros(plan.count, dtype=bool)
+
+    def take(self, numbers: npt.NDArray[np.int64], found: Answers) -> None:
+        """Takes the answers of some designs."""
+        self.values[numbers], self.stable[numbers] = found.values, found.stable
+        # Two digits are more than an estimate has.
+        self.error[numbers] = [float(f"{error:.1e}") for error in found.error.tolist()]
+        self.status[numbers] = found.status
+        for place, reason in found.reasons.items():
+            self.reason[numbers[place]] = " ".join(reason.split())
+        self.known[numbers] = True
+
+    def records(self, begin: int, end: int) -> list[tuple[str, ...]]:
+        """Consecutive rows as they are written."""
+        part = slice(begin, end)
+        columns = [[_number(value) for value in column] for column in self.values[part].T.tolist()]
+        stable = [STABLE[value] for value in self.stable[part].tolist()]
+        error = [_estimate(value) for value in self.error[part].tolist()]
+        rest = (self.status[part].tolist(), stable, *columns, error, self.reason[part].tolist())
+        return [key + tuple(cells) for key, *cells in zip(self.plan.keys(begin, end), *rest)]
+
+
+def _number(value: float) -> str:
+    return "" if math.isnan(value) else digits(value)
+
+
+def _estimate(error: float) -> str:
+    if math.isnan(error):
+        return ""
+    mantissa, _, exponent = f"{error:.1e}".partition("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+class Table:
+    """The table of a sweep in a directory, which grows while the sweep runs."""
+
+    def __init__(self, directory: Path, head: list[str], manifest: dict[str, Any], rows: Rows) -> None:
+        self.path, self.manifest_path = directory / "sweep.csv", directory / "sweep.json"
+        self.head, self.manifest, self.rows = head, manifest, rows
+
+    def begin(self, overwrite: bool) -> None:
+        """Takes over what an earlier run left, and begins the table anew with that."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        why: str | None = "there is none"
+        if self.path.exists():
+            why = self._earlier()
+            if why and not overwrite:
+                raise FileExistsError(f"{self.path} is that of another sweep: {why}; give another directory, or overwrite=True")
+        if why:
+            self.rows.known[:] = False
+            _write(self.manifest_path, [json.dumps(self.manifest, indent=2)])
+        self._write_whole()
+
+    def add(self, numbers: npt.NDArray[np.int64]) -> None:
+        """Appends rows that were solved."""
+        with self.path.open("a", encoding="utf-8", newline="") as file:
+            # Numbers of a chunk are consecutive but for those that were known.
+            for run in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
+                file.write(_lines(self.rows.records(int(run[0]), int(run[-1]) + 1)))
+
+    def end(self) -> None:
+        """Writes the whole table in the order of the designs."""
+        self._write_whole()
+
+    def _write_whole(self) -> None:
+        def parts() -> Iterator[str]:
+            yield _lines([tuple(self.head)])
+            for begin in range(0, self.rows.plan.count, ROWS):
+                end = min(begin + ROWS, self.rows.plan.count)
+                known = self.rows.known[begin:end]
+                if known.any():
+                    records = self.rows.records(begin, end)
+                    yield _lines(record for record, is_known in zip(records, known.tolist()) if is_known)
+
+        _write(self.path, parts())
+
+    def _earlier(self) -> str | None:
+        """Reads the rows that there are; what is different, where they are those of another sweep."""
+        try:
+            known = json.loads(self.manifest_path.read_text(encoding="utf-8"))
+            # The muscles that come with the program are known by its version.
+            known["sources"] = [source for source in known["sources"] if not source[0].startswith(LIBRARY)]
+        except (OSError, ValueError, TypeError, KeyError):
+            return "there is no sweep.json that says what it belongs to"
+        if known["sources"] != self.manifest["sources"]:
+            return "its network or what was set in it was different"
+        if known.get("accuracy") != self.manifest["accuracy"]:
+            return "its accuracy was different"
+        if known != self.manifest:
+            return "another version of pennate wrote it"
+        with self.path.open(encoding="utf-8", newline="") as file:
+            # A run that was cut off may have left half a row at the end.
+            records = csv.reader(line for line in file if line.endswith("\n"))
+            if next(records, None) != self.head:
+                return "its columns are different"
+            beyond = sum(not self._read(record) for record in records)
+        if beyond:
+            return f"it holds {beyond} rows that this sweep does not ask for"
+        return None
+
+    def _read(self, record: list[str]) -> bool:
+        """Takes a row; whether the sweep asks for it. What is no row is left, to be solved again."""
+        rows, width = self.rows, len(self.rows.plan.heads)
+        if len(record) != len(self.head) or record[width + 1] not in KNOWN or record[width] == "interrupted":
+            return True
+        try:
+            values = [float(cell) if cell else np.nan for cell in record[width + 2 : -2]]
+            error = float(record[-2]) if record[-2] else np.nan
+        except ValueError:
+            return True
+        number = rows.plan.number(record[:width])
+        if number is None:
+            return False
+        rows.values[number], rows.error[number] = values, error
+        rows.status[number], rows.stable[number], rows.reason[number] = record[width], KNOWN[record[width + 1]], record[-1]
+        rows.known[number] = True
+        return True
+
+
+def head(plan: Plan, network: Network, probes: Iterable[str]) -> list[str]:
+    """Columns, with the units of probes."""
+    units = network.probes
+
+    def with_unit(probe: str) -> str:
+        unit = units[probe.partition("@")[0].strip()]
+        return f"{probe} ({unit})" if unit else probe
+
+    return [*plan.heads, "status", "stable", *(with_unit(probe) for probe in probes), "error", "reason"]
+
+
+def manifest(network: Network, accuracy: float, method: str) -> dict[str, Any]:
+    """What a table belongs to."""
+    text, name, _, settings, files = network._read.parts()
+    sources = [[name, text], *([os.fspath(path), text] for path, text in files)]
+    sources += [[f"--set {name}", value] for name, value in settings]
+    if method != "solve":
+        sources.append(["--method", method])
+    return {"format": "pennate-sweep/1", "version": _core.__version__, "accuracy": accuracy, "sources": sources}
+
+
+def _lines(records: Iterable[tuple[str, ...]]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(records)
+    return out.getvalue()
+
+
+def _write(path: Path, parts: Iterable[str]) -> None:
+    """Writes a file beside its place and moves it there once it is complete."""
+    beside = path.with_name(f".pennate-{os.getpid()}-{path.name}")
+    try:
+        with beside.open("w", encoding="utf-8", newline="") as file:
+            file.writelines(parts)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
