@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -24,9 +25,7 @@ def digits(value: float) -> str:
     text = repr(value)
     if text.endswith(".0"):
         return text[:-2]
-    if "e" in text:
-        return np.format_float_positional(value, trim="-")
-    return text
+    return format(decimal.Decimal(text), "f") if "e" in text else text
 
 
 class Plan:

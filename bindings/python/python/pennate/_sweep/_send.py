@@ -6,6 +6,7 @@ taken once, and what nobody can answer is told at the end.
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures
 import dataclasses
 import itertools
@@ -38,7 +39,7 @@ MOST_TRIES = 20
 WAIT, LONGEST_WAIT = 0.05, 5.0
 # How often a person who stops the run is looked for, in seconds.
 TICK = 0.5
-# Losses that are told one by one.
+# Kinds of losses that are told.
 TOLD = 20
 
 
@@ -70,8 +71,7 @@ class Sender:
     ) -> None:
         self.executor, self.retries, self.timeout = executor, retries, timeout
         self.key, self.packed = job.packed()
-        self.losses: list[str] = []
-        """What happened to chunks that had to be sent again, a sentence each."""
+        self._losses: collections.Counter[str] = collections.Counter()
         self.bytes_sent = 0
         """Numbers and jobs, without what the executor adds."""
         self.jobs_sent = 0
@@ -99,13 +99,18 @@ class Sender:
         packed = self.packed if with_job else None
         return self.executor.submit(_job.answer, self.key, run, f"{run}-{next(self._attempts)}", x, packed)
 
+    @property
+    def losses(self) -> list[str]:
+        """What happened to chunks that had to be sent again, a sentence for all with the same fate."""
+        fates = self._losses.most_common(TOLD)
+        told = [f"{count} chunk{' was' if count == 1 else 's were'} sent again: {what}" for what, count in fates]
+        return told + ["and others"] * (len(self._losses) > TOLD)
+
     def lost(self, number: int, what: str) -> None:
-        """Notes a loss."""
-        if len(self.losses) < TOLD:
-            self.losses.append(f"chunk {number + 1} was sent again: {what}")
-        elif len(self.losses) == TOLD:
-            self.losses.append("and more of them")
-        log.warning("chunk %d was sent again: %s", number + 1, what)
+        """Notes a loss; one of many with the same fate is no news."""
+        self._losses[what] += 1
+        level = logging.WARNING if self._losses[what] == 1 else logging.DEBUG
+        log.log(level, "chunk %d was sent again: %s", number + 1, what)
 
 
 class _Run:

@@ -9,7 +9,7 @@ import math
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +23,8 @@ STABLE = {1: "yes", 0: "no", -1: ""}
 KNOWN = {word: value for value, word in STABLE.items()}
 # Names of files that come with the program.
 LIBRARY = "library/"
-# Rows that are written, or put together, at a time.
-ROWS = 10_000
+# Bytes that are copied at a time.
+COPIED = 1 << 20
 
 
 class Rows:
@@ -50,18 +50,24 @@ class Rows:
             self.reason[numbers[place]] = " ".join(reason.split())
         self.known[numbers] = True
 
-    def records(self, begin: int, end: int) -> list[tuple[str, ...]]:
+    def lines(self, begin: int, end: int) -> list[str]:
         """Consecutive rows as they are written."""
         part = slice(begin, end)
-        columns = [[_number(value) for value in column] for column in self.values[part].T.tolist()]
+        columns = [_numbers(column) for column in self.values[part].T.tolist()]
         stable = [STABLE[value] for value in self.stable[part].tolist()]
         error = [_estimate(value) for value in self.error[part].tolist()]
-        rest = (self.status[part].tolist(), stable, *columns, error, self.reason[part].tolist())
-        return [key + tuple(cells) for key, *cells in zip(self.plan.keys(begin, end), *rest)]
+        reason = [_quoted(text) for text in self.reason[part].tolist()]
+        keys = list(zip(*self.plan.keys(begin, end)))
+        return list(map(",".join, zip(*keys, self.status[part].tolist(), stable, *columns, error, reason)))
 
 
-def _number(value: float) -> str:
-    return "" if math.isnan(value) else digits(value)
+def _numbers(values: list[float]) -> list[str]:
+    """Numbers as `digits` writes them; nothing where there is none. All at once is three times as fast."""
+    texts = repr(values)[1:-1].split(", ")
+    return [
+        text if text[-2:] != ".0" and "e" not in text and text != "nan" else "" if math.isnan(value) else digits(value)
+        for text, value in zip(texts, values)
+    ]
 
 
 def _estimate(error: float) -> str:
@@ -71,12 +77,18 @@ def _estimate(error: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if "," in text or '"' in text else text
+
+
 class Table:
     """The table of a sweep in a directory, which grows while the sweep runs."""
 
     def __init__(self, directory: Path, head: list[str], manifest: dict[str, Any], rows: Rows) -> None:
         self.path, self.manifest_path = directory / "sweep.csv", directory / "sweep.json"
         self.head, self.manifest, self.rows = head, manifest, rows
+        # Where the row of each design is in the file, so that no row is put together twice.
+        self.begins, self.ends = np.zeros(rows.plan.count, dtype=np.int64), np.zeros(rows.plan.count, dtype=np.int64)
 
     def begin(self, overwrite: bool) -> None:
         """Takes over what an earlier run left, and begins the table anew with that."""
@@ -88,31 +100,46 @@ class Table:
                 raise FileExistsError(f"{self.path} is that of another sweep: {why}; give another directory, or overwrite=True")
         if why:
             self.rows.known[:] = False
-            _write(self.manifest_path, [json.dumps(self.manifest, indent=2)])
+            _write(self.manifest_path, [json.dumps(self.manifest, indent=2).encode()])
         self._write_whole()
 
     def add(self, numbers: npt.NDArray[np.int64]) -> None:
         """Appends rows that were solved."""
-        with self.path.open("a", encoding="utf-8", newline="") as file:
+        with self.path.open("ab") as file:
             # Numbers of a chunk are consecutive but for those that were known.
             for run in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
-                file.write(_lines(self.rows.records(int(run[0]), int(run[-1]) + 1)))
+                lines = [f"{line}\n".encode() for line in self.rows.lines(int(run[0]), int(run[-1]) + 1)]
+                self.ends[run] = file.tell() + np.cumsum([len(line) for line in lines])
+                self.begins[run] = self.ends[run] - [len(line) for line in lines]
+                file.write(b"".join(lines))
 
     def end(self) -> None:
         """Writes the whole table in the order of the designs."""
         self._write_whole()
 
     def _write_whole(self) -> None:
-        def parts() -> Iterator[str]:
-            yield _lines([tuple(self.head)])
-            for begin in range(0, self.rows.plan.count, ROWS):
-                end = min(begin + ROWS, self.rows.plan.count)
-                known = self.rows.known[begin:end]
-                if known.any():
-                    records = self.rows.records(begin, end)
-                    yield _lines(record for record, is_known in zip(records, known.tolist()) if is_known)
+        """The head, and the rows that are known, in order."""
+        known = np.flatnonzero(self.rows.known)
+        begins, ends = self.begins[known], self.ends[known]
+        # Neighbours that follow each other in the file are copied together.
+        apart = np.flatnonzero(begins[1:] != ends[:-1])
+        firsts, lasts = begins[np.r_[0, apart + 1]] if len(known) else begins, ends[np.r_[apart, -1]] if len(known) else ends
 
+        def parts() -> Iterator[bytes]:
+            yield top
+            if len(known):
+                with self.path.open("rb") as file:
+                    for first, last in zip(firsts.tolist(), lasts.tolist()):
+                        file.seek(first)
+                        for place in range(first, last, COPIED):
+                            yield file.read(min(COPIED, last - place))
+
+        out = io.StringIO()
+        csv.writer(out, lineterminator="\n").writerow(self.head)
+        top = out.getvalue().encode()
         _write(self.path, parts())
+        self.ends[known] = len(top) + np.cumsum(ends - begins)
+        self.begins[known] = self.ends[known] - (ends - begins)
 
     def _earlier(self) -> str | None:
         """Reads the rows that there are; what is different, where they are those of another sweep."""
@@ -128,18 +155,22 @@ class Table:
             return "its accuracy was different"
         if known != self.manifest:
             return "another version of pennate wrote it"
-        with self.path.open(encoding="utf-8", newline="") as file:
-            # A run that was cut off may have left half a row at the end.
-            records = csv.reader(line for line in file if line.endswith("\n"))
+        beyond = 0
+        with self.path.open("rb") as file:
+            lines = _Lines(file)
+            records = csv.reader(lines)
             if next(records, None) != self.head:
                 return "its columns are different"
-            beyond = sum(not self._read(record) for record in records)
+            begin = lines.place
+            for record in records:
+                beyond += not self._read(record, begin, lines.place)
+                begin = lines.place
         if beyond:
-            return f"it holds {beyond} rows that this sweep does not ask for"
+            return f"it holds {beyond} row{'s' * (beyond > 1)} that this sweep does not ask for"
         return None
 
-    def _read(self, record: list[str]) -> bool:
-        """Takes a row; whether the sweep asks for it. What is no row is left, to be solved again."""
+    def _read(self, record: list[str], begin: int, end: int) -> bool:
+        """Takes a row from its place in the file; whether the sweep asks for it. What is no row is left, to be solved again."""
         rows, width = self.rows, len(self.rows.plan.heads)
         if len(record) != len(self.head) or record[width + 1] not in KNOWN or record[width] == "interrupted":
             return True
@@ -153,8 +184,21 @@ class Table:
             return False
         rows.values[number], rows.error[number] = values, error
         rows.status[number], rows.stable[number], rows.reason[number] = record[width], KNOWN[record[width + 1]], record[-1]
-        rows.known[number] = True
+        rows.known[number], self.begins[number], self.ends[number] = True, begin, end
         return True
+
+
+class _Lines:
+    """Whole lines of a file, and how far it was read: a run that was cut off may have left half a row at the end."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file, self.place = file, 0
+
+    def __iter__(self) -> Iterator[str]:
+        for line in self.file:
+            if line.endswith(b"\n"):
+                self.place += len(line)
+                yield line.decode()
 
 
 def head(plan: Plan, network: Network, probes: Iterable[str]) -> list[str]:
@@ -178,17 +222,11 @@ def manifest(network: Network, accuracy: float, method: str) -> dict[str, Any]:
     return {"format": "pennate-sweep/1", "version": _core.__version__, "accuracy": accuracy, "sources": sources}
 
 
-def _lines(records: Iterable[tuple[str, ...]]) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(records)
-    return out.getvalue()
-
-
-def _write(path: Path, parts: Iterable[str]) -> None:
+def _write(path: Path, parts: Iterable[bytes]) -> None:
     """Writes a file beside its place and moves it there once it is complete."""
     beside = path.with_name(f".pennate-{os.getpid()}-{path.name}")
     try:
-        with beside.open("w", encoding="utf-8", newline="") as file:
+        with beside.open("wb") as file:
             file.writelines(parts)
         beside.replace(path)
     finally:
