@@ -137,6 +137,7 @@ class _Run:
             number = self.out.pop(future, None)
             # Of two answers of a chunk the first is taken; one that counted as lost may still come.
             if number is None or number not in self.open:
+                log.debug("an answer that had come already is left")
                 continue
             found = self._taken(future, number)
             if found is not None:
