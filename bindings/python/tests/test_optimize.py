@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,14 @@ def test_designs_are_the_same_bytes_for_any_number_of_threads_and_after_any_inte
         assert (folder / "two" / "designs.csv").read_bytes() == whole
         assert outcome.solved > 0
     assert pennate.optimize(path, folder / "two").solved == 0
+
+
+def test_an_executor_gives_the_same_bytes(folder: Path) -> None:
+    path = study(folder, TARGET)
+    pennate.optimize(path, folder / "one", threads=1)
+    with concurrent.futures.ThreadPoolExecutor(2) as executor:
+        pennate.optimize(path, folder / "two", executor=executor)
+    assert (folder / "two" / "designs.csv").read_bytes() == (folder / "one" / "designs.csv").read_bytes()
 
 
 def test_front_has_no_design_that_another_one_beats(folder: Path) -> None:

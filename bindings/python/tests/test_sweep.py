@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import os
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -354,3 +355,34 @@ def test_another_version_on_a_worker_is_said(dyad: pennate.Network, monkeypatch:
 def test_slips_are_refused(dyad: pennate.Network, values: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         pennate.sweep(dyad, **values)
+
+
+def test_a_problem_on_an_executor_gives_the_same_bits(dyad: pennate.Network) -> None:
+    problem = dyad.problem(["beta", "pressure"], ["stroke@inflate", "holding"])
+    x = np.stack([np.linspace(15, 30, 75), np.linspace(15, 26, 75)], axis=1)
+    y, (same, slopes) = problem(x), problem.gradient(x)
+    with concurrent.futures.ProcessPoolExecutor(2) as pool:
+        for executor, chunk in ((Executor(), None), (Executor(raising(OSError("lost"), 1)), 16), (pool, 24)):
+            spread = problem.on(executor, chunk=chunk)
+            np.testing.assert_array_equal(spread(x), y)
+            reasons = spread.reasons
+            found = spread.gradient(x)
+            np.testing.assert_array_equal(found[0], same)
+            np.testing.assert_array_equal(found[1], slopes)
+    problem(x)
+    assert reasons == problem.reasons and isinstance(reasons[-1], pennate.Reason) and reasons[-1].kind == "refused"
+    assert repr(spread).endswith("holding, on ProcessPoolExecutor>")
+    np.testing.assert_array_equal(spread(x[3]), y[3])
+    again = pickle.loads(pickle.dumps(spread))
+    assert type(again) is pennate.Problem and again.probes == spread.probes
+    with pytest.raises(ValueError, match="2 parameters"):
+        spread(np.zeros((3, 3)))
+
+
+def test_a_network_goes_once_to_a_worker_that_is_called_many_times(dyad: pennate.Network) -> None:
+    executor = Executor()
+    spread = dyad.problem(["beta"], ["holding"]).on(executor)
+    for _ in range(6):
+        spread(np.linspace(20, 30, 64)[:, None])
+    carries = [arguments[4] is not None for arguments in executor.arguments]
+    assert len(carries) == 48 and carries[:8] == [True] * 8 and sum(carries) == 8

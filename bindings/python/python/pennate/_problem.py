@@ -14,6 +14,8 @@ from ._errors import SolveError
 from ._solution import _place
 
 if TYPE_CHECKING:
+    import concurrent.futures
+
     from ._network import Network
 
 Array = npt.NDArray[np.float64]
@@ -126,6 +128,29 @@ class Problem:
         for index, kind, text in getattr(self._last, "found", []):
             found[index] = Reason(text, kind)
         return found
+
+    def on(
+        self,
+        executor: concurrent.futures.Executor,
+        *,
+        chunk: int | None = None,
+        retries: int = 3,
+        timeout: float | None = None,
+    ) -> Problem:
+        """The same problem, whose designs the workers of an executor solve: the same answers, bit for bit.
+
+        Args:
+            executor: Any of `concurrent.futures`, such as `dask.distributed.Client.get_executor()`. Each worker gets the
+                network once, and compiles it.
+            chunk: Designs that are sent at a time, rounded up to a multiple of eight; a part of each call by default.
+            retries: So many times a chunk is sent again whose worker was lost.
+            timeout: Seconds without any answer after which all chunks that are out are sent again.
+
+        Calls raise `WorkerError` where nobody answers. Live states, and single designs, stay in this process.
+        """
+        from ._sweep._spread import Spread
+
+        return Spread(self, executor, chunk, retries, timeout)
 
     def live(self, count: int | None = None) -> Live | Lives:
         """An equilibrium at the values of the file, to be followed from there; with a number, so many side by side.

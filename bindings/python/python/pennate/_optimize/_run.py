@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import dataclasses
 import os
 from collections.abc import Callable, Mapping
@@ -40,13 +41,16 @@ class Evaluator:
     batch keeps its company.
     """
 
-    def __init__(self, study: Study, table: Table, threads: int | None, budget: float) -> None:
+    def __init__(
+        self, study: Study, table: Table, threads: int | None, budget: float, executor: concurrent.futures.Executor | None = None
+    ) -> None:
         self.study, self.table, self.budget = study, table, budget
         self.low = np.array([each.low for each in study.variables])
         self.span = np.array([each.high - each.low for each in study.variables])
         names = [each.name for each in study.variables]
         probes = list(study.probes) or None
-        self.problem = study.network.problem(names, probes, accuracy=study.accuracy, threads=threads)
+        problem = study.network.problem(names, probes, accuracy=study.accuracy, threads=threads)
+        self.problem = problem if executor is None else problem.on(executor)
         self.batch = 0
         self.solved = 0
         self.asked = 0
@@ -146,6 +150,7 @@ def optimize(
     settings: Mapping[str, float] | None = None,
     seed: int | None = None,
     threads: int | None = None,
+    executor: concurrent.futures.Executor | None = None,
     budget: float = float("inf"),
     progress: Callable[[dict[str, float]], object] | None = None,
 ) -> Outcome:
@@ -157,17 +162,19 @@ def optimize(
         settings: Parameters of the network that take other values, before the variables.
         seed: In place of that of the study.
         threads: One for each core by default; the files are the same with any number.
+        executor: Whose workers solve the designs, as in `sweep`; the files are the same with any.
         budget: Designs to solve at most, those of earlier runs among them.
         progress: Called after each batch.
 
     Raises:
         StudyError: The study is wrong, or the directory belongs to another one.
         NetworkError: The network is wrong.
+        WorkerError: Designs that no worker of the executor answered; the same call goes on.
     """
     found = study if isinstance(study, Study) else read(study, settings, seed)
     directory = Path(output)
     table = Table(found, directory)
-    evaluator = Evaluator(found, table, threads, budget)
+    evaluator = Evaluator(found, table, threads, budget, executor)
     _search.METHODS[found.method](evaluator, progress or (lambda _: None))
     # Rows of a later batch are those of a longer search.
     best = _search.front(found, [design for design in table.order if design.batch < evaluator.batch])

@@ -75,6 +75,8 @@ class Sender:
         self.bytes_sent = 0
         """Numbers and jobs, without what the executor adds."""
         self.jobs_sent = 0
+        self.sent = self.answered = 0
+        """Chunks so far, of all runs."""
         self._attempts = itertools.count()
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[tuple[int, Answers]]:
@@ -88,9 +90,10 @@ class Sender:
         try:
             yield from state.answers()
         finally:
-            # In this process chunks that have begun hear of it; others finish in vain.
-            _job.stopped.add(run)
-            state.cancel()
+            if state.out:
+                # In this process chunks that have begun hear of it; others finish in vain.
+                _job.stopped.add(run)
+                state.cancel()
 
     def submit(self, run: str, x: Array, with_job: bool) -> concurrent.futures.Future[Heard]:
         """Sends a chunk."""
@@ -123,7 +126,7 @@ class _Run:
         self.later: list[tuple[float, int]] = []
         self.given_up: dict[int, _Open] = {}
         self.arrived: queue.SimpleQueue[concurrent.futures.Future[Heard]] = queue.SimpleQueue()
-        self.answered = self.sent = 0
+        self.answered = 0
         self.heard = time.monotonic()
 
     def answers(self) -> Iterator[tuple[int, Answers]]:
@@ -143,6 +146,7 @@ class _Run:
             if found is not None:
                 del self.open[number]
                 self.answered += 1
+                self.sender.answered += 1
                 self.heard = time.monotonic()
                 yield number, found
         if self.given_up:
@@ -156,13 +160,13 @@ class _Run:
         for number in due:
             if number in self.open:
                 self._send(number, False)
-        while len(self.open) < min(FIRST + self.answered, AHEAD):
+        while len(self.open) < min(FIRST + self.sender.answered, AHEAD):
             chunk = next(self.source, None)
             if chunk is None:
                 break
             number, x = chunk
             self.open[number] = _Open(x)
-            self._send(number, self.sent < FIRST)
+            self._send(number, self.sender.sent < FIRST)
 
     def _send(self, number: int, with_job: bool) -> None:
         try:
@@ -173,7 +177,7 @@ class _Run:
                 raise WorkerError(f"the executor takes no more work: {_said(error)}") from error
             self._failed(number, _said(error))
             return
-        self.sent += 1
+        self.sender.sent += 1
         self.out[future] = number
         future.add_done_callback(self.arrived.put)
 

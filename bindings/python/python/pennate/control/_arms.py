@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
+    import concurrent.futures
+
     from pennate import Live, Network
 
 Array = npt.NDArray[np.float64]
@@ -47,17 +49,20 @@ class Solved:
         *,
         accuracy: float = 1e-6,
         threads: int | None = None,
+        executor: concurrent.futures.Executor | None = None,
     ) -> None:
         """
         Args:
             network: With the parameters of `inputs`; its other parameters stay as they are.
             inputs: Each parameter that is an input, with its least and greatest value.
             tip: Three probes, the coordinates of the tip.
+            executor: Whose workers solve where many states are asked for at once, as in `pennate.sweep`.
         """
         self.names, self.lower, self.upper = _limits(inputs)
         probes = _three(tip)
         self.network = network
-        self.problem = network.problem(parameters=self.names, probes=probes, accuracy=accuracy, threads=threads)
+        problem = network.problem(parameters=self.names, probes=probes, accuracy=accuracy, threads=threads)
+        self.problem = problem if executor is None else problem.on(executor)
         self.differences = 0
         """States whose derivatives were differences, as the problem had none."""
 
