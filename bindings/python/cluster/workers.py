@@ -23,7 +23,7 @@ FEWER = {"beta": np.linspace(22, 32, 50), "L": np.linspace(110, 150, 40)}
 def local(workers: int) -> Iterator[distributed.Client]:
     """A cluster of processes with one thread each."""
     cluster = distributed.LocalCluster(
-        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=logging.CRITICAL
+        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=logging.CRITICAL
     )
     with cluster, distributed.Client(cluster) as client:
         yield client

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A sweep, and a map of it
 #
-# How far a dyad moves and how much it holds depends on the angle of its muscles and on their pressure. A problem answers
-# for a grid of both at once; xarray keeps the answers with their coordinates.
+# How far a dyad moves and how much it holds depends on the angle of its muscles and on their pressure. A sweep solves all
+# combinations of some angles and some pressures; xarray keeps the answers with their coordinates.
 
 # %%
 import matplotlib
@@ -10,40 +10,42 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plots
 import numpy as np
-import xarray
 
 import pennate
 
 network = pennate.scene("dyad")
 print(network)
 
-# %% [markdown]
-# The problem is compiled once: its mesh also has to serve the corners of the grid.
-
 # %%
-angles, pressures = np.linspace(14, 40, 27), np.linspace(12, 20, 17)
-grid = np.stack(np.meshgrid(angles, pressures, indexing="ij"), axis=-1).reshape(-1, 2)
-corners = [[angles[a], pressures[p]] for a in (0, -1) for p in (0, -1)]
-problem = network.problem(["chi", "pressure"], accuracy=1e-6, sample=corners)
-print(problem, "errors", dict(zip(problem.probes, problem.error)))
-
-# %%
-y = problem(grid)
-silent = [reason for reason in problem.reasons if reason is not None]
-print(f"{len(grid)} designs, {len(silent)} without an answer", *set(silent), sep="\n  ")
-
-table = xarray.Dataset(
-    {name: (("angle", "pressure"), y[:, column].reshape(27, 17)) for column, name in enumerate(problem.probes)},
-    coords={"angle": ("angle", angles, {"units": "deg"}), "pressure": ("pressure", pressures, {"units": "psi"})},
-    attrs={"title": network.title, "accuracy": problem.accuracy},
-)
+table = pennate.sweep(network, chi=np.linspace(14, 40, 27), pressure=np.linspace(12, 28, 17))
 print(table)
 
+# %% [markdown]
+# Every design has its own estimated error, a verdict on its stability, and, where there is no answer, a reason: here the
+# table of the muscle ends at 25 psi.
+
 # %%
-first, second = list(table.data_vars)[:2]
+solved = table.status == "converged"
+print(f"{int(solved.sum())} of {solved.size} converged, {int((table.stable == 1).sum())} are stable, largest error {float(table.error.max()):.1e}")
+print("at 27 psi:", table.reason.sel(chi=20, pressure=27).item())
+
+# %% [markdown]
+# Coordinates are names, not numbers of columns: the angle that moves farthest at 15 psi, and what is between two grid lines.
+
+# %%
+at_15 = table.sel(pressure=15)
+best = at_15.stroke.idxmax().item()
+print(f"at 15 psi {best:g} degrees move farthest, by {at_15.stroke.max().item():.2f} mm")
+print(f"at 21.3 degrees and 15.5 psi: {table.stroke.interp(chi=21.3, pressure=15.5).item():.2f} mm")
+
+# %% [markdown]
+# The map leaves white what has no answer.
+
+# %%
 figure, axes = plots.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-for place, name in zip(axes, (first, second)):
-    drawn = place.contourf(table.angle, table.pressure, table[name].T, 12)
+for place, name in zip(axes, network.probes):
+    probe = table[name]
+    drawn = place.contourf(table.chi, table.pressure, probe.T, 12)
     figure.colorbar(drawn, ax=place)
-    place.set(xlabel="angle, deg", ylabel="pressure, psi", title=f"{name}, {network.probes[name.split('@')[0]]}")
+    place.set(xlabel="angle, deg", ylabel="pressure, psi", title=f"{name}, {probe.units}")
 figure.savefig("sweep.png", dpi=120)
