@@ -1,4 +1,4 @@
-"""The program: the same arguments as the Rust program, and two more: `plot` draws, `optimize` looks for designs."""
+"""The program: the same arguments as the Rust program, and more: `plot` draws, `report` writes a page, `optimize` looks for designs."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ MORE = """
 With this package also:
   optimize  Look for designs: pennate optimize STUDY.toml -o DIR
   plot      Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)
+  report    Write one page to send to a colleague: pennate report FILE -o report.html
 """
 
 
@@ -22,6 +23,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from .pictures.__main__ import main as plot
 
         return plot(arguments[1:])
+    if arguments[:1] == ["report"]:
+        from ._report.__main__ import main as report
+
+        return report(arguments[1:])
     if arguments[:1] == ["optimize"]:
         from ._optimize.__main__ import main as search
 

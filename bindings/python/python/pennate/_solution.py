@@ -364,6 +364,12 @@ class Solution:
 
         animate(self, output, **options)
 
+    def report(self, output: str | os.PathLike[str]) -> None:
+        """Writes one page, `.html`, that needs nothing else: a picture that turns, results with errors, curves, messages."""
+        from ._report import write
+
+        write(self, output)
+
     # Python's own.
 
     def __repr__(self) -> str:

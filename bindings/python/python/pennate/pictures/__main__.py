@@ -8,6 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from .._settings import setting
+
 EXAMPLES = """examples:
   pennate plot dyad.toml -o dyad.png
   pennate plot dyad.toml --set beta=30 --steps inflate --field curvature -o bent.png
@@ -78,14 +80,6 @@ def solve(parsed: argparse.Namespace) -> Any:
     for finding in (*solution.warnings, *solution.failures):
         print(finding, file=sys.stderr)
     return solution
-
-
-def setting(text: str) -> tuple[str, str]:
-    """NAME=VALUE."""
-    name, equals, value = text.partition("=")
-    if not (equals and name.strip() and value.strip()):
-        raise argparse.ArgumentTypeError("NAME=VALUE expected, such as beta=30")
-    return name.strip(), value.strip()
 
 
 def parser() -> argparse.ArgumentParser:

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.ticker import MaxNLocator
 
+from .._look import fields as _stops
 from .results import Array, PictureError, Run, Shape, State
 
 Colour = tuple[float, float, float]
@@ -70,10 +71,8 @@ DARK = Theme(
 
 # Compression blue, tension red; both ends and the middle keep clear of white and of black, so that they can be told
 # from either paper.
-SIGNED = LinearSegmentedColormap.from_list(
-    "signed", ["#2148a8", "#3f77d0", "#86aee4", "#c9ced6", "#eba27c", "#d65b3d", "#a3132d"]
-)
-POSITIVE = LinearSegmentedColormap.from_list("positive", ["#c9ced6", "#7fc3b8", "#2f95a8", "#245f97", "#2a2f78"])
+SIGNED = LinearSegmentedColormap.from_list("signed", _stops.SIGNED)
+POSITIVE = LinearSegmentedColormap.from_list("positive", _stops.POSITIVE)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from .._look.finer import finer as way
 from . import figure, paper, states
 from .results import PictureError, Run
 from .view import View
@@ -33,18 +34,7 @@ def finer(solution: Solution, frames: int) -> Solution:
     """The same solution with at least so many increments a step, where the network gives it again."""
     if frames < 1:
         raise PictureError(f"frames: at least one a step, not {frames}")
-    steps = solution.network.to_dict().get("steps", [])
-    if not steps:
-        return solution
-    asked = [{**step, "increments": max(frames, increments(step))} for step in steps]
-    again = solution.network.edit(steps=asked).solve(accuracy=max(solution.asked, 1e-4))
-    return again if again.status == solution.status else solution
-
-
-def increments(step: dict[str, object]) -> int:
-    """Those that a step asks for, where they are a number."""
-    asked = step.get("increments", 0)
-    return asked if isinstance(asked, int) else 0
+    return way(solution, frames, max(solution.asked, 1e-4))
 
 
 def draw(run: Run, options: states.Options, view: View, output: pathlib.Path, seconds: float) -> None:

@@ -1,0 +1,135 @@
+"""The report: one page that is complete in itself and says what the solver says."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import pathlib
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pennate
+from pennate._look import carry, fields, shapes
+from pennate._report import page
+from pennate.__main__ import main
+
+
+def data_of(text: str) -> dict[str, Any]:
+    """What the picture of a page is drawn from."""
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)
+    assert found is not None
+    content: dict[str, Any] = json.loads(found[1])
+    return content
+
+
+def array(content: dict[str, Any], place: list[int], kind: type) -> np.ndarray[Any, Any]:
+    """One array of the packed block."""
+    block = base64.b64decode(content["blob"])
+    return np.frombuffer(block, kind, count=place[1], offset=place[0])
+
+
+def test_the_page_asks_for_nothing_outside_of_itself(solution: pennate.Solution) -> None:
+    text = page(solution)
+    assert "default-src 'none'" in text
+    without_data = re.sub(r'<script type="application/json".*?</script>', "", text, flags=re.S)
+    assert not re.search(r"https?://|\bsrc=|\bhref=|@import|url\(|fetch\(|XMLHttpRequest|import\(", without_data)
+
+
+def test_the_table_has_the_numbers_of_the_solver_with_their_errors(solution: pennate.Solution) -> None:
+    text = html.unescape(page(solution))
+    value, error = solution["stroke@inflate"], float(solution.error["stroke"][0])
+    cell = fields.with_error(value, error, "mm")
+    assert f"<td>{cell}</td>" in text
+    shown, behind = cell.split(" ± ")
+    assert float(shown.replace("\N{MINUS SIGN}", "-")) == pytest.approx(value, abs=error)
+    assert behind.endswith("mm")
+
+
+def test_the_picture_has_the_places_of_the_solver(solution: pennate.Solution) -> None:
+    content = data_of(page(solution))
+    state = content["states"][-1]
+    packed = array(content, state["places"], np.int16).reshape(-1, 3) * content["reach"] / 32767
+    last = shapes.places(solution.drawing())
+    # The way is solved with more increments; the mesh and its nodes are the same.
+    nodes = len(solution.nodes)
+    apart = packed[:nodes] - packed[0], last[:nodes] - last[0]
+    np.testing.assert_allclose(apart[0], apart[1], atol=content["reach"] / 10000)
+    assert state["label"] == "push back, 100 %"
+    # More states than the solver's own increments, which would jump from one end to the other.
+    assert len(content["states"]) > 20
+
+
+def test_a_step_that_fails_is_said_in_words(snap: pennate.Network) -> None:
+    found = snap.solve()
+    text = html.unescape(page(found))
+    assert "bifurcation" in text and "The last state before that is shown." in text
+    assert "step 'press' ends at a bifurcation" in text
+    assert 'method = "jump"' in text
+
+
+def test_jumps_are_said_with_their_energy(snap: pennate.Network) -> None:
+    found = snap.edit(steps={"press": {"method": "jump"}}).solve()
+    text = html.unescape(page(found))
+    assert re.search(r"it snaps to the next stable equilibrium: node C moves by 16\.\d+ mm, 53\d\.\d+ N mm", text)
+
+
+def test_names_cannot_end_the_page(snap: pennate.Network) -> None:
+    wicked = snap.edit(title="</script><b>x", steps=None, probes={"</script>": {"node": "C", "displacement": "uy"}})
+    text = page(wicked.solve())
+    assert text.count("</script>") == 2 and "<b>x" not in text
+
+
+def test_one_command_goes_from_a_file_to_a_page(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    network = tmp_path / "dyad.toml"
+    network.write_text(pennate.scene("dyad").text)
+    assert main(["report", str(network), "--set", "pressure=20", "-o", str(tmp_path / "dyad.html")]) == 0
+    assert (tmp_path / "dyad.html").stat().st_size < 300_000
+    network.write_text(network.read_text().replace("clamped", "clampd"))
+    assert main(["report", str(network), "-o", str(tmp_path / "no.html")]) == 2
+    assert "dyad.toml:" in capsys.readouterr().err and not (tmp_path / "no.html").exists()
+
+
+def joined_of(network: pennate.Network) -> np.ndarray[Any, Any]:
+    """(members, 2), the nodes at the ends of each member."""
+    return np.array([[network.nodes.index(end) for end in network.ends[name]] for name in network.members])
+
+
+def test_a_carried_drawing_follows_a_rigid_motion(solution: pennate.Solution) -> None:
+    drawing = solution.drawing("inflate")
+    turn = carry.rotations(np.array([[0.3, -0.2, 1.1]]))[0]
+    nodes = len(solution.nodes)
+    moved = (shapes.places(drawing) @ turn.T + [3.0, 4.0, 5.0])[:nodes]
+    found = carry.carried(
+        drawing, joined_of(solution.network), moved - drawing["points"][:nodes], np.tile(turn, (nodes, 1, 1))
+    )
+    np.testing.assert_allclose(shapes.places(found), shapes.places(drawing) @ turn.T + [3.0, 4.0, 5.0], atol=1e-9)
+    first = drawing["point_data"]["frame_e1"][nodes:]
+    np.testing.assert_allclose(found["point_data"]["frame_e1"][nodes:], first @ turn.T, atol=1e-9)
+
+
+def test_a_carried_drawing_is_near_the_equilibrium_that_it_was_carried_to() -> None:
+    """From 20 to 25 psi the joint moves by millimetres; between the nodes less than a tenth of a radius is missed."""
+    network = pennate.scene("dyad")
+    before, after = (network.set(pressure=pressure).solve(accuracy=1e-4) for pressure in (20, 25))
+    turn = carry.rotations(after.rotation[-1]) @ np.swapaxes(carry.rotations(before.rotation[-1]), 1, 2)
+    found = shapes.places(carry.carried(before.drawing(), joined_of(network), after.displacement[-1], turn))
+    exact, radius = shapes.places(after.drawing()), float(after.drawing()["point_data"]["radius"].max())
+    moved = np.linalg.norm(exact - shapes.places(before.drawing()), axis=1).max()
+    assert moved > 0.5 and np.linalg.norm(found - exact, axis=1).max() < 0.1 * radius
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (-36.529644, 1.2e-6, "\N{MINUS SIGN}36.529644 ± 1.2·10⁻⁶\N{NO-BREAK SPACE}mm"),
+        (565.0, 0.07, "565.00 ± 0.07\N{NO-BREAK SPACE}mm"),
+        (1e-9, 1e-6, "0 ± 1·10⁻⁶\N{NO-BREAK SPACE}mm"),
+        (float("nan"), 1.0, "–"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(value: float, error: float, text: str) -> None:
+    assert fields.with_error(value, error, "mm") == text
