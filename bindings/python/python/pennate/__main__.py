@@ -1,4 +1,4 @@
-"""The program: the same arguments as the Rust program, and more: `plot` draws, `report` writes a page, `optimize` looks for designs."""
+"""The program: the same arguments as the Rust program, and more: `view` shows a live page, `plot` draws, `report` writes a page, `optimize` looks for designs."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ MORE = """
 With this package also:
   optimize  Look for designs: pennate optimize STUDY.toml -o DIR
   plot      Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)
+  view      Show a network file as a page with sliders: pennate view FILE
   report    Write one page to send to a colleague: pennate report FILE -o report.html
 """
 
@@ -23,6 +24,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from .pictures.__main__ import main as plot
 
         return plot(arguments[1:])
+    if arguments[:1] == ["view"]:
+        from ._view.__main__ import main as view
+
+        return view(arguments[1:])
     if arguments[:1] == ["report"]:
         from ._report.__main__ import main as report
 

@@ -18,6 +18,7 @@ from ._spectra import Buckling, Modes
 
 if TYPE_CHECKING:
     from ._problem import Problem
+    from ._view import Session
 
 log = logging.getLogger("pennate")
 
@@ -282,6 +283,30 @@ class Network:
             "buckling", step, along, _count(count, "count"), _accuracy(accuracy), _count(threads, "threads"), progress
         )
         return Buckling(*answer)
+
+    def view(
+        self,
+        *,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
+        accuracy: float = 1e-6,
+        port: int = 8080,
+        bind: str = "127.0.0.1",
+        hosts: Sequence[str] = (),
+    ) -> Session:
+        """Shows the network as a page with sliders, in a notebook or at the `address` of what is returned.
+
+        Needs the extra `pennate[view]`. `stop()` of what is returned ends the page.
+
+        Args:
+            ranges: Limits of sliders, by the names of parameters; from half to one and a half times the value by default.
+            accuracy: Discretization error asked for.
+            port: The next one that is free is taken.
+            bind: The network address to listen at; this machine alone by default.
+            hosts: Other names of this machine that browsers may use.
+        """
+        from ._view import Session
+
+        return Session(self, ranges=ranges, accuracy=accuracy, port=port, bind=bind, hosts=hosts)
 
     # Python's own.
 

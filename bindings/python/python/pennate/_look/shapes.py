@@ -101,6 +101,17 @@ def tubes(drawing: Drawing, parts: int | None = None) -> Cylinders:
     return Cylinders(np.concatenate(rows[:-1]), np.concatenate(rows[1:]), np.tile(radius, parts), line, member)
 
 
+def section_ends(drawing: Drawing) -> tuple[Array, Array, Array, Integers]:
+    """Places, tangents and radii of the points where a section begins or ends, and the lines that they belong to."""
+    own = np.flatnonzero(drawing["cell_data"]["kind"] != RIGID)
+    lines = np.asarray(drawing["lines"], dtype=np.int64)[own]
+    meet = np.bincount(lines.ravel(), minlength=len(drawing["points"]))
+    line, side = np.nonzero(meet[lines] == 1)
+    points = lines[line, side]
+    data = drawing["point_data"]
+    return places(drawing)[points], data["frame_e1"][points], data["radius"][points], own[line]
+
+
 def smooth(drawing: Drawing) -> int:
     """Into how many parts lines are divided to look smooth."""
     lines = drawing["lines"][drawing["cell_data"]["kind"] != RIGID]

@@ -1,0 +1,328 @@
+"""The network in space, as nodes of viser's scene: few of them, whose instances move.
+
+Lengths are divided by half the size of the network when it was read, so that the camera finds everything as large as it expects.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+from .._look import fields, shapes
+from .._look.fields import Array, Bytes, Scale
+from .._look.shapes import Integers
+
+GROUND, BODY, JOINT, GHOST = (163, 172, 182), (102, 117, 138), (158, 168, 180), (170, 179, 191)
+LOADS = {"force": (11, 122, 59), "moment": (122, 64, 158), "held by": (190, 115, 13)}
+# Names are shown of networks of so many nodes; of more they would be a thicket.
+NAMED = 60
+# The thinnest tube that is seen, in parts of the size.
+THIN = 0.0012
+
+# Colours of instances are taken as linear light, those of the legend are not.
+LINEAR: Bytes = (255 * ((np.arange(256) / 255 + 0.055) / 1.055) ** 2.4).round().astype(np.uint8)
+
+Mesh = tuple[Array, Integers]
+
+
+@dataclasses.dataclass
+class Instances:
+    """Copies of one mesh: (n, 3) places, (n, 3) directions of its third axis, (n, 3) sizes, (n, 3) colours."""
+
+    place: list[Array] = dataclasses.field(default_factory=list)
+    axis: list[Array] = dataclasses.field(default_factory=list)
+    size: list[Array] = dataclasses.field(default_factory=list)
+    colour: list[Bytes] = dataclasses.field(default_factory=list)
+
+    def add(self, place: Array, axis: Array, size: Array, colour: npt.ArrayLike) -> None:
+        """More of them."""
+        count = len(place)
+        self.place.append(place)
+        self.axis.append(np.broadcast_to(axis, (count, 3)))
+        self.size.append(np.broadcast_to(size, (count, 3)))
+        self.colour.append(np.broadcast_to(np.asarray(colour, dtype=np.uint8), (count, 3)))
+
+    def between(self, start: Array, end: Array, radius: npt.ArrayLike, colour: npt.ArrayLike) -> None:
+        """Pieces from one place to another."""
+        along = end - start
+        length = np.linalg.norm(along, axis=1)
+        wide = np.broadcast_to(np.asarray(radius, dtype=np.float64), length.shape)
+        axis = along / np.where(length > 0, length, 1.0)[:, None]
+        self.add((start + end) / 2, axis, np.stack([wide, wide, length], axis=1), colour)
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """As viser takes them; where there are none, one that is too small to be seen."""
+        if not sum(map(len, self.place)):
+            self.add(np.zeros((1, 3)), np.array([0.0, 0.0, 1.0]), np.full(3, 1e-9), JOINT)
+        return {
+            "batched_positions": np.concatenate(self.place).astype(np.float32),
+            "batched_wxyzs": quaternions(np.concatenate(self.axis)).astype(np.float32),
+            "batched_scales": np.concatenate(self.size).astype(np.float32),
+            "batched_colors": LINEAR[np.concatenate(self.colour)],
+        }
+
+
+class Batch:
+    """One node of the scene with all copies of a mesh; only what changed is sent."""
+
+    def __init__(self, server: viser.ViserServer, name: str, mesh: Mesh) -> None:
+        self.server, self.name, self.mesh = server, name, mesh
+        self.sent: dict[str, npt.NDArray[Any]] = {}
+        self.node: Any = None
+
+    def show(self, instances: Instances) -> None:
+        """Sends what is different from before."""
+        arrays: dict[str, Any] = instances.arrays()
+        if self.node is None:
+            self.node = self.server.scene.add_batched_meshes_simple(
+                self.name, *self.mesh, **arrays, lod="off", cast_shadow=False, receive_shadow=False, side="double"
+            )
+        else:
+            for key, array in arrays.items():
+                if not np.array_equal(array, self.sent[key]):
+                    setattr(self.node, key, array)
+        self.sent = arrays
+
+    def remove(self) -> None:
+        """Takes it away."""
+        if self.node is not None:
+            self.node.remove()
+
+
+class Picture:
+    """The network as it is seen."""
+
+    def __init__(
+        self, server: viser.ViserServer, nodes: tuple[str, ...], members: tuple[str, ...], joined: Integers, plane: bool
+    ):
+        self.server, self.nodes, self.members, self.joined, self.plane = server, nodes, members, joined, plane
+        self.whole: shapes.Extent | None = None
+        self.batches: dict[str, Batch] = {}
+        self.ghost: Any = None
+        self.ghost_of: Array | None = None
+        self.names: list[Any] = []
+        self.parts = 1
+        self.with_ghost, self.with_names, self.with_loads = True, len(nodes) <= 12, True
+        self.clicked: Callable[[int], None] = lambda member: None
+        self.member_of: Integers = np.zeros(0, dtype=np.int64)
+
+    def begin(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> None:
+        """Fixes the size, and places the camera for whoever comes."""
+        self.whole = shapes.extent(drawing, unloaded)
+        self.parts = shapes.smooth(drawing)
+        many = len(drawing["lines"]) * self.parts > 600
+        tube, disc = round_mesh(8 if many else 24, 1.0, closed=False), round_mesh(8 if many else 24, 1.0)
+        meshes = {"members": tube, "shoulders": disc, "joints": sphere(8 if many else 20)}
+        meshes |= {"parts": round_mesh(16, 1.0), "tips": round_mesh(16, 0.0)}
+        self.batches = {name: Batch(self.server, f"/{name}", mesh) for name, mesh in meshes.items()}
+        camera, up = self.server.initial_camera, "+y" if self.plane else "+z"
+        self.server.scene.set_up_direction(up)  # type: ignore[arg-type]
+        towards = np.array([0.0, 0.0, 1.0]) if self.plane else np.array([0.55, -0.75, 0.42])
+        camera.fov, camera.near, camera.far = 0.6, 0.01, 200.0
+        camera.position = 3.6 * towards / np.linalg.norm(towards)
+        camera.look_at = (0.0, 0.0, 0.0)
+
+    def scaled(self, places: Array) -> Array:
+        """Places of the network in those of the scene."""
+        assert self.whole is not None
+        return np.asarray((places - self.whole.centre) * self.factor)
+
+    @property
+    def factor(self) -> float:
+        """Lengths of the scene over those of the network."""
+        assert self.whole is not None
+        return 2.0 / self.whole.size
+
+    def show(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any], values: Array, scale: Scale) -> None:
+        """Shows a state; `values` has one entry a line."""
+        if self.whole is None:
+            self.begin(drawing, unloaded)
+        with self.server.atomic():
+            self._members(drawing, values, scale)
+            self._rest(drawing, unloaded)
+            self._ghost(unloaded)
+            self._names(drawing)
+        self.server.flush()
+
+    def _members(self, drawing: Mapping[str, Any], values: Array, scale: Scale) -> None:
+        tubes = shapes.tubes(drawing, self.parts)
+        found = Instances()
+        radius = np.maximum(tubes.radius * self.factor, 2 * THIN)
+        found.between(self.scaled(tubes.start), self.scaled(tubes.end), radius, scale.colours(values[tubes.line]))
+        self.batches["members"].show(found)
+        if self.batches["members"].node is not None and not len(self.member_of):
+            self.batches["members"].node.on_click(self._click)
+        self.member_of = tubes.member
+        self._shoulders(drawing, values, scale)
+        places, radii, nodes = shapes.balls(drawing, self.joined, len(self.nodes))
+        balls = Instances()
+        size = np.maximum(radii * self.factor, 2 * THIN)[:, None] * np.ones(3)
+        balls.add(
+            self.scaled(places), np.array([0.0, 0.0, 1.0]), size, self._joint_colours(drawing, values, scale, nodes)
+        )
+        self.batches["joints"].show(balls)
+
+    def _shoulders(self, drawing: Mapping[str, Any], values: Array, scale: Scale) -> None:
+        """Discs that close tubes where a section ends."""
+        places, axes, radii, lines = shapes.section_ends(drawing)
+        found = Instances()
+        radius = np.maximum(radii * self.factor, 2 * THIN)
+        size = np.stack([radius, radius, np.full(len(radius), 1e-4)], axis=1)
+        found.add(self.scaled(places), axes, size, scale.colours(values[lines]))
+        self.batches["shoulders"].show(found)
+
+    def _joint_colours(
+        self, drawing: Mapping[str, Any], values: Array, scale: Scale, nodes: Integers
+    ) -> npt.NDArray[np.uint8]:
+        """The mean of the members that end at a node, or the colour of joints where none does."""
+        ids, kinds = drawing["cell_data"]["member_id"], drawing["cell_data"]["kind"]
+        own = np.flatnonzero(kinds != shapes.RIGID)
+        ends = np.zeros((len(self.members), 2), dtype=np.int64)
+        ends[ids[own[::-1]], 0], ends[ids[own], 1] = own[::-1], own
+        total, count = np.zeros(len(self.nodes)), np.zeros(len(self.nodes))
+        for side in (0, 1):
+            np.add.at(total, self.joined[:, side], values[ends[:, side]])
+            np.add.at(count, self.joined[:, side], 1.0)
+        colours = scale.colours((total / np.maximum(count, 1.0))[nodes])
+        colours[count[nodes] == 0] = JOINT
+        return colours
+
+    def _rest(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> None:
+        """Bodies, supports and loads."""
+        assert self.whole is not None
+        round_parts, tips = Instances(), Instances()
+        start, end, radius = shapes.bars(drawing)
+        round_parts.between(self.scaled(start), self.scaled(end), max(radius * self.factor, 3 * THIN), BODY)
+        for each in shapes.supports(drawing, unloaded, self.joined, len(self.nodes), self.plane):
+            place, size = self.scaled(each.place), max(each.size * self.factor, 0.015)
+            if each.kind == "cone":
+                # The tip of the mesh is where its third axis points to.
+                tips.add((place + 0.95 * size * each.axis)[None], -each.axis, np.array([1.2, 1.2, 1.9]) * size, GROUND)
+                place = place + 1.9 * size * each.axis
+            if each.kind == "bar":
+                reach = 2.2 * size * each.axis
+                round_parts.between((place - reach)[None], (place + reach)[None], 0.35 * size, GROUND)
+            else:
+                round_parts.between(place[None], (place + 0.4 * size * each.axis)[None], 1.8 * size, GROUND)
+        if self.with_loads:
+            for arrow in shapes.arrows(drawing, unloaded, len(self.nodes), self.whole.size):
+                tail, tip = self.scaled(arrow.tail), self.scaled(arrow.tip)
+                along = (tip - tail) / np.linalg.norm(tip - tail)
+                neck = tip - 0.07 * along
+                round_parts.between(tail[None], neck[None], 0.011, LOADS[arrow.kind])
+                for shift in (0.0, 0.06) if arrow.kind == "moment" else (0.0,):
+                    middle = ((tip + neck) / 2 - shift * along)[None]
+                    tips.add(middle, along, np.array([0.028, 0.028, 0.07]), LOADS[arrow.kind])
+        self.batches["parts"].show(round_parts)
+        self.batches["tips"].show(tips)
+
+    def _ghost(self, unloaded: Mapping[str, Any]) -> None:
+        """The unloaded shape, which moves only where its geometry does."""
+        at = shapes.places(unloaded)
+        if self.ghost is None or self.ghost_of is None or not np.array_equal(at, self.ghost_of):
+            vertices, faces = self._ghost_mesh(unloaded)
+            if self.ghost is None:
+                self.ghost = self.server.scene.add_mesh_simple(
+                    "/unloaded", vertices, faces, color=GHOST, opacity=0.22, cast_shadow=False, receive_shadow=False
+                )
+            else:
+                self.ghost.vertices = vertices.astype(np.float32)
+                if len(faces) != len(self.ghost.faces):
+                    self.ghost.faces = faces.astype(np.uint32)
+            self.ghost_of = at
+        if self.ghost.visible != self.with_ghost:
+            self.ghost.visible = self.with_ghost
+
+    def _ghost_mesh(self, unloaded: Mapping[str, Any]) -> Mesh:
+        tubes = shapes.tubes(unloaded, self.parts)
+        points, triangles = round_mesh(10, 1.0, closed=False)
+        start, end = self.scaled(tubes.start), self.scaled(tubes.end)
+        along = end - start
+        axis = along / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
+        second = np.cross(axis, np.eye(3)[np.abs(axis).argmin(axis=1)])
+        second /= np.linalg.norm(second, axis=1)[:, None]
+        third = np.cross(axis, second)
+        radius = np.maximum(tubes.radius * self.factor, 2 * THIN)[:, None, None]
+        around = points[:, 0, None] * second[:, None] + points[:, 1, None] * third[:, None]
+        placed = ((start + end) / 2)[:, None] + radius * around + points[:, 2, None] * along[:, None]
+        shifts = len(points) * np.arange(len(start))[:, None, None]
+        return placed.reshape(-1, 3), (triangles[None] + shifts).reshape(-1, 3)
+
+    def _names(self, drawing: Mapping[str, Any]) -> None:
+        if not self.with_names or len(self.nodes) > NAMED:
+            for label in self.names:
+                label.visible = False
+            return
+        at = self.scaled(shapes.places(drawing)[: len(self.nodes)])
+        lifted = at + np.array([0.0, 0.0, 0.03]) if not self.plane else at + np.array([0.02, 0.03, 0.1])
+        if not self.names:
+            self.names = [
+                self.server.scene.add_label(f"/names/{index}", name, position=place, anchor="bottom-left")
+                for index, (name, place) in enumerate(zip(self.nodes, lifted, strict=True))
+            ]
+        for label, place in zip(self.names, lifted, strict=True):
+            label.position = place
+            if not label.visible:
+                label.visible = True
+
+    def _click(self, event: Any) -> None:
+        place = event.instance_index
+        if place is not None and place < len(self.member_of):
+            self.clicked(int(self.member_of[place]))
+
+    def remove(self) -> None:
+        """Takes all of it away, for another network."""
+        for batch in self.batches.values():
+            batch.remove()
+        for label in self.names:
+            label.remove()
+        if self.ghost is not None:
+            self.ghost.remove()
+
+
+def quaternions(axes: Array) -> Array:
+    """(n, 4), turns (w, x, y, z) that bring the third axis to some directions."""
+    found = np.stack([1.0 + axes[:, 2], -axes[:, 1], axes[:, 0], np.zeros(len(axes))], axis=1)
+    opposite = found[:, 0] < 1e-9
+    found[opposite] = (0.0, 1.0, 0.0, 0.0)
+    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
+
+def round_mesh(sides: int, top: float, closed: bool = True) -> Mesh:
+    """A cylinder of radius and length 1 about the origin, or with `top` 0 a cone whose tip is up; corners are sharp."""
+    turns = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
+    circle = np.stack([np.cos(turns), np.sin(turns), np.zeros(sides)], axis=1)
+    low, high = circle + [0, 0, -0.5], np.array([top, top, 1.0]) * circle + [0, 0, 0.5]
+    index, after = np.arange(sides), (np.arange(sides) + 1) % sides
+    points = [low, high]
+    faces = [np.stack([index, after, sides + after], axis=1), np.stack([index, sides + after, sides + index], axis=1)]
+    if closed:
+        points += [low, np.array([[0.0, 0.0, -0.5]]), high, np.array([[0.0, 0.0, 0.5]])]
+        first, second = 2 * sides, 3 * sides + 1
+        faces.append(np.stack([first + after, first + index, np.full(sides, 3 * sides)], axis=1))
+        faces.append(np.stack([second + index, second + after, np.full(sides, 4 * sides + 1)], axis=1))
+    return np.concatenate(points), np.concatenate(faces)
+
+
+def sphere(sides: int) -> Mesh:
+    """A ball of radius 1."""
+    rows = max(4, sides // 2)
+    rise, turn = np.meshgrid(
+        np.linspace(0, np.pi, rows + 1), np.linspace(0, 2 * np.pi, sides, endpoint=False), indexing="ij"
+    )
+    points = np.stack([np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=-1).reshape(-1, 3)
+    index = np.arange((rows + 1) * sides).reshape(rows + 1, sides)
+    a, b, c, d = index[:-1], np.roll(index[:-1], -1, axis=1), index[1:], np.roll(index[1:], -1, axis=1)
+    faces = np.concatenate([np.stack([a, c, d], axis=-1).reshape(-1, 3), np.stack([a, d, b], axis=-1).reshape(-1, 3)])
+    return points, faces
+
+
+def line_values(drawing: Mapping[str, Any], field: fields.Field) -> Array:
+    """(lines,), the values of a field; those of rigid bodies count for nothing."""
+    found = fields.values(drawing, field)
+    return np.where(drawing["cell_data"]["kind"] == shapes.RIGID, np.nan, found)
