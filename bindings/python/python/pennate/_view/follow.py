@@ -9,6 +9,7 @@ one that was computed; else the last one is carried along, which the page says.
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -69,6 +70,7 @@ class Follow:
             [[network.nodes.index(end) for end in network.ends[name]] for name in network.members], dtype=np.int64
         ).reshape(-1, 2)
         self.accuracy = accuracy
+        self.relative = looking_back(self.user_probes(self.network))
         # The values at which it last snapped; loads come from there.
         self.anchor: dict[str, float] | None = None
         self.drawing: dict[str, Any] | None = None
@@ -132,7 +134,27 @@ class Follow:
             displacement[:, :2], vectors[:, 2] = motion[:, :2], np.deg2rad(motion[:, 2])
         else:
             displacement, vectors = motion[:, :3], np.deg2rad(motion[:, 3:])
+        if self.relative:
+            probes |= self._from_the_beginning(live.present, displacement, probes)
         return Now(live.present, probes, live.stable, failure, lost, displacement, carry.rotations(vectors))
+
+    def _from_the_beginning(
+        self, values: dict[str, float], displacement: Array, probes: Mapping[str, Probe]
+    ) -> dict[str, Probe]:
+        """Probes that look back at earlier steps: a live state knows these at its own beginning alone.
+
+        They are those of the steps of the file at the present values, where these lead to the present state, and not numbers
+        where they do not.
+        """
+        assert self.problem is not None
+        y = self.problem(np.array([values[name] for name in self.problem.parameters]))
+        found = dict(zip(self.problem.probes, y.tolist(), strict=True))
+        motion = np.array([value for name, value in found.items() if OWN in name]).reshape(len(displacement), -1)
+        wide = motion[:, : 2 if self.plane else 3]
+        there = bool(np.abs(wide - displacement[:, : wide.shape[1]]).max(initial=0.0) <= SAME * self.size)
+        return {
+            name: Probe(found[name] if there else math.nan, probes[name].error, probes[name].unit) for name in self.relative
+        }
 
     def _anew(self, values: Mapping[str, float]) -> Now:
         """Solves from the unloaded network, whose state at the end is shown, or the last one before."""
@@ -189,8 +211,12 @@ class Follow:
 
     def _same(self, solution: Solution, displacement: Array) -> bool:
         place = len(solution.steps) - 1
-        size = float(np.linalg.norm(np.ptp(solution.network.positions, axis=0))) or 1.0
-        return bool(np.abs(solution.displacement[place] - displacement).max(initial=0.0) <= SAME * size)
+        return bool(np.abs(solution.displacement[place] - displacement).max(initial=0.0) <= SAME * self.size)
+
+    @property
+    def size(self) -> float:
+        """Of the unloaded network."""
+        return float(np.linalg.norm(np.ptp(self.network.positions, axis=0))) or 1.0
 
     def _ways(self, values: Mapping[str, float]) -> list[Network]:
         """Networks whose last step may end in the present state."""
@@ -240,6 +266,15 @@ def until(network: Network, step: int | None) -> Network:
             del probes[name]
     dropped = {name: probes.get(name) for name in tree.get("probes", {})}
     return network.edit(steps=steps[: step + 1], probes=dropped)
+
+
+def looking_back(probes: Mapping[str, Any]) -> set[str]:
+    """The probes that take a value after an earlier step, themselves or by another probe."""
+    texts = {name: probe for name, probe in probes.items() if isinstance(probe, str)}
+    found = {name for name, text in texts.items() if "@" in text}
+    while more := {name for name, text in texts.items() if mentions(text, found)} - found:
+        found |= more
+    return found
 
 
 def mentions(text: str, names: set[str]) -> bool:
