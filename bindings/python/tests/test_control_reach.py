@@ -132,3 +132,40 @@ def test_what_is_wrong_is_said() -> None:
         control.Solved(pennate.scene("br2"), {"Pb": (5, 5)})
     with pytest.raises(ValueError, match="not between its limits"):
         control.Table(arm, (10, 10), ((), (200.0,)))
+
+
+def test_an_arm_that_buckles_leans_to_the_side_of_its_actuator_live_and_in_its_table() -> None:
+    # Solved for by themselves, such states end on either side, 10 cm apart.
+    arm, table = br2.solved(18, both=True), br2.table(18, both=True)
+    rng = np.random.default_rng(2)
+    beside = np.column_stack([rng.uniform(145, 172, 60), rng.uniform(-6, 6, 60)])
+    tips = arm.tip(beside)
+    assert (tips[:, 1] * beside[:, 1] < 0).all() and np.abs(tips[:, 1]).max() > 50
+    assert np.linalg.norm(table.tip(beside) - tips, axis=1).max() < 1.0
+    # Where there is one rotating actuator, the arm leans to its side even without pressure in it.
+    half = np.array([[172.36, 0.0]])
+    assert (
+        br2.solved(18).tip(half)[0, 1] < -50
+        and np.linalg.norm(br2.table(18).tip(half) - br2.solved(18).tip(half)) < 1e-3
+    )
+
+
+def test_a_table_keeps_a_jump_and_has_further_points() -> None:
+    class Jump:
+        names = ("a",)
+        lower, upper = np.array([-1.0]), np.array([1.0])
+
+        def tip(self, inputs: Array) -> Array:
+            a = inputs[:, 0]
+            return np.stack([np.where(a < 0, -5.0, 5.0) + a**3, np.cbrt(a - 0.5), 0 * a], axis=1)
+
+        def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+            raise NotImplementedError
+
+    at = np.array([[-1e-3], [1e-3]])
+    made = control.Table(Jump(), [9], [[0.0]])
+    assert np.abs(made.tip(at)[:, 0] - [-5, 5]).max() < 1e-5
+    finer = control.Table(Jump(), [9], [[0.0]], [[0.4, 0.45, 0.55, 0.6]])
+    near = np.linspace(0.4, 0.6, 41)[:, None]
+    error = [np.abs(each.tip(near) - Jump().tip(near)).max() for each in (made, finer)]
+    assert error[1] < 0.7 * error[0]

@@ -16,30 +16,40 @@ if TYPE_CHECKING:
 
 # Rows of states that are evaluated at once: what is gathered for them stays in the cache.
 BLOCK = 4096
+# By this share of an input's range a limit from one side is taken beside its place.
+WITHIN = 3e-6
 
 
 class Table:
     """An arm by a table of another one: its tips on a lattice, and cubic splines between them.
 
-    The interpolant of an input is twice continuously differentiable but at the `kinks` of that input, where it is continuous
-    only: there one-sided splines meet. Inputs beyond the limits are taken to the nearest limit.
+    The interpolant of an input is twice continuously differentiable but at the `kinks` of that input: there one-sided splines
+    meet, each through the limit of the tip from its side, so that a tip may jump there. Inputs beyond the limits are taken
+    to the nearest limit.
     """
 
-    def __init__(self, arm: Arm, counts: Sequence[int], kinks: Sequence[Sequence[float]] | None = None) -> None:
+    def __init__(
+        self,
+        arm: Arm,
+        counts: Sequence[int],
+        kinks: Sequence[Sequence[float]] | None = None,
+        extra: Sequence[Sequence[float]] | None = None,
+    ) -> None:
         """
         Args:
             arm: What the table is made from, by one call with all its states.
             counts: Points of the lattice along each input, limits included; each stretch between kinks has at least four.
-            kinks: Of each input, values at which the slope of the tip jumps.
+            kinks: Of each input, values at which the tip or its slope jumps. At a limit, what counts is the tip just within.
+            extra: Of each input, further points of the lattice, where the tip changes fast.
         """
         self.names, self.lower, self.upper = arm.names, arm.lower.copy(), arm.upper.copy()
         if len(counts) != len(self.names) or min(counts) < 4:
             raise ValueError(f"counts: {len(self.names)} numbers expected, each 4 or more, not {tuple(counts)}")
-        places = [()] * len(counts) if kinks is None else kinks
-        if len(places) != len(counts):
-            raise ValueError(f"kinks: {len(counts)} lists expected, one for each input, not {len(places)}")
-        each = zip(self.names, self.lower, self.upper, counts, places)
-        self._axes = [_Axis(name, low, high, count, kinks) for name, low, high, count, kinks in each]
+        lists = [[()] * len(counts) if each is None else each for each in (kinks, extra)]
+        for name, each in zip(("kinks", "extra"), lists):
+            if len(each) != len(counts):
+                raise ValueError(f"{name}: {len(counts)} lists expected, one for each input, not {len(each)}")
+        self._axes = [_Axis(*each) for each in zip(self.names, self.lower, self.upper, counts, *lists)]
         lattice = np.meshgrid(*(axis.points for axis in self._axes), indexing="ij")
         states = np.stack([grid.ravel() for grid in lattice], axis=1)
         tips = arm.tip(states)
@@ -97,52 +107,69 @@ class Table:
 class _Axis:
     """Lattice points along one input, in stretches between kinks; a kink is the last point of one and the first of the next."""
 
-    def __init__(self, name: str, low: float, high: float, count: int, kinks: Sequence[float]) -> None:
-        ends = [low, *sorted(kinks), high]
-        if not all(a < b for a, b in zip(ends, ends[1:])):
-            raise ValueError(f"the kinks of '{name}' are {list(kinks)}, not between its limits {low} and {high}")
-        shares = [(b - a) / (high - low) for a, b in zip(ends, ends[1:])]
-        counts = [max(4, 1 + round(share * (count - 1))) for share in shares]
-        self.stretches = [np.linspace(a, b, n) for a, b, n in zip(ends, ends[1:], counts)]
-        self.points = np.concatenate(self.stretches)
-        self._begins = np.array(ends[:-1])
-        self._steps = np.array([points[1] - points[0] for points in self.stretches])
-        self._cells = np.array([n - 1 for n in counts])
+    def __init__(
+        self, name: str, low: float, high: float, count: int, kinks: Sequence[float], extra: Sequence[float]
+    ) -> None:
+        for what, values in (("kinks", kinks), ("extra points", extra)):
+            if not all(low <= value <= high for value in values):
+                raise ValueError(f"the {what} of '{name}' are {list(values)}, not between its limits {low} and {high}")
+        ends = sorted({low, high, *kinks})
+        stretches = []
+        for a, b in zip(ends, ends[1:]):
+            even = np.linspace(a, b, max(4, 1 + round((b - a) / (high - low) * (count - 1))))
+            points = np.union1d(even, [value for value in extra if a < value < b])
+            stretches.append(_within(points, kinks, WITHIN * (high - low)))
+        self.points = np.concatenate(stretches)
+        counts = [len(stretch) for stretch in stretches]
         self._firsts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        self._lasts = np.cumsum(counts) - 1
+        self._begins = np.array(ends[:-1])
+        self._matrices = [_spline(stretch) for stretch in stretches]
 
     def slopes(self, values: Array, axis: int) -> Array:
         """Derivatives of the splines through values along an axis of an array."""
         moved = np.moveaxis(values, axis, 0)
-        found, first = np.empty_like(moved), 0
-        for points in self.stretches:
-            part = slice(first, first + len(points))
-            found[part] = np.tensordot(_spline(len(points)) / (points[1] - points[0]), moved[part], axes=1)
-            first += len(points)
-        return np.moveaxis(found, 0, axis)
+        parts = zip(self._firsts, self._lasts, self._matrices)
+        found = [np.tensordot(matrix, moved[first : last + 1], axes=1) for first, last, matrix in parts]
+        return np.moveaxis(np.concatenate(found), 0, axis)
 
     def weights(self, x: Array, derivatives: bool) -> tuple[npt.NDArray[np.intp], Array]:
         """The left point of each cell, and weights [of the value or the derivative, end, order of the datum, state]."""
         stretch = np.clip(np.searchsorted(self._begins, x, side="right") - 1, 0, None)
-        h = self._steps[stretch]
-        s = (x - self._begins[stretch]) / h
-        cell = np.clip(np.floor(s).astype(np.intp), 0, self._cells[stretch] - 1)
-        t = s - cell
+        node = np.searchsorted(self.points, x, side="right") - 1
+        node = np.clip(node, self._firsts[stretch], self._lasts[stretch] - 1)
+        h = self.points[node + 1] - self.points[node]
+        t = (x - self.points[node]) / h
         u = 1.0 - t
         # Cubic Hermite polynomials, and their derivatives.
         value = [[u * u * (1 + 2 * t), h * t * u * u], [t * t * (1 + 2 * u), -h * t * t * u]]
         weights = [value]
         if derivatives:
             weights.append([[-6 * t * u / h, u * (1 - 3 * t)], [6 * t * u / h, t * (3 * t - 2)]])
-        return self._firsts[stretch] + cell, np.array(weights)
+        return node, np.array(weights)
 
 
-def _spline(count: int) -> Array:
-    """(count, count), values on points of distance 1 to slopes of the cubic spline through them, not a knot at its ends."""
-    left, right = np.eye(count), np.zeros((count, count))
+def _within(stretch: Array, kinks: Sequence[float], by: float) -> Array:
+    """The points of a stretch, with those that are kinks moved into it: there the tip is that of this side."""
+    found = stretch.copy()
+    found[0] += by * (stretch[0] in kinks)
+    found[-1] -= by * (stretch[-1] in kinks)
+    return found
+
+
+def _spline(points: Array) -> Array:
+    """(n, n), values at n points to slopes there of the cubic spline through them, not a knot next to its ends."""
+    count, h = len(points), np.diff(points)
+    left, right = np.zeros((count, count)), np.zeros((count, count))
     for row in range(1, count - 1):
-        left[row, row - 1 : row + 2] = [1.0, 4.0, 1.0]
-        right[row, [row - 1, row + 1]] = [-3.0, 3.0]
-    left[0, :2] = left[-1, [-1, -2]] = [1.0, 2.0]
-    right[0, :3] = [-2.5, 2.0, 0.5]
-    right[-1, -3:] = [-0.5, -2.0, 2.5]
+        a, b = 1 / h[row - 1], 1 / h[row]
+        left[row, row - 1 : row + 2] = [a, 2 * (a + b), b]
+        right[row, row - 1 : row + 2] = [-3 * a**2, 3 * (a**2 - b**2), 3 * b**2]
+    for end, one, two in ((0, 1, 2), (-1, -2, -3)):
+        # The first two cells, or the last two, are one cubic polynomial.
+        a, b = abs(points[one] - points[end]), abs(points[two] - points[one])
+        sign = 1 if end == 0 else -1
+        left[end, [end, one]] = [b, a + b]
+        first, second = b * (2 * b + 3 * a) / (a + b), a**2 / (a + b)
+        right[end, [end, one, two]] = [-sign * first / a, sign * (first / a - second / b), sign * second / b]
     return np.asarray(np.linalg.solve(left, right), dtype=np.float64)

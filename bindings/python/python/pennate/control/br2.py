@@ -10,9 +10,11 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 import pennate
 
 from ._arms import Bounds, Solved, Swivelled
+from ._leaning import Leaning
 from ._table import Table
 from ._task import Changes, Levels, Rules
 
@@ -23,6 +25,11 @@ HALF: Bounds = {"Pb": (0.0, BENDING), "Pr": (0.0, ROTATING)}
 BOTH: Bounds = {"Pb": (0.0, BENDING), "Pr": (-ROTATING, ROTATING)}
 # Inferred from the pressures of Table 9: steps of 0.5 psi and of 1 psi.
 LEVELS = (51, 29)
+# From this load on, g, the arm buckles near full bending pressure; up to 16 g no state was found unstable.
+BUCKLING = 16.0
+# Further points of tables of such arms, kPa: the tip goes by the root of the distance from the pressure at which they buckle.
+BENDING_POINTS = tuple(np.arange(150.0, 165.0, 0.5).tolist())
+ROTATING_POINTS = (0.1, 0.2, 0.5, 1.0, 2.0, 3.5, 5.0)
 # Given in section 4.4: the greatest changes of a continuous action, kPa, kPa and degrees. 31.2 kPa lies on no grid of psi.
 LARGEST = (31.2, 96.5, 60.0)
 # Given in Fig. 41; half the range of a rotating pressure and of the swivel alike is the greatest change.
@@ -36,9 +43,9 @@ CONTINUOUS = Rules(tolerance=15.0, steps=15, success=15.0, fine=None, late=True)
 
 
 def solved(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Solved | Swivelled:
-    """The arm, solved for each state."""
-    arm = Solved(pennate.scene("br2", load=load), BOTH if both else HALF)
-    return Swivelled(arm, least=-SWIVEL, greatest=SWIVEL) if swivel else arm
+    """The arm, solved for each state; where it buckles it leans to the side of its rotating actuator."""
+    made = _single(load, both)
+    return Swivelled(made, least=-SWIVEL, greatest=SWIVEL) if swivel else made
 
 
 def table(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Table | Swivelled:
@@ -47,12 +54,21 @@ def table(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Tab
     return Swivelled(made, least=-SWIVEL, greatest=SWIVEL) if swivel else made
 
 
+def _single(load: float, both: bool) -> Solved:
+    network, inputs = pennate.scene("br2", load=load), BOTH if both else HALF
+    return Leaning(network, inputs) if load > BUCKLING else Solved(network, inputs)
+
+
 @lru_cache(maxsize=32)
 def _tabulated(load: float, both: bool) -> Table:
-    arm = Solved(pennate.scene("br2", load=load), BOTH if both else HALF)
     bending, rotating = LEVELS
-    # The slope of the tip jumps where one rotating actuator takes over from the other.
-    return Table(arm, (bending, 2 * rotating - 1), ((), (0.0,))) if both else Table(arm, LEVELS)
+    # The slope of the tip jumps where one rotating actuator takes over from the other, or the tip itself does.
+    counts, kinks = ((bending, 2 * rotating - 1), ((), (0.0,))) if both else (LEVELS, ((), ()))
+    extra: tuple[tuple[float, ...], ...] = ((), ())
+    if load > BUCKLING:
+        signs = (-1, 1) if both else (1,)
+        extra = (BENDING_POINTS, tuple(sign * value for sign in signs for value in ROTATING_POINTS))
+    return Table(_single(load, both), counts, kinks, extra)
 
 
 def environment(
