@@ -103,3 +103,18 @@ def test_scores_of_a_policy_are_printed() -> None:
     printed = policies.score(Policy("continuous", layers), 0.01, 1)
     # A policy that does nothing is near a random target now and then, and never beyond the gap.
     assert "| here | 0.00 | 15.0 |" in printed and "Viviani, pressed, 9 g" in printed
+
+
+def test_a_way_that_ends_where_the_tip_turns_round_goes_on_from_elsewhere() -> None:
+    # Without rotating pressure the radius of the tip is stationary: derivatives show no way outwards, and the next one is far away.
+    arm, targets = whole(6), paths.curve("line", 12)
+    found = [error for error, _, _ in paths._along(arm, targets, whole(0), 1.0)]
+    plain = reach(arm, targets[6], start=[75.0, 0.0, 0.0], model=whole(0), restarts=0)
+    assert plain.error > 5.0 and np.mean(found[1:]) < 1.5
+
+
+def test_on_the_worse_bench_arm_waypoints_are_met_to_a_third_of_what_is_asked_for() -> None:
+    for name in paths.TABLE_12:
+        arm = paths._fresh(bench(9, 1.5))
+        errors = [error for error, _, _ in paths._along(arm, paths.curve(name, 10), whole(0), 3.0)]
+        assert np.mean(errors) < 4.3

@@ -6,7 +6,7 @@ back, and mu grows; else it shrinks with how well the model foretold the gain.
 
 The tip is that of the arm, as it would be measured. J is that of a model, which may be another one: without the load that the
 arm carries, say. Where the way ends in front of a target, the model alone looks for a better one from other starts, which
-moves nothing; only the inputs that it finds are tried on the arm.
+moves nothing; only from the inputs that it finds a new way begins on the arm, and the better of both ends counts.
 
 Marquardt, An algorithm for least-squares estimation of nonlinear parameters, SIAM J. Appl. Math. 11 (1963); Nielsen, Damping
 parameter in Marquardt's method, IMM-REP-1999-05, for the rule by which mu shrinks and grows.
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 Counts = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.intp]
 
 # Damping at first, as a share of the mean square of the slopes. With less, random pairs of the BR2 arm take more moves (2.5; 2.9
 # with 1e-3); with more, fewer get through the gap behind it without restarts (76 %; 33 % with 0.1).
@@ -38,8 +39,10 @@ LEAST, GREATEST = 1e-8, 1e8
 STILL = 1e-6
 
 
-# A restart is tried where the model foretells less than this share of the present error.
+# A restart is tried where the model foretells less than this share of the present error, and at most so many times: where it ends,
+# what the model is beside the arm is known better.
 WORTH = 0.9
+ROUNDS = 2
 
 
 @dataclass(frozen=True)
@@ -101,32 +104,45 @@ def reach(
     way = _Way(moved, moved if model is None else model, targets, tolerance, largest)
     way.begin(begin)
     way.go(moves)
-    if restarts and not way.there.all():
-        _restart(way, moves, restarts)
+    for _ in range(ROUNDS if restarts else 0):
+        if way.there.all() or not _restart(way, moves, restarts):
+            break
     way.go_back()
     found = (way.inputs, way.tips, way.errors, way.there, way.moves, way.jacobians, way.restarts)
     return Reach(*((each[0] for each in found) if alone else found))
 
 
-def _restart(way: _Way, moves: int, count: int) -> None:
-    """Lets the model look for better ways to the targets that were not reached, and tries what it finds on the arm."""
+def _restart(way: _Way, moves: int, count: int) -> bool:
+    """Lets the model look for better ways to the targets that were not reached, and goes them; whether there were any."""
     late = np.flatnonzero(~way.there & np.isfinite(way.errors))
+    foretold, inputs = _looked_for(way, late, count)
+    # Only what is better by more than the model is likely to be wrong by is worth a move.
+    worth = foretold < WORTH * way.errors[late]
+    if not worth.any():
+        return False
+    before = way.begin_anew(late[worth], inputs[worth])
+    way.go(moves)
+    way.keep_better(late[worth], *before)
+    return True
+
+
+def _looked_for(way: _Way, late: Rows, count: int) -> tuple[Array, Array]:
+    """Errors that the model foretells, and inputs: of those that are good enough the nearest ones, else the best."""
     # Where the tip measured is beside that of the model, the target is put as far beside itself.
     targets = way.targets[late] + way.model.tip(way.inputs[late]) - way.tips[late]
-    best = np.full(len(late), np.inf)
+    enough = way.tolerance / 2
+    best, distance = np.full(len(late), np.inf), np.full(len(late), np.inf)
     inputs = np.empty((len(late), len(way.model.names)))
     for share in spread(count, len(way.model.names)):
-        search = _Way(way.model, way.model, targets, way.tolerance / 2, None)
+        search = _Way(way.model, way.model, targets, enough, None)
         search.begin(np.tile(way.model.lower + share * (way.model.upper - way.model.lower), (len(late), 1)))
         search.go(30)
         way.jacobians[late] += search.jacobians
-        better = search.errors < best
-        best[better], inputs[better] = search.errors[better], search.inputs[better]
-    # Only what is better by more than the model is likely to be wrong by is worth a move.
-    worth = best < WORTH * way.errors[late]
-    if worth.any():
-        way.begin_anew(late[worth], inputs[worth])
-        way.go(moves)
+        away = np.linalg.norm((search.inputs - way.inputs[late]) / way.range, axis=1)
+        both = (best <= enough) & (search.errors <= enough)
+        better = np.where(both, away < distance, search.errors < best)
+        best[better], distance[better], inputs[better] = search.errors[better], away[better], search.inputs[better]
+    return best, inputs
 
 
 class _Way:
@@ -151,12 +167,27 @@ class _Way:
         self._fresh = np.zeros(count, dtype=bool)
         self.still = np.zeros(count, dtype=bool)
 
-    def begin_anew(self, which: npt.NDArray[np.intp], inputs: Array) -> None:
-        """Sets some arms to other inputs; where they are nearer to their targets, or not, they go on from the better."""
+    def begin_anew(self, which: Rows, inputs: Array) -> tuple[Array, Array, Array]:
+        """Sets some arms to other inputs, be they farther from their targets at first; the inputs, tips and errors before."""
+        before = self.inputs[which].copy(), self.tips[which].copy(), self.errors[which].copy()
         self.restarts[which] += 1
         self.still[which] = False
         self._mu[which], self._growth[which] = MU, 2.0
-        self._try(which, inputs)
+        # As many moves as the largest change of inputs asks for.
+        moves = np.ceil((np.abs(inputs - self.inputs[which]) / self.range / self.largest).max(axis=1) - 1e-9)
+        self.moves[which] += np.maximum(moves, 1).astype(np.int64)
+        self.inputs[which] = self.last[which] = inputs
+        self.tips[which] = self.arm.tip(inputs)
+        self.errors[which] = self._errors(self.tips[which], self.targets[which])
+        self._fresh[which] = False
+        return before
+
+    def keep_better(self, which: Rows, inputs: Array, tips: Array, errors: Array) -> None:
+        """Where arms were nearer to their targets before, that is where they are to go back to."""
+        worse = self.errors[which] > errors
+        back = which[worse]
+        self.inputs[back], self.tips[back], self.errors[back] = inputs[worse], tips[worse], errors[worse]
+        self._fresh[back] = False
 
     @property
     def there(self) -> Flags:
@@ -190,7 +221,7 @@ class _Way:
         self.tips[which] = self.arm.tip(self.inputs[which])
         self.errors[which] = self._errors(self.tips[which], self.targets[which])
 
-    def _try(self, which: npt.NDArray[np.intp], inputs: Array) -> Flags:
+    def _try(self, which: Rows, inputs: Array) -> Flags:
         """Moves some arms; whether they are nearer to their targets. The others keep the inputs that were best."""
         inputs = np.clip(inputs, self.arm.lower, self.arm.upper)
         tips = self.arm.tip(inputs)
@@ -203,7 +234,7 @@ class _Way:
         self._fresh[kept] = False
         return better
 
-    def _look(self, which: npt.NDArray[np.intp]) -> None:
+    def _look(self, which: Rows) -> None:
         """Derivatives by inputs as shares of their ranges, where they are not known yet."""
         which = which[~self._fresh[which]]
         if len(which):
@@ -214,7 +245,7 @@ class _Way:
             self._fresh[which] = True
             self.jacobians[which] += 1
 
-    def _step(self, which: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    def _step(self, which: Rows) -> tuple[Array, Array]:
         """Moves as shares of the ranges, and by how much they lessen the squares of the errors if the model is right."""
         slopes = self._slopes[which]
         way = self.targets[which] - self.tips[which]
@@ -242,7 +273,7 @@ class _Way:
         left = way - np.einsum("nij,nj->ni", slopes, step)
         return step, np.einsum("ni,ni->n", way, way) - np.einsum("ni,ni->n", left, left)
 
-    def _damp(self, which: npt.NDArray[np.intp], better: Flags, gain: Array) -> None:
+    def _damp(self, which: Rows, better: Flags, gain: Array) -> None:
         """Nielsen's rule: less damping the better the model foretold, ever more where moves are in vain."""
         mu, growth = self._mu[which], self._growth[which]
         shrink = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0.0, 1.0) - 1) ** 3)
