@@ -20,7 +20,7 @@ def test_a_training_keeps_its_best_checkpoint(method: str, kind: str, actions: i
 
     file = tmp_path / "policy.npz"
     monkey = pytest.MonkeyPatch()
-    monkey.setattr(_train, "VALIDATION", 50)
+    monkey.setattr(_train, "PAIRS", 50)
     monkey.setattr(_train, "CHECKPOINTS", 2)
     try:
         # Learning starts after 46 moves of the arms.

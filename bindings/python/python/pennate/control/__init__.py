@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import br2
 from ._arms import Arm, Followed, Solved, Swivelled
+from ._policy import Policy, Rollout, follow
 from ._reach import Reach, reach
 from ._table import Table
 from ._task import Changes, Levels, Rules
@@ -30,13 +31,16 @@ __all__ = [
     "Env",
     "Followed",
     "Levels",
+    "Policy",
     "Reach",
+    "Rollout",
     "Rules",
     "Solved",
     "Swivelled",
     "Table",
     "VectorEnv",
     "br2",
+    "follow",
     "reach",
 ]
 

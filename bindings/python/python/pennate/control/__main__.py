@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from ._policy import Policy
+from ._policy import KEPT, Policy
 from .trials import edges, pairs, paths
 
 # Each trial by its name: what it prints, with so many cases and a seed.
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     learn.add_argument("--seed", type=int, default=0, help="of arms, networks and exploration (0)")
     learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help="where the best checkpoint is kept")
     score = commands.add_parser("score", help="the tests of chapter 4 for a policy, by NumPy alone")
-    score.add_argument("policy", metavar="FILE.npz")
+    score.add_argument("policy", metavar="POLICY", help=f"a file, or one that comes along: {', '.join(KEPT)}")
     score.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
     score.add_argument("--quick", action="store_true", help="a tenth of the cases")
     given = parser.parse_args(arguments)
@@ -65,7 +65,7 @@ def _score(path: str, share: float, seed: int) -> int:
     from .trials import policies
 
     try:
-        policy = Policy.load(path)
+        policy = Policy.kept(path) if path in KEPT else Policy.load(path)
     except (OSError, ValueError) as error:
         print(f"error: no policy is read from {path}: {error}", file=sys.stderr)
         return 2

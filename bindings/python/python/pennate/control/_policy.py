@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +17,7 @@ from ._task import Changes, Levels, Rules, Task
 
 Layer = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 KINDS = ("discrete", "continuous")
+KEPT = ("dqn", "ddpg")
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,10 @@ class Policy:
     """`"discrete"`: tanh inside, as the text has it; `"continuous"`: rectifiers inside, and tanh at the end."""
     layers: tuple[Layer, ...]
     """Weights (in, out) and offsets (out,) of each layer."""
+    scale: float = 100.0
+    """Length that is seen as 1; what is seen is not rounded."""
+    about: Mapping[str, Any] = field(default_factory=dict)
+    """How it was made: command, seed, rules, networks, versions, and what it scored. Plain values, by their names."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -38,11 +46,30 @@ class Policy:
             inside = np.tanh(inside) if self.kind == "discrete" else np.maximum(inside, 0)
         return np.tanh(inside) if self.kind == "continuous" else inside
 
+    def halved(self) -> Policy:
+        """The same with weights rounded to half precision, as files keep them."""
+        return replace(self, layers=tuple((_halved(weights), _halved(offsets)) for weights, offsets in self.layers))
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes an `.npz` file, which holds arrays and nothing that is run when it is read."""
-        arrays = {f"{name}{place}": part for place, layer in enumerate(self.layers) for name, part in zip("wb", layer)}
-        with open(path, "wb") as file:
-            np.savez(file, kind=np.array(self.kind), **arrays)  # type: ignore[arg-type]
+        """Writes an `.npz` file: arrays of half precision, and nothing that is run when it is read."""
+        arrays = {
+            f"{name}{place}": part.astype(np.float16)
+            for place, layer in enumerate(self.layers)
+            for name, part in zip("wb", layer)
+        }
+        about = np.array(json.dumps(dict(self.about), indent=1))
+        # A training that is killed while it writes leaves the last checkpoint whole.
+        beside = f"{os.fspath(path)}.part"
+        with open(beside, "wb") as file:
+            np.savez_compressed(file, kind=np.array(self.kind), scale=np.array(self.scale), about=about, **arrays)  # type: ignore[arg-type]
+        os.replace(beside, path)
+
+    @classmethod
+    def kept(cls, name: str) -> Policy:
+        """One that comes with the package: `"dqn"`, two inputs by strides, or `"ddpg"`, three inputs; for the BR2 arm."""
+        if name not in KEPT:
+            raise ValueError(f"there is no kept policy '{name}'; there are {', '.join(KEPT)}")
+        return cls.load(Path(__file__).parent / "kept" / f"{name}.npz")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
@@ -51,7 +78,18 @@ class Policy:
             count = sum(name.startswith("w") for name in file)
             if "kind" not in file or not count:
                 raise ValueError(f"{os.fspath(path)} holds no policy")
-            return cls(str(file["kind"]), tuple((file[f"w{place}"], file[f"b{place}"]) for place in range(count)))
+            layers = tuple((_whole(file[f"w{place}"]), _whole(file[f"b{place}"])) for place in range(count))
+            scale = float(file["scale"]) if "scale" in file else cls.scale
+            about = json.loads(str(file["about"])) if "about" in file else {}
+            return cls(str(file["kind"]), layers, scale, about)
+
+
+def _halved(array: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    return array.astype(np.float16).astype(np.float32)
+
+
+def _whole(array: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    return array.astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -76,27 +114,58 @@ def follow(
     *,
     actions: Levels | Changes,
     rules: Rules,
+    strides: Sequence[int] | None = None,
+    again: bool = False,
 ) -> Rollout:
     """Lets a policy act, without exploring, until the error is within the tolerance or the moves are used up.
 
     Discrete actions that would leave the limits are not chosen, and continuous ones end at the limit: assumed, as the text
-    does not say what its tests do there.
+    does not say what its tests do there. A greedy policy that comes back to levels where it was would go round in circles
+    until its moves are used up: of discrete actions only those to levels not visited yet are chosen, where there are any.
+
+    Args:
+        rules: What is asked for; what is seen, and how, belongs to the policy.
+        strides: The only ones of discrete actions that may be chosen.
+        again: Whether levels may be visited again.
     """
-    task = Task(arm, actions, rules, len(starts))
+    task = Task(arm, actions, replace(rules, scale=policy.scale, rounding=0.0), len(starts))
     everyone = np.arange(len(starts))
     task.place(everyone, starts, targets)
     closest = task.errors.copy()
+    track = _Track(task, strides) if isinstance(actions, Levels) else None
     for _ in range(rules.steps):
         go = everyone[task.errors > rules.tolerance]
         if not len(go):
             break
         values = policy(task.seen(go))
-        if isinstance(actions, Levels):
-            task.step(go, np.where(task.allowed(go) > 0, values, -np.inf).argmax(axis=1))
-        else:
-            task.step(go, values)
+        task.step(go, values if track is None else track.choose(go, values, again))
         closest[go] = np.minimum(closest[go], task.errors[go])
     return Rollout(task.inputs, task.errors, closest, task.moves)
+
+
+class _Track:
+    """Which levels arms have visited, and the best of the actions that lead elsewhere."""
+
+    def __init__(self, task: Task, strides: Sequence[int] | None) -> None:
+        assert isinstance(task.actions, Levels)
+        self.task = task
+        self.offered = np.ones(len(task.actions.table()), dtype=bool)
+        if strides is not None:
+            self.offered = np.isin(np.abs(task.actions.table()).max(axis=1), strides)
+        self.visited: list[npt.NDArray[np.int64]] = []
+
+    def choose(self, go: npt.NDArray[np.intp], values: npt.NDArray[np.float32], again: bool) -> npt.NDArray[np.intp]:
+        """(n,), actions of the arms `go`."""
+        here, ahead = self.task.places(go)
+        allowed = (self.task.allowed(go) > 0) & self.offered
+        if not again:
+            self.visited.append(np.full(self.task.count, -1))
+            self.visited[-1][go] = here
+            before = np.stack([visited[go] for visited in self.visited], axis=1)
+            new = allowed & ~(ahead[:, :, None] == before[:, None, :]).any(axis=2)
+            allowed = np.where(new.any(axis=1)[:, None], new, allowed)
+        found: npt.NDArray[np.intp] = np.where(allowed, values, -np.inf).argmax(axis=1)
+        return found
 
 
 def visit(policy: Policy, arm: Arm, start: Array, points: Sequence[Array], rules: Rules, actions: Changes) -> Rollout:

@@ -171,6 +171,12 @@ class Task:
         inside: Flags = np.all((after >= 0) & (after <= self._top), axis=2)
         return inside.astype(np.int8)
 
+    def places(self, which: Rows) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """(n,) numbers of the levels, one for all inputs together, and (n, actions) those after each discrete action."""
+        after = self._levels[which][:, None, :] + self._table
+        sizes = np.cumprod([1, *self._top + 1])[:-1]
+        return self._levels[which] @ sizes, after @ sizes
+
     def _draw(self, generator: np.random.Generator) -> Array:
         """(2, k), shares of the ranges for a start and a target."""
         if isinstance(self.actions, Levels):

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
 from typing import Any
 
 import flax.linen as nn
@@ -17,6 +18,7 @@ import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pennate
 from skrl.agents.jax.ddpg import DDPG
 from skrl.agents.jax.ddqn import DDQN
 from skrl.envs.wrappers.jax import Wrapper
@@ -28,13 +30,14 @@ from skrl.utils import set_seed
 
 from . import br2
 from ._envs import spaces
-from ._policy import Policy, follow
-from ._task import Changes, Levels, Rules, Task
+from ._judge import MOVE, PAIRS, Judge
+from ._policy import Layer, Policy
+from ._task import Levels, Rules, Task
 
 ARMS = 64
-# Of these many validation pairs, drawn apart from those of the tests, a checkpoint is judged.
-VALIDATION, SEED = 2000, 987_654_321
 CHECKPOINTS = 24
+# Of a target network towards the one that learns, at each update: the target is its mean over the last 100 updates or so.
+POLYAK = 0.01
 
 
 @dataclass(frozen=True)
@@ -47,14 +50,15 @@ class Recipe:
     rates: tuple[float, ...]
     memory: int
     discount: float
+    batch: int = 256
 
 
 RECIPES = {
     # 2 x 500 [G]; rates five and ten times those printed (2e-5, 1e-4), with which a prototype had 32 % after 3,700 episodes.
     "ddpg": Recipe("continuous", br2.CONTINUOUS, 500, (1e-4, 1e-3), 2000, 0.9),
     # 3 x 512, tanh [G]; errors in mm, no rounding, a falling rate and much exploration: a prototype with the printed ones (0.002,
-    # 0.1) came to 8 to 60 %.
-    "dqn": Recipe("discrete", replace(br2.DISCRETE, unit=1.0, rounding=0.0), 512, (1e-3,), 3000, 0.9),
+    # 0.1) came to 8 to 60 %. The way to the target is seen in 5 cm.
+    "dqn": Recipe("discrete", replace(br2.DISCRETE, unit=1.0, rounding=0.0, scale=50.0), 512, (1e-3,), 3000, 0.9),
 }
 
 
@@ -177,7 +181,9 @@ def train(
     say: Callable[[str], None] = print,
     keep: Callable[[Policy], None] = lambda policy: None,
 ) -> tuple[Policy, float]:
-    """The best checkpoint of a training, by its share of validation pairs that come near enough, and that share.
+    """The best checkpoint of a training, by its share of validation pairs that come near enough and its moves, and that share.
+
+    At each checkpoint the network that learns and its target network, a running mean of it, are judged.
 
     Args:
         method: `"ddpg"` or `"dqn"`.
@@ -187,15 +193,11 @@ def train(
         keep: Gets each checkpoint that is better than all before, as it comes.
     """
     recipe = RECIPES[method]
-    discrete = recipe.kind == "discrete"
-    arm = br2.table(0, both=not discrete, swivel=not discrete)
-    actions: Levels | Changes = Levels(br2.LEVELS) if discrete else Changes(br2.LARGEST)
+    judge = Judge(recipe.kind, PAIRS)
     set_seed(seed)
-    arms = Arms(Task(arm, actions, recipe.rules, ARMS), br2.LENGTH, seed)
+    arms = Arms(Task(judge.arm, judge.actions, recipe.rules, ARMS), br2.LENGTH, seed)
     agent, nets = _agent(method, recipe, arms, steps)
-    judge = Task(arm, actions, recipe.rules, VALIDATION)
-    judge.begin(np.arange(VALIDATION), [np.random.default_rng([SEED, place]) for place in range(VALIDATION)])
-    starts, targets = judge.inputs.copy(), judge.targets.copy()
+    acting = "q_network" if method == "dqn" else "policy"
     best: tuple[float, Policy] | None = None
     begin, learn = time.perf_counter(), agent.post_interaction
 
@@ -204,16 +206,26 @@ def train(
         learn(timestep=timestep, timesteps=timesteps)
         if (timestep + 1) % max(1, steps // CHECKPOINTS):
             return
-        policy = _policy(recipe.kind, nets["policy" if not discrete else "q_network"])
-        found = follow(policy, arm, starts, targets, actions=actions, rules=recipe.rules)
-        share = float(np.mean(found.errors <= recipe.rules.success))
-        if best is None or share > best[0]:
-            best = share, policy
-            keep(policy)
-        passed = time.perf_counter() - begin
+        passed, marks = time.perf_counter() - begin, []
+        for role in (acting, f"target_{acting}"):
+            policy = Policy(recipe.kind, _layers(nets[role]), recipe.rules.scale).halved()
+            share, moves = judge.mark(policy)
+            marks.append(f"{100 * share:.1f} % in {moves:.1f} moves")
+            if best is None or share - MOVE * moves > best[0]:
+                made = _about(method, recipe, steps, seed) | {
+                    "checkpoint": timestep + 1,
+                    "network": role,
+                    "episodes": arms.episodes,
+                    "seconds": round(passed),
+                    "validation_pairs": PAIRS,
+                    "validation_share": share,
+                    "validation_moves": moves,
+                }
+                best = share - MOVE * moves, replace(policy, about=made)
+                keep(best[1])
         say(
-            f"{timestep + 1} moves of {ARMS} arms, {arms.episodes} episodes, {passed:.0f} s: {100 * share:.1f} % of "
-            f"{VALIDATION} validation pairs within {recipe.rules.success:g} mm"
+            f"{timestep + 1} moves of {ARMS} arms, {arms.episodes} episodes, {passed:.0f} s: of {PAIRS} validation pairs within "
+            f"{recipe.rules.success:g} mm {marks[0]}, by its mean {marks[1]}"
         )
 
     agent.post_interaction = post_interaction
@@ -221,7 +233,19 @@ def train(
     SequentialTrainer(env=arms, agents=agent, cfg=settings).train()
     if best is None:
         raise RuntimeError("no checkpoint was made: too few steps")
-    return best[1], best[0]
+    return best[1], float(best[1].about["validation_share"])
+
+
+def _about(method: str, recipe: Recipe, steps: int, seed: int) -> dict[str, Any]:
+    """What another person needs to make the policy again."""
+    return {
+        "command": f"python -m pennate.control train {method} --steps {steps} --seed {seed}",
+        "seed": seed,
+        "arms": ARMS,
+        "recipe": asdict(recipe),
+        "polyak": POLYAK,
+        "versions": {"pennate": pennate.__version__} | {name: version(name) for name in ("skrl", "jax", "numpy")},
+    }
 
 
 def _agent(method: str, recipe: Recipe, arms: Arms, steps: int) -> tuple[Any, dict[str, Any]]:
@@ -240,9 +264,9 @@ def _agent(method: str, recipe: Recipe, arms: Arms, steps: int) -> tuple[Any, di
     warm = max(8, 3000 // ARMS)
     common: dict[str, Any] = {
         "gradient_steps": 1,
-        "batch_size": 256,
+        "batch_size": recipe.batch,
         "discount_factor": recipe.discount,
-        "polyak": 0.01,
+        "polyak": POLYAK,
         "learning_starts": warm,
         "random_timesteps": warm,
         "experiment": {"directory": "", "write_interval": 0, "checkpoint_interval": 0},
@@ -274,8 +298,8 @@ def _agent(method: str, recipe: Recipe, arms: Arms, steps: int) -> tuple[Any, di
     return agent, nets
 
 
-def _policy(kind: str, net: Any) -> Policy:
+def _layers(net: Any) -> tuple[Layer, ...]:
     """The layers of a network as arrays."""
     layers = jax.device_get(net.state_dict.params)["params"]
     names = sorted(layers, key=lambda name: int(name.rsplit("_", 1)[1]))
-    return Policy(kind, tuple((np.asarray(layers[name]["kernel"]), np.asarray(layers[name]["bias"])) for name in names))
+    return tuple((np.asarray(layers[name]["kernel"]), np.asarray(layers[name]["bias"])) for name in names)

@@ -1,0 +1,73 @@
+"""The policies that come with the package score what their files say, by NumPy alone."""
+
+from __future__ import annotations
+
+import pathlib
+
+import numpy as np
+import pytest
+
+from pennate.control import Policy, br2, follow
+from pennate.control import _policy
+from pennate.control._judge import MOVE, Judge, setting
+from pennate.control.trials import pairs
+
+# Another order of sums turns some close decisions.
+TOLERANCE = 0.003
+
+
+@pytest.mark.parametrize("name", _policy.KEPT)
+def test_a_kept_policy_scores_what_its_file_says(name: str) -> None:
+    policy = Policy.kept(name)
+    share, moves = Judge(policy.kind).mark(policy)
+    assert abs(share - policy.about["validation_share"]) <= TOLERANCE
+    assert abs(moves - policy.about["validation_moves"]) < 0.05
+    assert share >= 0.985 and MOVE * moves < 0.03
+    assert policy.about["command"].startswith(f"python -m pennate.control train {name} --steps ")
+
+
+@pytest.mark.parametrize(
+    ("name", "load", "bar"), [("dqn", 0, 0.973), ("dqn", 12, 0.96), ("ddpg", 0, 0.98), ("ddpg", 9, 0.98)]
+)
+def test_a_kept_policy_does_as_well_on_pairs_that_chose_no_checkpoint(name: str, load: int, bar: float) -> None:
+    policy = Policy.kept(name)
+    arm, actions, rules = setting(policy.kind, load)
+    rng = np.random.default_rng(5)
+    if name == "dqn":
+        starts, targets = pairs.pairs(load, 1000, 5)
+    else:
+        starts, ends = (arm.lower + rng.random((1000, 3)) * (arm.upper - arm.lower) for _ in range(2))
+        targets = arm.tip(ends)
+    found = follow(policy, arm, starts, targets, actions=actions, rules=rules)
+    assert np.mean(found.errors <= rules.success) >= bar
+
+
+def test_kept_policies_go_live_as_they_go_by_table() -> None:
+    policy = Policy.kept("dqn")
+    starts, targets = pairs.pairs(6, 60, 7)
+    _, actions, rules = setting("discrete")
+    ends = [
+        follow(policy, arm, starts, targets, actions=actions, rules=rules).errors
+        for arm in (br2.table(6), br2.solved(6))
+    ]
+    assert np.abs(ends[0] - ends[1]).max() < 0.01
+
+
+def test_without_visiting_levels_again_a_policy_no_longer_goes_round_in_circles() -> None:
+    policy = Policy.kept("dqn")
+    starts, targets = pairs.pairs(0, 500, 11)
+    _, actions, rules = setting("discrete")
+    shares = [
+        np.mean(follow(policy, br2.table(0), starts, targets, actions=actions, rules=rules, again=again).errors <= 15)
+        for again in (False, True)
+    ]
+    assert shares[0] > shares[1] + 0.03
+
+
+def test_kept_policies_take_little_room_and_say_which_there_are() -> None:
+    folder = pathlib.Path(_policy.__file__).parent / "kept"
+    files = sorted(folder.glob("*.npz"))
+    assert [file.stem for file in files] == sorted(_policy.KEPT)
+    assert sum(file.stat().st_size for file in files) < 3_000_000
+    with pytest.raises(ValueError, match="there is no kept policy 'sac'; there are dqn, ddpg"):
+        Policy.kept("sac")
