@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 from . import br2
 from ._arms import Arm, Followed, Solved, Swivelled
+from ._hybrid import hybrid
 from ._policy import Policy, Rollout, follow
 from ._reach import Reach, reach
+from ._servo import Servo
 from ._table import Table
 from ._task import Changes, Levels, Rules
 
@@ -35,12 +37,14 @@ __all__ = [
     "Reach",
     "Rollout",
     "Rules",
+    "Servo",
     "Solved",
     "Swivelled",
     "Table",
     "VectorEnv",
     "br2",
     "follow",
+    "hybrid",
     "reach",
 ]
 

@@ -130,19 +130,19 @@ def _looked_for(way: _Way, late: Rows, count: int) -> tuple[Array, Array]:
     """Errors that the model foretells, and inputs: of those that are good enough the nearest ones, else the best."""
     # Where the tip measured is beside that of the model, the target is put as far beside itself.
     targets = way.targets[late] + way.model.tip(way.inputs[late]) - way.tips[late]
-    enough = way.tolerance / 2
-    best, distance = np.full(len(late), np.inf), np.full(len(late), np.inf)
-    inputs = np.empty((len(late), len(way.model.names)))
-    for share in spread(count, len(way.model.names)):
-        search = _Way(way.model, way.model, targets, enough, None)
-        search.begin(np.tile(way.model.lower + share * (way.model.upper - way.model.lower), (len(late), 1)))
-        search.go(30)
-        way.jacobians[late] += search.jacobians
-        away = np.linalg.norm((search.inputs - way.inputs[late]) / way.range, axis=1)
-        both = (best <= enough) & (search.errors <= enough)
-        better = np.where(both, away < distance, search.errors < best)
-        best[better], distance[better], inputs[better] = search.errors[better], away[better], search.inputs[better]
-    return best, inputs
+    enough, width = way.tolerance / 2, len(way.range)
+    starts = way.model.lower + spread(count, width) * way.range
+    # All targets from all starts, side by side.
+    search = _Way(way.model, way.model, np.tile(targets, (count, 1)), enough, None)
+    search.begin(np.repeat(starts, len(late), axis=0))
+    search.go(30)
+    ends, errors = search.inputs.reshape(count, len(late), width), search.errors.reshape(count, len(late))
+    way.jacobians[late] += search.jacobians.reshape(count, len(late)).sum(axis=0)
+    away = np.linalg.norm((ends - way.inputs[late]) / way.range, axis=2)
+    # Errors below what is asked for are all as good: among them, distance decides.
+    order = np.where(errors <= enough, away - away.max() - 1.0, errors)
+    chosen = order.argmin(axis=0), np.arange(len(late))
+    return errors[chosen], ends[chosen]
 
 
 class _Way:
