@@ -99,11 +99,16 @@ pub fn last_state(step: &StepHistory) -> Option<&Equilibrium> {
 
 /// Whether the ends of all steps that got somewhere are stable; `None` where loads have no potential.
 pub fn stable(history: &History) -> Option<bool> {
-    let ends = || history.steps.iter().filter(|step| !step.increments.is_empty()).map(|step| step.stable);
-    if ends().any(|stable| stable == Some(false)) {
+    let ends = history.steps.iter().filter(|step| !step.increments.is_empty());
+    all_stable(&ends.map(|step| step.stable).collect::<Vec<_>>())
+}
+
+/// Whether all of some states are stable; `None` where there is none, or one of them is not known to be stable or unstable.
+pub(crate) fn all_stable(verdicts: &[Option<bool>]) -> Option<bool> {
+    if verdicts.contains(&Some(false)) {
         return Some(false);
     }
-    ends().all(|stable| stable.is_some()).then_some(true).filter(|_| ends().next().is_some())
+    (!verdicts.is_empty() && verdicts.iter().all(Option::is_some)).then_some(true)
 }
 
 /// Where rounding leaves the fewest digits of a run: the step, the kind (displacements, rotations, forces, moments) and

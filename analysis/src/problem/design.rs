@@ -5,8 +5,9 @@ use pennate_solver::history::{History, Status};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Step, Structure};
 
+use super::group::Answer;
 use super::{Control, Problem, Reason, mesh, outputs};
-use crate::solution::ProbeTable;
+use crate::solution::{self, ProbeTable};
 
 /// A design on the mesh of its problem.
 pub(super) struct Design {
@@ -26,25 +27,25 @@ impl Problem {
     }
 
     /// The outputs of a row of values, as far as its steps went, and why they went no farther.
-    pub(super) fn solve(&self, row: &[f64], control: &Control) -> (Vec<f64>, Option<Reason>) {
+    pub(super) fn solve(&self, row: &[f64], control: &Control) -> Answer {
         match self.design(row) {
             Ok(design) => self.solve_design(&design, control),
-            Err(reason) => (vec![f64::NAN; self.outputs.len()], Some(reason)),
+            Err(reason) => Answer::nothing(self.outputs.len(), reason),
         }
     }
 
     /// The same of a design.
-    pub(super) fn solve_design(&self, design: &Design, control: &Control) -> (Vec<f64>, Option<Reason>) {
+    pub(super) fn solve_design(&self, design: &Design, control: &Control) -> Answer {
         let options = Options { stop: control.stop.clone(), ..Options::default() };
         let wanted = || !control.is_stopped();
         match pennate_solver::solve(&design.structure, &design.steps, &options, &mut |_| wanted()) {
             Ok(mut history) => self.read(&design.model, &mut history),
-            Err(error) => (vec![f64::NAN; self.outputs.len()], Some(error.into())),
+            Err(error) => Answer::nothing(self.outputs.len(), error.into()),
         }
     }
 
     /// The outputs in a history, and why it ends early.
-    pub(super) fn read(&self, model: &Model, history: &mut History) -> (Vec<f64>, Option<Reason>) {
+    pub(super) fn read(&self, model: &Model, history: &mut History) -> Answer {
         self.mesh.name_segments(model, history);
         let failed = history.steps.iter().position(|step| step.status != Status::Converged);
         let table = ProbeTable::new(model, history);
@@ -59,6 +60,7 @@ impl Problem {
                 }
             }
         });
-        (outputs::values(&table, &self.outputs, reached), reason)
+        let values = outputs::values(&table, &self.outputs, reached);
+        Answer { values, reason, stable: solution::stable(history) }
     }
 }

@@ -21,6 +21,8 @@ pub struct Evaluation {
     pub values: Vec<f64>,
     /// Why a design has no answer, or not all of it.
     pub reasons: Vec<Option<Reason>>,
+    /// Whether the ends of all steps of a design that got somewhere are stable; `None` where nobody can say.
+    pub stable: Vec<Option<bool>>,
 }
 
 impl Problem {
@@ -45,8 +47,13 @@ impl Problem {
         let each = |workspace: &mut Workspace, group: &[&[f64]]| self.solve_group(group, control, workspace);
         let groups: Vec<Vec<Answer>> = rows.par_chunks(TOGETHER).map_init(Workspace::default, each).collect();
         let answers: Vec<Answer> = groups.into_iter().flatten().collect();
-        let (values, reasons): (Vec<Vec<f64>>, _) = answers.into_iter().unzip();
-        Evaluation { values: values.concat(), reasons }
+        let mut found = Evaluation { values: Vec::new(), reasons: Vec::new(), stable: Vec::new() };
+        for answer in answers {
+            found.values.extend(answer.values);
+            found.reasons.push(answer.reason);
+            found.stable.push(answer.stable);
+        }
+        found
     }
 
     /// Estimated discretization error of every output: the largest of a sample of some designs, solved on elements of the next
@@ -78,9 +85,11 @@ impl Problem {
         Some(self.outputs.iter().map(error).collect())
     }
 
-    /// The outputs of one design by the ordinary solver, as far as its steps went, and why they went no farther.
-    pub fn evaluate_alone(&self, row: &[f64]) -> (Vec<f64>, Option<Reason>) {
-        self.solve(row, &Control::default())
+    /// One design by the ordinary solver: its outputs as far as its steps went, why they went no farther, and whether it is
+    /// stable.
+    pub fn evaluate_alone(&self, row: &[f64]) -> (Vec<f64>, Option<Reason>, Option<bool>) {
+        let answer = self.solve(row, &Control::default());
+        (answer.values, answer.reason, answer.stable)
     }
 
     /// Rows of values, one a design. Without parameters there is one design.

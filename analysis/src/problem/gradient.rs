@@ -18,6 +18,8 @@ pub struct Derivatives {
     pub jacobian: Vec<f64>,
     /// Why a design has no answer, or not all of it, or no derivatives.
     pub reasons: Vec<Option<Reason>>,
+    /// Whether the ends of all steps of a design that got somewhere are stable; `None` where nobody can say.
+    pub stable: Vec<Option<bool>>,
 }
 
 /// What becomes of one design.
@@ -25,6 +27,7 @@ pub(super) struct Row {
     pub values: Vec<f64>,
     pub jacobian: Vec<f64>,
     pub reason: Option<Reason>,
+    pub stable: Option<bool>,
 }
 
 impl Problem {
@@ -49,11 +52,13 @@ impl Problem {
     pub fn gradient_while(&self, x: &[f64], control: &Control) -> Derivatives {
         let each = |row: &&[f64]| self.gradient_of(row, control);
         let all: Vec<Row> = self.rows(x).par_iter().map(each).collect();
-        let mut derivatives = Derivatives { values: Vec::new(), jacobian: Vec::new(), reasons: Vec::new() };
+        let mut derivatives =
+            Derivatives { values: Vec::new(), jacobian: Vec::new(), reasons: Vec::new(), stable: Vec::new() };
         for row in all {
             derivatives.values.extend(row.values);
             derivatives.jacobian.extend(row.jacobian);
             derivatives.reasons.push(row.reason);
+            derivatives.stable.push(row.stable);
         }
         derivatives
     }
@@ -64,6 +69,7 @@ impl Problem {
             values: vec![f64::NAN; outputs],
             jacobian: vec![f64::NAN; outputs * inputs],
             reason: Some(reason),
+            stable: None,
         };
         let design = match self.design(row) {
             Ok(design) => design,

@@ -16,8 +16,22 @@ const SPACE: Active<6> = [0, 1, 2, 3, 4, 5];
 /// Forces of a design smaller than this part of the largest of its group are not looked at closely enough there.
 const FEEBLE: f64 = 1e-2;
 
-/// The outputs of a design, as far as its steps went, and why they went no farther.
-pub(super) type Answer = (Vec<f64>, Option<Reason>);
+/// What is known of a design.
+pub(super) struct Answer {
+    /// The outputs, as far as its steps went.
+    pub values: Vec<f64>,
+    /// Why they went no farther.
+    pub reason: Option<Reason>,
+    /// Whether the ends of its steps are stable; `None` where nobody can say.
+    pub stable: Option<bool>,
+}
+
+impl Answer {
+    /// No value, for a reason.
+    pub(super) fn nothing(outputs: usize, reason: Reason) -> Self {
+        Self { values: vec![f64::NAN; outputs], reason: Some(reason), stable: None }
+    }
+}
 
 /// What a thread keeps from one group to the next: analyses of equations, which no answer depends on.
 #[derive(Default)]
@@ -29,7 +43,7 @@ pub(super) struct Workspace {
 impl Problem {
     /// The answers of a group of designs, in order.
     pub(super) fn solve_group(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Answer> {
-        let nothing = |reason| (vec![f64::NAN; self.outputs.len()], Some(reason));
+        let nothing = |reason| Answer::nothing(self.outputs.len(), reason);
         if control.is_stopped() {
             return rows.iter().map(|_| nothing(Reason::Interrupted)).collect();
         }
@@ -45,7 +59,11 @@ impl Problem {
             Err(reason) => nothing(reason),
             Ok(design) => {
                 let values = if self.is_plain(&design) { values.pop().flatten() } else { None };
-                values.map_or_else(|| self.solve_design(&design, control), |values| (values, None))
+                match values {
+                    // Side by side nothing goes beyond a state that is not stable.
+                    Some(values) => Answer { values, reason: None, stable: Some(true) },
+                    None => self.solve_design(&design, control),
+                }
             }
         };
         designs.into_iter().map(answer).collect()

@@ -12,6 +12,7 @@ use super::design::Design;
 use super::gradient::Row;
 use super::neighbour::{self, Packs};
 use super::{Control, Problem, Reason, mesh};
+use crate::solution;
 
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
 ///
@@ -48,6 +49,8 @@ pub(super) struct Slopes<'a> {
     /// Values of all probes after the steps so far, and their derivatives by the parameters (probe after probe).
     after: Vec<Vec<f64>>,
     slopes: Vec<Vec<f64>>,
+    /// The verdicts at the ends of the steps so far.
+    stable: Vec<Option<bool>>,
 }
 
 /// A neighbour: probes, then components that the next step holds where they are, and by how much the tangent changed.
@@ -58,7 +61,16 @@ struct Neighbour {
 
 impl<'a> Slopes<'a> {
     pub(super) fn new(problem: &'a Problem, row: &'a [f64], design: &'a Design, control: &'a Control) -> Self {
-        Self { problem, row, design, control, holds: BTreeMap::new(), after: Vec::new(), slopes: Vec::new() }
+        Self {
+            problem,
+            row,
+            design,
+            control,
+            holds: BTreeMap::new(),
+            after: Vec::new(),
+            slopes: Vec::new(),
+            stable: Vec::new(),
+        }
     }
 
     /// Follows the steps from the end of the first one, whose history is given.
@@ -71,6 +83,8 @@ impl<'a> Slopes<'a> {
                 let control = self.control;
                 history = path.run(&self.design.steps[index..=index], &mut |_| !control.is_stopped());
             }
+            let ends = history.steps.iter().filter(|step| !step.increments.is_empty());
+            self.stable.extend(ends.map(|step| step.stable));
             if let Err(stopped) = self.step(&mut path, packs, index, &history) {
                 reason = reason.or(Some(stopped));
                 if self.after.len() <= index {
@@ -94,7 +108,7 @@ impl<'a> Slopes<'a> {
             };
             jacobian.extend((0..inputs).map(slope));
         }
-        Row { values, jacobian, reason }
+        Row { values, jacobian, reason, stable: solution::all_stable(&self.stable) }
     }
 
     /// Reads one step and, where anything is asked of it, its derivatives.

@@ -30,7 +30,8 @@ fn compare(text: &str, parameters: &[&str], probes: &[&str], spread: f64) -> usi
     };
     let mut unanswered = 0;
     for (design, row) in rows.chunks_exact(middle.len()).enumerate() {
-        let (alone, reason) = problem.evaluate_alone(row);
+        let (alone, reason, stable) = problem.evaluate_alone(row);
+        assert_eq!(stable, all.stable[design], "{row:?}");
         assert_eq!(reason.is_some(), all.reasons[design].is_some(), "{row:?}: {reason:?} {:?}", all.reasons[design]);
         unanswered += usize::from(reason.is_some());
         for (output, &one) in alone.iter().enumerate() {

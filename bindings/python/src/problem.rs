@@ -174,39 +174,42 @@ impl Problem {
         )
     }
 
-    /// (n, m) or (m,), and the reasons of those without an answer.
+    /// (n, m) or (m,), the reasons of those without an answer, and whether they are stable.
+    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
         x: PyReadonlyArrayDyn<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Vec<Why>)> {
+    ) -> PyResult<(Bound<'py, PyAny>, Vec<Why>, Vec<Option<bool>>)> {
         let (values, designs, alone) = self.rows(&x)?;
         if designs == 0 {
-            return Ok((array(py, Vec::new(), &[0, self.compiled.outputs().len()])?, Vec::new()));
+            return Ok((array(py, Vec::new(), &[0, self.compiled.outputs().len()])?, Vec::new(), Vec::new()));
         }
         let answer = self.work(py, designs, |problem, control| problem.evaluate_while(&values, control))?;
         let outputs = self.compiled.outputs().len();
         let shape = if alone { vec![outputs] } else { vec![designs, outputs] };
-        Ok((array(py, answer.values, &shape)?, self.why(&answer.reasons)))
+        Ok((array(py, answer.values, &shape)?, self.why(&answer.reasons), answer.stable))
     }
 
-    /// (n, m) and (n, m, k), or (m,) and (m, k), and the reasons of those without an answer.
+    /// (n, m) and (n, m, k), or (m,) and (m, k), the reasons of those without an answer, and whether they are stable.
+    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn gradient<'py>(
         &self,
         py: Python<'py>,
         x: PyReadonlyArrayDyn<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<Why>)> {
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<Why>, Vec<Option<bool>>)> {
         let (values, designs, alone) = self.rows(&x)?;
         let (outputs, inputs) = (self.compiled.outputs().len(), self.compiled.parameters().len());
         if designs == 0 {
             let none = array(py, Vec::new(), &[0, outputs])?;
-            return Ok((none, array(py, Vec::new(), &[0, outputs, inputs])?, Vec::new()));
+            return Ok((none, array(py, Vec::new(), &[0, outputs, inputs])?, Vec::new(), Vec::new()));
         }
         let answer = self.work(py, designs, |problem, control| problem.gradient_while(&values, control))?;
         let lead = if alone { vec![] } else { vec![designs] };
         let shape = |rest: &[usize]| lead.iter().chain(rest).copied().collect::<Vec<usize>>();
         let y = array(py, answer.values, &shape(&[outputs]))?;
-        Ok((y, array(py, answer.jacobian, &shape(&[outputs, inputs]))?, self.why(&answer.reasons)))
+        let j = array(py, answer.jacobian, &shape(&[outputs, inputs]))?;
+        Ok((y, j, self.why(&answer.reasons), answer.stable))
     }
 
     /// Seconds that one row takes so many times over, without Python: what a call is compared with.

@@ -52,6 +52,26 @@ def test_gradients_are_those_of_differences(problem: pennate.Problem) -> None:
     assert problem.gradient(np.stack([x, x]))[1].shape == (2, 2, 2)
 
 
+def test_designs_know_whether_they_are_stable() -> None:
+    # A column that is pushed beyond its load stays straight where nothing disturbs it: it ends at the bifurcation.
+    column = pennate.loads("""
+        format = "pennate/1"
+        parameters = { F = 1 }
+        nodes = { A = [0, 0], B = [0, 100] }
+        materials.steel = { youngs_modulus = "200 GPa", poissons_ratio = 0.3 }
+        sections.wire = { circle = { radius = 0.75 } }
+        members.wire = { nodes = ["A", "B"], section = "wire", material = "steel" }
+        supports = { A = "clamped" }
+        steps = [{ name = "push", force = { B = [0, "= -F"] } }]
+        probes = { drop = { node = "B", displacement = [0, -1] } }
+    """).problem(["F"])
+    column([[1.0], [np.nan], [100.0]])
+    assert column.stable == [True, None, True]
+    assert [reason and reason.kind for reason in column.reasons] == [None, "not_finite", "bifurcation"]
+    column.gradient([2.0])
+    assert column.stable == [True]
+
+
 def test_designs_without_an_answer_have_a_reason(problem: pennate.Problem) -> None:
     y = problem([[22.0, np.nan], [22.0, 25.0], [22.0, 1000.0]])
     assert np.isnan(y[[0, 2]]).all() and np.isfinite(y[1]).all()

@@ -104,7 +104,7 @@ class Problem:
         Returns:
             (n, m) or (m,); not a number where there is no answer, and `reasons` says why.
         """
-        y, self._last.found = self._call.evaluate(np.asarray(x, dtype=np.float64))
+        y, self._last.found, self._last.stable = self._call.evaluate(np.asarray(x, dtype=np.float64))
         self._last.designs = 1 if y.ndim == 1 else len(y)
         return y
 
@@ -117,7 +117,7 @@ class Problem:
         Returns:
             `y`, (n, m) or (m,), and `j`, (n, m, k) or (m, k); not a number where there is no answer, or no derivative.
         """
-        y, j, self._last.found = self._call.gradient(np.asarray(x, dtype=np.float64))
+        y, j, self._last.found, self._last.stable = self._call.gradient(np.asarray(x, dtype=np.float64))
         self._last.designs = 1 if y.ndim == 1 else len(y)
         return y, j
 
@@ -151,6 +151,15 @@ class Problem:
         from ._sweep._spread import Spread
 
         return Spread(self, executor, chunk, retries, timeout)
+
+    @property
+    def stable(self) -> list[bool | None]:
+        """One entry a design of the last call that this thread made: whether the ends of all steps that got somewhere are stable.
+
+        `None` where that is not defined, or not known. Plane networks are judged out of their plane as well, unless the file
+        says `dimension = "plane"`.
+        """
+        return list(getattr(self._last, "stable", []))
 
     def live(self, count: int | None = None) -> Live | Lives:
         """An equilibrium at the values of the file, to be followed from there; with a number, so many side by side.
