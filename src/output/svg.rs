@@ -14,15 +14,27 @@ pub fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", FINE * size).into_font().color(&BLACK)
 }
 
-/// Draws a picture of so many pixels on a white ground.
+/// Draws a picture of so many pixels on a white ground into a file.
 ///
 /// # Errors
 /// Those of drawing and of writing the file.
 pub fn draw(
     path: &Path,
-    (width, height): (u32, u32),
+    size: (u32, u32),
     fill: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Box<dyn Error>>,
 ) -> Result<(), Box<dyn Error>> {
+    std::fs::write(path, text(size, fill)?)?;
+    Ok(())
+}
+
+/// The same as a text.
+///
+/// # Errors
+/// Those of drawing.
+pub fn text(
+    (width, height): (u32, u32),
+    fill: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Box<dyn Error>>,
+) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, (FINE * width, FINE * height)).into_drawing_area();
@@ -33,6 +45,5 @@ pub fn draw(
     // The view box stays as fine as it was drawn; the picture has the size in pixels.
     let fine = format!("width=\"{}\" height=\"{}\" viewBox", FINE * width, FINE * height);
     let coarse = format!("width=\"{width}\" height=\"{height}\" viewBox");
-    std::fs::write(path, text.replacen(&fine, &coarse, 1))?;
-    Ok(())
+    Ok(text.replacen(&fine, &coarse, 1))
 }

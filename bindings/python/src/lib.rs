@@ -5,6 +5,7 @@
 //! own where it may take long, so that signals are heard; a panic becomes an exception.
 
 mod findings;
+mod flow;
 mod guard;
 mod network;
 mod problem;

@@ -158,6 +158,12 @@ impl Network {
         crate::problem::compile(py, self, &parameters, &probes, accuracy, &sample, threads)
     }
 
+    /// The load flow, as the JSON, the table and the picture of the program, and the networks of its steps: name and text.
+    #[pyo3(signature = (threads, progress))]
+    fn flow(&self, py: Python<'_>, threads: Option<usize>, progress: Listener) -> PyResult<crate::flow::Answer> {
+        crate::flow::answer(py, self, threads, &progress)
+    }
+
     /// Modes or factors, as the JSON and the table of the program.
     #[pyo3(signature = (question, step, along, count, accuracy, threads, progress))]
     #[expect(clippy::too_many_arguments, reason = "each is an option of the command")]

@@ -73,6 +73,9 @@ fn member(flow: &Flow, index: usize) -> (String, Value) {
     let member: &MemberFlow = &flow.members[index];
     let [axial, transverse, moment] = member.shares;
     let points = member.points.iter();
+    let edge = &flow.graph.edges[index];
+    let [start, end] = edge.joints.map(|joint| flow.model.nodes[joint].name.as_str());
+    let (from, to) = if edge.forward { (start, end) } else { (end, start) };
     let points: Vec<Value> =
         points.map(|point| json!({ "position": point.position, "load": point.load, "motion": point.motion })).collect();
     let value = json!({
@@ -82,6 +85,8 @@ fn member(flow: &Flow, index: usize) -> (String, Value) {
         "axial_load": member.axial,
         "passed": member.passed,
         "grounded": member.grounded,
+        "from": from,
+        "to": to,
         "level": level(flow, index),
         "points": points,
     });

@@ -28,12 +28,21 @@ const OTHER: RGBColor = RGBColor(130, 130, 130);
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Spot = (f64, f64);
 
-/// Draws a load flow.
+/// Draws a load flow into a file.
 ///
 /// # Errors
 /// Where the file cannot be written.
 pub fn draw(flow: &Flow, path: &Path) -> Result<(), Box<dyn Error>> {
-    svg::draw(path, (NETWORK.0 + GRAPH, NETWORK.1 + LEGEND), |area| {
+    std::fs::write(path, picture(flow)?)?;
+    Ok(())
+}
+
+/// The picture of a load flow as a text.
+///
+/// # Errors
+/// Those of drawing.
+pub fn picture(flow: &Flow) -> Result<String, Box<dyn Error>> {
+    svg::text((NETWORK.0 + GRAPH, NETWORK.1 + LEGEND), |area| {
         let (halves, below) = area.split_vertically(FINE * NETWORK.1);
         let (left, right) = halves.split_horizontally(FINE * NETWORK.0);
         network(flow, &left)?;

@@ -21,6 +21,7 @@ from ._errors import (
     SolveError,
     WorkerError,
 )
+from ._flow import Flow, FlowGraph, FlowStep
 from ._network import Check, Network, load, loads, scene, scenes, schema
 from ._optimize import Outcome, Study, StudyError, optimize
 from ._problem import Live, Lives, Problem, Reason
@@ -33,6 +34,9 @@ __all__ = [
     "Check",
     "Error",
     "Finding",
+    "Flow",
+    "FlowGraph",
+    "FlowStep",
     "History",
     "InternalError",
     "Interrupted",

@@ -49,6 +49,7 @@ class Network:
         sample: Sequence[float],
         threads: int,
     ) -> Problem: ...
+    def flow(self, threads: int | None, progress: _Listener) -> tuple[str, str, str, _Files]: ...
     def spectrum(
         self,
         question: Literal["modes", "buckling"],

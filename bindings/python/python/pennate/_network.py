@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._errors import Finding, Interrupted
+from ._flow import Flow
 from ._solution import Solution
 from ._spectra import Buckling, Modes
 
@@ -307,6 +308,19 @@ class Network:
         from ._view import Session
 
         return Session(self, ranges=ranges, accuracy=accuracy, port=port, bind=bind, hosts=hosts)
+
+    def flow(self, *, threads: int = 1, progress: Progress | None = None) -> Flow:
+        """The load flow, where the file has `[load_flow]`: which members transmit what the input puts in, and what muscles
+        in their place do.
+
+        Raises:
+            NetworkError: There is no `[load_flow]`, or what it names does not fit.
+            MechanismError: The mechanism can move without force.
+        """
+        text, report, picture, steps = self._read.flow(_count(threads, "threads"), progress)
+        _, _, directory, _, files = self._read.parts()
+        networks = [Network._of(_core.Network(step, name, directory, [], files)) for name, step in steps]
+        return Flow(self, text, report, picture, networks)
 
     # Python's own.
 
