@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 import concurrent.futures
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import pennate
@@ -92,6 +101,50 @@ def test_an_executor_gives_the_same_bytes(folder: Path) -> None:
         pennate.optimize(path, folder / "two", executor=executor)
     assert (folder / "two" / "designs.csv").read_bytes() == (folder / "one" / "designs.csv").read_bytes()
 
+@pytest.mark.parametrize("text", [FRONT, TARGET], ids=["front", "targets"])
+def test_workers_of_an_executor_write_the_same_bytes(folder: Path, text: str) -> None:
+    pytest.importorskip("pymoo")
+    path = study(folder, text)
+    pennate.optimize(path, folder / "here")
+    with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        pennate.optimize(path, folder / "there", executor=executor)
+    assert (folder / "there" / "designs.csv").read_bytes() == (folder / "here" / "designs.csv").read_bytes()
+
+
+def test_a_search_that_is_killed_twice_goes_on_to_the_same_bytes(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    path = study(folder, FRONT.replace("generations = 4", "generations = 60"))
+    pennate.optimize(path, folder / "whole")
+    whole = (folder / "whole" / "designs.csv").read_bytes()
+    command = [sys.executable, "-m", "pennate", "optimize", str(path), "-o", str(folder / "killed"), "--threads", "1"]
+    table = folder / "killed" / "designs.csv"
+    for part in (0.2, 0.6):
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as search:
+            while search.poll() is None and (not table.exists() or table.stat().st_size < part * len(whole)):
+                time.sleep(0.002)
+            search.send_signal(signal.SIGKILL)
+        assert whole.startswith(table.read_bytes())
+    again = pennate.optimize(path, folder / "killed")
+    assert table.read_bytes() == whole and 0 < again.solved < len(again.designs)
+
+
+def test_an_interrupt_keeps_whole_batches_and_writes_what_was_found(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    path = study(folder, FRONT)
+
+    def interrupt(entry: dict[str, float]) -> None:
+        if entry["batch"] == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pennate.optimize(path, folder / "out", progress=interrupt)
+    names = {each.name for each in (folder / "out").iterdir()}
+    assert {"designs.csv", "front.csv", "progress.csv", "picks.json", "pick_1.json"} <= names
+    cut = (folder / "out" / "designs.csv").read_bytes()
+    pennate.optimize(path, folder / "out")
+    whole = (folder / "out" / "designs.csv").read_bytes()
+    assert whole.startswith(cut) and len(whole) > len(cut)
+
 
 def test_front_has_no_design_that_another_one_beats(folder: Path) -> None:
     pytest.importorskip("pymoo")
@@ -103,6 +156,7 @@ def test_front_has_no_design_that_another_one_beats(folder: Path) -> None:
 
 
 def test_targets_are_met_and_the_pick_is_that_design(folder: Path) -> None:
+    pytest.importorskip("scipy")
     outcome = pennate.optimize(study(folder, TARGET), folder / "out")
     assert abs(outcome.best[0].wanted[0] - 5) < 1e-3
     pick = pennate.load(folder / "out" / "pick_1.json")
@@ -139,6 +193,7 @@ def test_wrong_studies_are_refused_with_their_line(folder: Path, old: str, new: 
 
 
 def test_a_directory_of_another_study_is_left_alone(folder: Path) -> None:
+    pytest.importorskip("scipy")
     pennate.optimize(study(folder, TARGET), folder / "out")
     before = (folder / "out" / "designs.csv").read_bytes()
     with pytest.raises(pennate.StudyError, match="other variables"):
@@ -146,3 +201,68 @@ def test_a_directory_of_another_study_is_left_alone(folder: Path) -> None:
     with pytest.raises(pennate.StudyError, match="another seed"):
         pennate.optimize(study(folder, TARGET), folder / "out", seed=4)
     assert (folder / "out" / "designs.csv").read_bytes() == before
+
+
+def test_tolerances_make_objectives_the_worst_that_may_be(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    text = FRONT.replace("[search]", '[tolerances]\nL = 0.5\nF = "= 0.02 * F"\n[search]')
+    outcome = pennate.optimize(study(folder, text), folder / "out")
+    network = outcome.study.network
+    for design in outcome.best[::4]:
+        values = dict(zip(("L", "d"), design.x))
+
+        def drop(**off: float) -> float:
+            return float(network.set(**{**values, **off}).solve(accuracy=1e-4)["drop"][0])
+
+        spread = abs(drop(L=values["L"] + 0.5) - drop(L=values["L"] - 0.5)) / 2 + abs(drop(F=1.02) - drop(F=0.98)) / 2
+        assert design.spread[0] == pytest.approx(spread, rel=2e-2)
+        assert design.wanted[0] == pytest.approx(drop() - spread, rel=1e-3)
+        assert design.spread[1] == pytest.approx(0.5 * values["d"] ** 2)
+    head = (folder / "out" / "front.csv").read_text().splitlines()[0].split(",")
+    assert head[-2:] == ["drop_spread", "lightness_spread"]
+
+
+def test_a_search_begins_with_the_designs_of_a_table(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    (folder / "first.csv").write_text("d,number,L\n1.25,1,120.0\n1.5,2,60.0\n")
+    outcome = pennate.optimize(study(folder, FRONT), folder / "out", first=folder / "first.csv")
+    assert [design.x for design in outcome.designs[:2]] == [(120.0, 1.25), (60.0, 1.5)]
+    with pytest.raises(pennate.StudyError, match="no table of designs"):
+        (folder / "first.csv").write_text("d,number\n1.25,1\n")
+        pennate.optimize(study(folder, FRONT), folder / "other", first=folder / "first.csv")
+
+
+def test_three_objectives_have_a_front_and_a_hypervolume(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    text = FRONT.replace("[search]", 'thin = { minimize = "= d" }\n[search]\nreference = { thin = 2 }')
+    outcome = pennate.optimize(study(folder, text), folder / "out")
+    values = np.array([design.wanted for design in outcome.best]) * [-1, -1, 1]
+    for k, row in enumerate(values):
+        assert not any((other <= row).all() for other in np.delete(values, k, axis=0))
+    assert outcome.progress[-1]["hypervolume"] > 0.0
+
+
+def test_designs_that_end_unstable_count_as_failed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pymoo")
+    monkeypatch.setattr(pennate.Problem, "stable", property(lambda problem: [k % 2 == 0 for k in range(len(problem.reasons))]))
+    outcome = pennate.optimize(study(folder, FRONT), folder / "out")
+    assert {design.status for design in outcome.designs} == {"solved", "unstable"}
+    assert all(design.stable for design in outcome.best)
+
+
+def test_the_command_tells_of_its_progress_and_prints_json(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    command = [sys.executable, "-m", "pennate", "optimize", str(study(folder, FRONT)), "-o", str(folder / "out"), "--live", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, "PYTHONWARNINGS": "error"})
+    assert "batch 4 of 4" in done.stderr and "hypervolume" in done.stderr
+    found = json.loads(done.stdout)
+    assert found["designs"] == found["solved_now"] and found["best"][0]["stable"] is True
+
+
+def test_the_picture_shows_the_front(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    pytest.importorskip("matplotlib")
+    pennate.optimize(study(folder, FRONT), folder / "out")
+    picture = (folder / "out" / "front.svg").read_text()
+    assert "drop (greatest is best)" in picture and picture.rstrip().endswith("</svg>")
+    assert not list((folder / "out").glob("*.new"))

@@ -6,7 +6,9 @@ of `designs.csv`, and a search that was stopped goes on where it was by asking f
 
 from __future__ import annotations
 
+from ._read import read
+from ._reader import StudyError
 from ._run import Outcome, optimize
-from ._study import Study, StudyError, read
+from ._study import Study
 
 __all__ = ["Outcome", "Study", "StudyError", "optimize", "read"]

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import json
+import math
 import sys
 from collections.abc import Sequence
 
 from .._errors import Error
-from ._run import optimize
+from ._picture import can_draw
+from ._progress import Terminal
+from ._read import read
+from ._run import Outcome, optimize
+from ._table import Design
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -19,6 +25,9 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, metavar="N", help="in place of that of the study")
     parser.add_argument("--threads", type=int, metavar="N", help="the files are the same with any number")
     parser.add_argument("--budget", type=float, default=float("inf"), metavar="N", help="designs to solve at most")
+    parser.add_argument("--first", metavar="FILE", help="designs to begin with: a table such as the front.csv of another study")
+    parser.add_argument("--live", action="store_true", help="tell of every batch; front.svg or progress.svg is redrawn in any case")
+    parser.add_argument("--json", action="store_true", help="print what was found as JSON")
     given = parser.parse_args(list(arguments))
     settings = {}
     for text in given.set:
@@ -28,24 +37,62 @@ def main(arguments: Sequence[str]) -> int:
         except ValueError:
             print(f"error: --set {text} is not NAME=VALUE\nhelp: write for example --set D=360", file=sys.stderr)
             return 2
+    terminal = None
     try:
-        outcome = optimize(
-            given.study, given.output, settings=settings, seed=given.seed, threads=given.threads, budget=given.budget
-        )
+        study = read(given.study, settings, given.seed, given.first)
+        terminal = Terminal(study) if given.live else None
+        outcome = optimize(study, given.output, threads=given.threads, budget=given.budget, progress=terminal)
     except Error as error:
         print(error, file=sys.stderr)
         return 2
+    except ImportError as error:
+        print(f"error: {error}\nhelp: the libraries of searches come with pip install 'pennate[study]'", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"error: {given.output} cannot be written: {error}\nhelp: give another directory with -o", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here", file=sys.stderr)
+        if terminal:
+            terminal.close()
+        print(f"interrupted; {given.output} holds what was found, and the same command goes on from here", file=sys.stderr)
         return 130
-    failed = sum(design.status != "solved" for design in outcome.designs)
-    print(f"{len(outcome.designs)} designs, {outcome.solved} of them solved now, {failed} without an answer")
-    for design in outcome.best[:1] + outcome.best[1:][-1:]:
-        print(f"design {design.number}: " + ", ".join(f"{w.name} {v:.6g}" for w, v in zip(outcome.study.wanted, design.wanted)))
+    if terminal:
+        terminal.close()
+    print(json.dumps(summary(outcome), indent=2) if given.json else words(outcome))
     if not outcome.best:
         print("no design meets all constraints", file=sys.stderr)
         return 1
     return 0
+
+
+def words(outcome: Outcome) -> str:
+    """What was found, for a person."""
+    failed = sum(design.status != "solved" for design in outcome.designs)
+    lines = [f"{len(outcome.designs)} designs, {outcome.solved} of them solved now, {failed} without an answer"]
+    for design in outcome.best[:1] + outcome.best[1:][-1:]:
+        values = [f"{each.name} {value:.6g}" for each, value in zip(outcome.study.wanted, design.wanted)]
+        lines.append(f"design {design.number}: " + ", ".join(values))
+    if outcome.progress and not can_draw():
+        lines.append("no picture: matplotlib comes with pip install 'pennate[study]'")
+    return "\n".join(lines)
+
+
+def summary(outcome: Outcome) -> dict[str, object]:
+    """The same for programs."""
+    names = [each.name for each in outcome.study.variables], [each.name for each in outcome.study.wanted]
+
+    def entry(design: Design) -> dict[str, object]:
+        found = {"variables": dict(zip(names[0], design.x)), "wanted": dict(zip(names[1], design.wanted))}
+        return {"number": design.number, **found, "stable": design.stable}
+
+    last = outcome.progress[-1] if outcome.progress else {}
+    return {
+        "designs": len(outcome.designs),
+        "solved_now": outcome.solved,
+        "without_an_answer": sum(design.status != "solved" for design in outcome.designs),
+        **{key: value for key, value in last.items() if key in ("hypervolume", "best") and math.isfinite(value)},
+        "best": [entry(design) for design in outcome.best],
+    }
 
 
 if __name__ == "__main__":

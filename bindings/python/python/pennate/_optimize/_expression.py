@@ -53,9 +53,12 @@ class Expression:
             body = body[1:].strip()
         try:
             self._tree: ast.expr = ast.parse(body.replace("^", "**"), mode="eval").body
+            names = _names(self._tree)
         except SyntaxError as error:
             raise ValueError(f"'{body}' is no expression: {error.msg}") from None
-        self.names: frozenset[str] = frozenset(_names(self._tree))
+        except (RecursionError, MemoryError):
+            raise ValueError(f"'{body[:40]}…' is too long an expression") from None
+        self.names: frozenset[str] = frozenset(names)
         """Parameters, and probes such as `u` or `u@free`."""
 
     def __call__(self, values: Mapping[str, Values | float]) -> Values:

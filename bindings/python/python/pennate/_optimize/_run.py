@@ -5,17 +5,22 @@ from __future__ import annotations
 import concurrent.futures
 import dataclasses
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
+from . import _least, _search, _write
+from ._evaluate import Evaluator
+from ._front import front
+from ._progress import Picture
+from ._read import read
+from ._study import Study
+from ._table import Design, Table
 
-from . import _search, _write
-from ._study import Study, read
-from ._table import UNSOLVED, Design, Table
-
-Values = npt.NDArray[np.float64]
+METHODS: dict[str, Callable[[Evaluator, _search.Listener], None]] = {
+    "nsga2": _search.nsga2,
+    "cma-es": _search.cma_es,
+    "least-squares": _least.least_squares,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,12 +148,14 @@ def error(study: Study, design: Design) -> float:
     return found if np.isfinite(found) else float("inf")
 
 
+
 def optimize(
     study: Study | str | os.PathLike[str],
     output: str | os.PathLike[str],
     *,
     settings: Mapping[str, float] | None = None,
     seed: int | None = None,
+    first: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     executor: concurrent.futures.Executor | None = None,
     budget: float = float("inf"),
@@ -163,6 +170,11 @@ def optimize(
         seed: In place of that of the study.
         threads: One for each core by default; the files are the same with any number.
         executor: Whose workers solve the designs, as in `sweep`; the files are the same with any.
+
+        first: A table with a column for every variable, such as a `front.csv`: designs that the search begins with.
+        threads: One for each core by default, or one for each worker of an executor; the files are the same with any number.
+        executor: Solves the designs elsewhere: any `concurrent.futures.Executor`, of processes, dask or MPI. The files are
+            the same.
         budget: Designs to solve at most, those of earlier runs among them.
         progress: Called after each batch.
 
@@ -170,8 +182,10 @@ def optimize(
         StudyError: The study is wrong, or the directory belongs to another one.
         NetworkError: The network is wrong.
         WorkerError: Designs that no worker of the executor answered; the same call goes on.
+
+        KeyboardInterrupt: Ctrl-C; whole batches are kept, and written as if the search had ended there.
     """
-    found = study if isinstance(study, Study) else read(study, settings, seed)
+    found = study if isinstance(study, Study) else read(study, settings, seed, first)
     directory = Path(output)
     table = Table(found, directory)
     evaluator = Evaluator(found, table, threads, budget, executor)
@@ -180,4 +194,20 @@ def optimize(
     best = _search.front(found, [design for design in table.order if design.batch < evaluator.batch])
     outcome = Outcome(found, table.order, best, evaluator.solved, evaluator.progress, directory)
     _write.write(outcome)
+
+    picture = Picture(found, directory, evaluator)
+
+    def listen(entry: dict[str, float], best: Sequence[Design]) -> None:
+        picture(best)
+        if progress is not None:
+            progress(entry)
+
+    try:
+        METHODS[found.method](evaluator, listen)
+    finally:
+        # Also where it was interrupted. Rows of a later batch are those of a longer search.
+        best = front(found, [design for design in table.order if design.batch < evaluator.batch])
+        outcome = Outcome(found, table.order, best, evaluator.solved, evaluator.progress, directory)
+        picture(best, _write.picks(found, outcome.designs, best), at_once=True)
+        _write.write(outcome)
     return outcome

@@ -3,43 +3,57 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import hashlib
 import importlib.metadata
 import io
 import json
+import math
 import os
+import time
 from pathlib import Path
-
-import numpy as np
-import numpy.typing as npt
+from typing import NamedTuple
 
 from .._core import __version__
-from ._study import Study, StudyError
-
-Values = npt.NDArray[np.float64]
+from ._reader import StudyError
+from ._study import Study
 
 # Designs that were not solved: worse than any violation of a constraint.
 UNSOLVED = 1e9
+# Seconds after which what was written is brought to the disk itself: a machine that loses its power loses no more.
+SAFE = 1.0
+VERDICTS: dict[bool | None, str] = {True: "true", False: "false", None: ""}
 
 
-@dataclasses.dataclass(frozen=True)
-class Design:
+class Design(NamedTuple):
     """A design and what came of it."""
 
     number: int
+    """Counted from one in `designs.csv`; 0 where it was not solved."""
     batch: int
+    """The batch that it was asked for in, counted from zero."""
     x: tuple[float, ...]
+    """Values of the variables."""
     status: str
+    """`"solved"`, `"geometry"`, `"unstable"`, `"no_value"`, or the kind of a `Reason`."""
+    stable: bool | None
+    """Whether the ends of all steps are stable; `None` where nobody can say."""
     probes: tuple[float, ...]
+    """Values of the probes that the study refers to."""
     wanted: tuple[float, ...]
+    """Objectives or targets; with tolerances the worst that objectives may be."""
+    spread: tuple[float, ...]
+    """By how much tolerances worsen each objective; nothing without tolerances."""
     violation: float
+    """What constraints are violated by, each over its scale."""
     reason: str
+    """Why there is no answer."""
+    slopes: tuple[float, ...] = ()
+    """Derivatives of the probes by the variables, row after row, where the search asked for them."""
 
 
 def digits(value: float) -> str:
     """A number that reads as the same double; nothing where there is none."""
-    return repr(float(value)) if np.isfinite(value) else ""
+    return repr(value) if math.isfinite(value) else ""
 
 
 class Table:
@@ -49,34 +63,43 @@ class Table:
         self.path = directory / "designs.csv"
         self.study = study
         self.known: dict[tuple[float, ...], Design] = {}
+        """Designs of the batches that were asked for so far: what comes later in the file is not known yet."""
         self.order: list[Design] = []
+        self.batches: dict[int, list[Design]] = {}
         names = [each.name for each in study.wanted]
         variables = [each.name for each in study.variables]
-        self.head = ["number", "batch", *variables, "status", *study.probes, *names, "violation", "reason"]
+        spread = [f"{name}_spread" for name in names] if study.tolerances else []
+        slopes = [f"{probe}/{name}" for probe in study.probes for name in variables] if study.method == "least-squares" else []
+        self.head = ["number", "batch", *variables, "status", "stable", *study.probes, *names, *spread, "violation", "reason", *slopes]
+        self.widths = (len(variables), len(study.probes), len(names), len(spread), len(slopes))
         self.key = directory / "study.json"
+        self.synced = 0.0
         directory.mkdir(parents=True, exist_ok=True)
         self._open()
 
     def facts(self) -> dict[str, str]:
         """What the rows belong to."""
         study = self.study
+        parameters = study.network.parameters
         sources = {
             "network": study.network.text,
-            "parameters": json.dumps({name: study.network.parameters[name] for name in sorted(study.network.parameters)}),
+            "parameters": json.dumps({name: parameters[name] for name in sorted(parameters)}),
         }
         sources["wanted"] = json.dumps(
             [
                 [(each.name, each.value.text) for each in (*study.constraints, *study.wanted)],
                 [(each.name, each.least, each.most, each.scale) for each in study.constraints],
-                [(each.name, each.wanted) for each in study.targets],
+                [(each.name, each.sign) for each in study.objectives],
+                [(each.name, each.wanted, each.weight) for each in study.targets],
                 [(each.name, each.low, each.high) for each in study.variables],
+                study.tolerances,
                 study.accuracy,
             ]
         )
         # What decides which designs are asked for; generations and stops only say how many.
-        library = {"nsga2": "pymoo", "cma-es": "cma"}.get(study.method, "numpy")
-        made = [f"{name} {importlib.metadata.version(name)}" for name in sorted({library, "numpy"})]
-        search = [study.method, study.seed, study.population, study.screen, study.starts, __version__, made]
+        libraries = {"numpy", {"nsga2": "pymoo", "cma-es": "cma"}.get(study.method, "scipy")}
+        made = [f"{name} {importlib.metadata.version(name)}" for name in sorted(libraries)]
+        search = [study.method, study.seed, study.population, study.screen, study.starts, study.first.tolist(), __version__, made]
         sources["search"] = json.dumps(search)
         return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sources.items()}
 
@@ -101,64 +124,88 @@ class Table:
         self._read()
 
     def _write_head(self, facts: dict[str, str]) -> None:
-        self.key.write_text(json.dumps({"format": "pennate-study-results/1", "sources": facts}, indent=2) + "\n", "utf-8")
-        self.path.write_text(_line(self.head), "utf-8", newline="")
+        # The key comes first, and each file appears whole: a table without its key would belong to nobody.
+        key = json.dumps({"format": "pennate-study-results/1", "sources": facts}, indent=2) + "\n"
+        for path, text in ((self.key, key), (self.path, _lines([self.head]))):
+            beside = path.with_name(path.name + ".new")
+            beside.write_text(text, "utf-8", newline="")
+            beside.replace(path)
 
     def _read(self) -> None:
         """The rows, but for a last one that an interrupt cut off."""
-        text = self.path.read_bytes().decode("utf-8")
-        if not text.endswith("\n"):
-            text = text[: text.rfind("\n") + 1]
-            self.path.write_text(text, "utf-8", newline="")
-        rows = list(csv.reader(io.StringIO(text)))
-        k, m = len(self.study.variables), len(self.study.probes)
-        designs: list[Design] = []
+        written = self.path.read_bytes()
+        whole = written[: written.rfind(b"\n") + 1]
+        if whole != written:
+            os.truncate(self.path, len(whole))
+        rows = list(csv.reader(io.StringIO(whole.decode("utf-8"))))
         if not rows:
             self._write_head(self.facts())
             return
         if rows[0] != self.head:
             raise StudyError(f"error: {self.path} has other columns\nhelp: give another directory with -o")
-        for row in rows[1:]:
-            if len(row) != len(self.head):
-                break
-            values = [float(each) if each else float("nan") for each in row[2 : 2 + k] + row[3 + k : -2]]
-            x, rest = tuple(values[:k]), values[k:]
-            violation = float(row[-2]) if row[-2] else float("inf")
-            designs.append(
-                Design(int(row[0]), int(row[1]), x, row[2 + k], tuple(rest[:m]), tuple(rest[m:]), violation, row[-1])
-            )
-        for design in designs:
-            self.known[design.x] = design
-            self.order.append(design)
+        for line, row in enumerate(rows[1:], 2):
+            try:
+                self._keep(self._design(row))
+            except (ValueError, IndexError):
+                help = "remove the table, or give another directory with -o"
+                raise StudyError(f"error: line {line} of {self.path} is no design\nhelp: {help}") from None
+
+    def _design(self, row: list[str]) -> Design:
+        if len(row) != len(self.head):
+            raise ValueError
+        places = iter(row)
+        number, batch = int(next(places)), int(next(places))
+
+        def values(count: int) -> tuple[float, ...]:
+            return tuple(float(cell) if (cell := next(places)) else math.nan for _ in range(count))
+
+        variables, probes, wanted, spread, slopes = self.widths
+        x, status, stable = values(variables), next(places), {"true": True, "false": False}.get(next(places))
+        found = (values(probes), values(wanted), values(spread))
+        violation, reason = float(next(places)), next(places)
+        rates = values(slopes)
+        return Design(number, batch, x, status, stable, *found, violation, reason, rates if not all(map(math.isnan, rates)) else ())
+
+    def _keep(self, design: Design) -> None:
+        self.order.append(design)
+        self.batches.setdefault(design.batch, []).append(design)
 
     def add(self, designs: list[Design]) -> None:
         """Appends the designs of a batch at once."""
-        text = "".join(_line(self._row(design)) for design in designs)
+        text = _lines([self._row(design) for design in designs])
         with self.path.open("a", encoding="utf-8", newline="") as file:
             file.write(text)
             file.flush()
-            os.fsync(file.fileno())
+            if time.monotonic() > self.synced + SAFE:
+                os.fsync(file.fileno())
+                self.synced = time.monotonic()
         for design in designs:
-            self.known[design.x] = design
-            self.order.append(design)
+            self._keep(design)
+
+    def take(self, batch: int) -> list[Design]:
+        """The designs of a batch, which are known from now on."""
+        designs = self.batches.get(batch, [])
+        self.known.update((design.x, design) for design in designs)
+        return designs
 
     def drop_from(self, batch: int) -> None:
         """Takes away the designs of a batch and of all behind it."""
-        self.order = [design for design in self.order if design.batch < batch]
-        self.known = {design.x: design for design in self.order}
+        kept = [design for design in self.order if design.batch < batch]
+        self.order, self.batches = [], {}
+        for design in kept:
+            self._keep(design)
         beside = self.path.with_suffix(".new")
-        text = _line(self.head) + "".join(_line(self._row(design)) for design in self.order)
-        beside.write_text(text, "utf-8", newline="")
+        beside.write_text(_lines([self.head, *map(self._row, kept)]), "utf-8", newline="")
         beside.replace(self.path)
 
     def _row(self, design: Design) -> list[str]:
-        values = [digits(value) for value in design.x]
-        after = [digits(value) for value in (*design.probes, *design.wanted)]
-        numbers = [str(design.number), str(design.batch)]
-        return [*numbers, *values, design.status, *after, digits(design.violation), design.reason]
+        head = [str(design.number), str(design.batch), *map(digits, design.x), design.status, VERDICTS[design.stable]]
+        found = map(digits, (*design.probes, *design.wanted, *design.spread, design.violation))
+        slopes = map(digits, design.slopes) if design.slopes else [""] * self.widths[-1]
+        return [*head, *found, design.reason, *slopes]
 
 
-def _line(cells: list[str]) -> str:
+def _lines(rows: list[list[str]]) -> str:
     out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerow(cells)
+    csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._search import costs
+from ._front import costs, ranked
 from ._study import Study
 from ._table import Design, digits
 
@@ -24,8 +24,9 @@ def write(outcome: Outcome) -> None:
     """Writes everything but `designs.csv`, which grew on the way."""
     study, directory = outcome.study, outcome.directory
     names = [each.name for each in study.wanted]
-    head = ["number", *(each.name for each in study.variables), *study.probes, *names]
-    rows = [[str(d.number), *map(digits, (*d.x, *d.probes, *d.wanted))] for d in outcome.best]
+    spread = [f"{name}_spread" for name in names] if study.tolerances else []
+    head = ["number", *(each.name for each in study.variables), *study.probes, *names, *spread]
+    rows = [[str(d.number), *map(digits, (*d.x, *d.probes, *d.wanted, *d.spread))] for d in outcome.best]
     name = "front.csv" if len(study.objectives) > 1 else "best.csv"
     (directory / name).write_text(_csv([head, *rows]), "utf-8", newline="")
     if outcome.progress:
@@ -35,7 +36,7 @@ def write(outcome: Outcome) -> None:
     for old in directory.glob("pick_*.json"):
         old.unlink()
     summary = []
-    for k, design in enumerate(picks(study, outcome.best), 1):
+    for k, design in enumerate(picks(study, outcome.designs, outcome.best), 1):
         summary.append(_pick(study, design, k, outcome))
     (directory / "picks.json").write_text(json.dumps(summary, indent=2) + "\n", "utf-8")
 
@@ -46,22 +47,22 @@ def _csv(rows: list[list[str]]) -> str:
     return out.getvalue()
 
 
-def picks(study: Study, best: list[Design]) -> list[Design]:
-    """The ends of a front, its knee, and some between them; else the best design."""
-    if len(study.objectives) < 2 or not best:
-        return best[:1]
+def picks(study: Study, designs: list[Design], best: list[Design]) -> list[Design]:
+    """The ends of a front, its knee, and some between them; else the best designs."""
+    if len(study.objectives) < 2:
+        return ranked(study, [design for design in designs if design.violation == 0.0])[: study.pick.best]
+    if not best:
+        return []
     cost = costs(study, best)
     span = np.ptp(cost, axis=0)
     scaled = (cost - cost.min(0)) / np.where(span > 0, span, 1.0)
     chosen: list[int] = []
-    if study.pick.get("ends", True):
+    if study.pick.ends:
         chosen += [int(np.argmin(cost[:, k])) for k in range(cost.shape[1])]
-    if study.pick.get("knee", True):
+    if study.pick.knee:
         # The design nearest to the best of all objectives at once.
         chosen.append(int(np.argmin((scaled**2).sum(1))))
-    count = int(study.pick.get("spread", 0))
-    if count > 0:
-        chosen += [int(k) for k in np.linspace(0, len(best) - 1, count).round()]
+    chosen += [int(k) for k in np.linspace(0, len(best) - 1, study.pick.spread).round()]
     return [best[k] for k in sorted(set(chosen))]
 
 
