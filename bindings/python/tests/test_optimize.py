@@ -232,6 +232,17 @@ def test_a_search_begins_with_the_designs_of_a_table(folder: Path) -> None:
         pennate.optimize(study(folder, FRONT), folder / "other", first=folder / "first.csv")
 
 
+def test_parameters_that_the_network_makes_of_others_follow_them(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    text = NETWORK.replace("F = 1 }", 'F = 1, area = "= pi * d^2 / 4", weight = "= area * L" }')
+    (folder / "wire.toml").write_text(text)
+    path = study(folder, FRONT.replace("= 1000 - L * d^2", "= 1000 - weight").replace("= L / d", "= weight / area / d"))
+    outcome = pennate.optimize(path, folder / "out")
+    for design in outcome.best:
+        length, diameter = design.x
+        assert design.wanted[1] == pytest.approx(1000 - np.pi / 4 * diameter**2 * length) and length / diameter <= 150
+
+
 def test_three_objectives_have_a_front_and_a_hypervolume(folder: Path) -> None:
     pytest.importorskip("pymoo")
     text = FRONT.replace("[search]", 'thin = { minimize = "= d" }\n[search]\nreference = { thin = 2 }')

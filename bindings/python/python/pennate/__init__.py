@@ -24,6 +24,7 @@ from ._errors import (
 from ._flow import Flow, FlowGraph, FlowStep
 from ._network import Check, Network, load, loads, scene, scenes, schema
 from ._optimize import Outcome, Study, StudyError, optimize
+from ._optimize import read as read_study
 from ._problem import Live, Lives, Problem, Reason
 from ._solution import History, Member, Node, Solution, Step
 from ._spectra import Buckling, Modes
@@ -62,6 +63,7 @@ __all__ = [
     "load",
     "loads",
     "optimize",
+    "read_study",
     "scene",
     "scenes",
     "schema",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ._read import read
 from ._reader import StudyError
-from ._run import Outcome, optimize
+from ._run import Outcome, evaluate, optimize
 from ._study import Study
 
-__all__ = ["Outcome", "Study", "StudyError", "optimize", "read"]
+__all__ = ["Outcome", "Study", "StudyError", "evaluate", "optimize", "read"]

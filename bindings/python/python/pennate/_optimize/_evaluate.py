@@ -72,6 +72,8 @@ class Evaluator:
         """(n,), an expression of some designs; `x` may hold what may be off behind the variables."""
         known: dict[str, Values | float] = dict(self.parameters)
         known.update({name: x[:, k] for k, name in enumerate(self.names[: x.shape[1]])})
+        for name, made in self.study.derived:
+            known[name] = made(known)
         if probes is not None:
             known.update({name: probes[:, k] for k, name in enumerate(self.study.probes)})
         return np.broadcast_to(expression(known), (len(x),))

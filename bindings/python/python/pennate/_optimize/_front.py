@@ -53,11 +53,12 @@ def undominated(cost: Values) -> list[int]:
 
 def hypervolume(study: Study, best: Sequence[Design]) -> float:
     """What a front dominates beyond the reference; not a number where there is no reference."""
-    if not study.reference:
-        return float("nan")
-    signs = np.array([each.sign for each in study.objectives])
-    corner = np.array(study.reference) * signs
-    cost = costs(study, best)
+    return dominated(study, costs(study, best)) if study.reference else float("nan")
+
+
+def dominated(study: Study, cost: Values) -> float:
+    """The same of costs that do not dominate one another."""
+    corner = np.array(study.reference) * np.array([each.sign for each in study.objectives])
     cost = cost[(cost < corner).all(1)]
     if not len(cost):
         return 0.0

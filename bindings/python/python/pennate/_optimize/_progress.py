@@ -23,11 +23,11 @@ LINES, REDRAWN = 10.0, 0.1
 class Picture:
     """Keeps the picture of a search current without holding it up."""
 
-    def __init__(self, study: Study, directory: Path, evaluator: Evaluator) -> None:
+    def __init__(self, study: Study, directory: Path, evaluator: Evaluator, wanted: bool = True) -> None:
         self.study, self.evaluator = study, evaluator
         self.path = directory / _picture.name(study)
         self.next = 0.0
-        self.wanted = _picture.can_draw()
+        self.wanted = wanted and _picture.can_draw()
 
     def __call__(self, best: Sequence[Design], picks: Sequence[Design] = (), at_once: bool = False) -> None:
         begin = time.monotonic()

@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import _network
 from .._errors import Finding, NetworkError
+from ._expression import Expression
 from ._reader import Reader, StudyError
 from ._study import Constraint, Named, Objective, Pick, Study, Target, Values, Variable
 
@@ -86,6 +87,7 @@ def _checked(
     constraints = _constraints(reader, tree, parameters, after)
     objectives, targets = _wanted(reader, tree, parameters | after)
     tolerances = _tolerances(reader, tree, network)
+    derived = _derived(reader, network)
     if tolerances and targets:
         reader.wrong("tolerances go with objectives", "write [objectives], or leave [tolerances] out", "tolerances")
     search = reader.table(tree, "search")
@@ -118,6 +120,7 @@ def _checked(
         stop=_stop(reader, search),
         pick=_pick(reader, tree),
         probes=tuple(sorted(used & after - parameters)),
+        derived=derived,
         tolerances=tolerances,
         reference=_reference(reader, search, objectives),
         first=_first(reader, search, [each.name for each in variables], first),
@@ -261,6 +264,29 @@ def _wanted(reader: Reader, tree: dict[str, Any], names: set[str]) -> tuple[list
     elif targets and not sum(each.weight for each in targets) > 0.0:
         reader.wrong("no target has a weight", "write weight = 1, or leave it out", "targets")
     return objectives, targets
+
+
+def _derived(reader: Reader, network: _network.Network) -> tuple[tuple[str, Expression], ...]:
+    """Parameters that the network makes of others, and that nobody sets: they follow what is varied."""
+    written = network.to_dict().get("parameters", {})
+    texts = {name: text for name, text in written.items() if isinstance(text, str) and text.strip().startswith("=")}
+    found: list[tuple[str, Expression]] = []
+    open_names = dict(texts)
+    while open_names:
+        before = len(open_names)
+        for name, text in list(open_names.items()):
+            try:
+                value = Expression(text)
+            except ValueError as error:
+                reader.wrong(f"the network makes '{name}' by what a study cannot evaluate: {error}", "write its value")
+                open_names.pop(name)
+                continue
+            if not value.names & set(open_names):
+                found.append((name, value))
+                open_names.pop(name)
+        if len(open_names) == before:
+            break
+    return tuple(found)
 
 
 def _tolerances(reader: Reader, tree: dict[str, Any], network: _network.Network) -> tuple[tuple[str, float], ...]:

@@ -5,15 +5,18 @@ from __future__ import annotations
 import concurrent.futures
 import dataclasses
 import os
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from . import _least, _search, _write
 from ._evaluate import Evaluator
 from ._front import front
 from ._progress import Picture
 from ._read import read
-from ._study import Study
+from ._study import Study, Values
 from ._table import Design, Table
 
 METHODS: dict[str, Callable[[Evaluator, _search.Listener], None]] = {
@@ -160,6 +163,7 @@ def optimize(
     executor: concurrent.futures.Executor | None = None,
     budget: float = float("inf"),
     progress: Callable[[dict[str, float]], object] | None = None,
+    draw: bool = True,
 ) -> Outcome:
     """Looks for designs, and writes them into a directory; goes on where an earlier run of the study ended.
 
@@ -177,6 +181,7 @@ def optimize(
             the same.
         budget: Designs to solve at most, those of earlier runs among them.
         progress: Called after each batch.
+        draw: Keep a picture current, where matplotlib is there.
 
     Raises:
         StudyError: The study is wrong, or the directory belongs to another one.
@@ -197,6 +202,8 @@ def optimize(
 
     picture = Picture(found, directory, evaluator)
 
+    picture = Picture(found, directory, evaluator, draw)
+
     def listen(entry: dict[str, float], best: Sequence[Design]) -> None:
         picture(best)
         if progress is not None:
@@ -211,3 +218,10 @@ def optimize(
         picture(best, _write.picks(found, outcome.designs, best), at_once=True)
         _write.write(outcome)
     return outcome
+
+
+def evaluate(study: Study, x: Values, threads: int | None = None) -> list[Design]:
+    """Some designs of a study, (n, variables) in their units, in order: solved as a search would, and written nowhere."""
+    with tempfile.TemporaryDirectory() as folder:
+        evaluator = Evaluator(study, Table(study, Path(folder)), threads)
+        return evaluator((np.asarray(x, dtype=np.float64) - evaluator.low) / evaluator.span)

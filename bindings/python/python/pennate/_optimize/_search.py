@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ._evaluate import Evaluator, error
-from ._front import costs, front, hypervolume
-from ._study import Values
+from ._front import costs, dominated, front, hypervolume, undominated
+from ._study import Study, Values
 from ._table import Design
 
 Listener = Callable[[dict[str, float], Sequence[Design]], object]
@@ -61,11 +61,19 @@ def nsga2(evaluator: Evaluator, listener: Listener) -> None:
         # What was dominated stays so.
         best = front(study, best + evaluator.table.batches.get(evaluator.batch - 1, []))
         volumes.append(hypervolume(study, best))
-        note(evaluator, listener, best, hypervolume=volumes[-1])
+        note(evaluator, listener, best, hypervolume=volumes[-1], population=_population(study, search.pop))
         over = int(study.stop.get("over", 50))
         gain = study.stop.get("hypervolume_gain")
         if gain is not None and len(volumes) > over and volumes[-1] <= volumes[-1 - over] * (1 + gain):
             break
+
+
+def _population(study: Study, population: Any) -> float:
+    """The hypervolume of the designs that the method goes on with, without those that it has left behind."""
+    if not study.reference:
+        return float("nan")
+    cost = np.array([each.F for each in population if each.feas], dtype=np.float64).reshape(-1, len(study.objectives))
+    return dominated(study, cost[undominated(cost)] if len(cost) else cost)
 
 
 def cma_es(evaluator: Evaluator, listener: Listener) -> None:

@@ -94,6 +94,8 @@ class Study:
     pick: Pick
     probes: tuple[str, ...]
     """Probes that expressions refer to."""
+    derived: tuple[tuple[str, Expression], ...] = ()
+    """Parameters that the network makes of others, in an order in which they can be evaluated."""
     tolerances: tuple[tuple[str, float], ...] = ()
     """Parameters that are not met exactly, and how far they may be off to either side."""
     reference: tuple[float, ...] = ()
