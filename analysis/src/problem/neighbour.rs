@@ -19,8 +19,6 @@ use pennate_solver::system::System;
 /// Builds the chains of a structure.
 pub(super) type Packs<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
 
-/// A first step smaller than this (radians, or sizes of the network) is rounding: the numbers that differ have no influence.
-const NOTHING: f64 = 1e-10;
 /// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
 const MOST: usize = 8;
 const SETTLED: f64 = 1e-11;
@@ -39,17 +37,19 @@ pub(super) fn system<const D: usize>(
 }
 
 /// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
-/// there but for the factors. Gives by how much the tangent changed on the way: what a second step adds over what the first
-/// one did; `None` where the tangent has no inverse.
-pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<f64> {
-    let (mut first, mut changed) = (0.0, 0.0);
+/// there but for the factors. Gives how far its joints moved (radians, or sizes of the network), to second order: the step
+/// after the last one that was made counts; `None` where the tangent has no inverse.
+pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<Vec<f64>> {
+    let (mut first, mut moved) = (0.0, Vec::new());
     system.gather(true);
     for pass in 0..MOST {
-        let (step, size) = step(system, known)?;
+        let (step, components) = step(system, known)?;
+        let size = components.iter().fold(0.0, |most: f64, component| most.max(component.abs()));
         if pass == 0 {
             first = size;
-        } else if pass == 1 && first > NOTHING {
-            changed = size / first;
+            moved = components;
+        } else {
+            moved.iter_mut().zip(&components).for_each(|(sum, component)| *sum += component);
         }
         let done = pass > 0 && (!system.holds_strains() || size <= SETTLED * first);
         if done {
@@ -60,20 +60,20 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         }
         system.gather(true);
     }
-    Some(changed)
+    Some(moved)
 }
 
-/// What the factors of `known` make of what is out of balance, and its size: the largest rotation (radians) or displacement
-/// (over the size of the network) of a joint.
-fn step<const D: usize>(system: &System<D>, known: &mut System<D>) -> Option<(Vec<f64>, f64)> {
+/// What the factors of `known` make of what is out of balance, and the displacements (over the size of the network) and
+/// rotations (radians) of the joints in it.
+fn step<const D: usize>(system: &System<D>, known: &mut System<D>) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut step: Vec<f64> = system.rhs.iter().map(|residual| -residual).collect();
     let solved = known.solve_in_place(&mut step);
     let components = system.motions_of(&step).into_iter().flat_map(|motion| {
         let [ux, uy, uz, rx, ry, rz] = motion;
         [ux / system.size, uy / system.size, uz / system.size, rx, ry, rz]
     });
-    let size = components.fold(0.0, |most: f64, component| most.max(component.abs()));
-    (solved && size.is_finite()).then_some((step, size))
+    let components: Vec<f64> = components.collect();
+    (solved && components.iter().all(|component| component.is_finite())).then_some((step, components))
 }
 
 /// What a user may ask of the state that a system was brought to, which need not be an equilibrium to the last digit.

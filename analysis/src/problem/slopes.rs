@@ -22,8 +22,11 @@ const APART: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// Part by which the differences at both distances may differ: its square is left after extrapolation.
 const AGREED: f64 = 1e-4;
 /// By how much the tangent may change over this part of a parameter: it vanishes about so far away where it changes by all.
+/// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
 const NEAR: f64 = 1e-4;
+/// Motions smaller than this (radians, or sizes of the network) are rounding: the numbers that differ have no influence.
+const NOTHING: f64 = 1e-10;
 /// Part of the largest value of a probe that rounding may move it by.
 const ROUNDING: f64 = 1e-12;
 
@@ -53,10 +56,19 @@ pub(super) struct Slopes<'a> {
     stable: Vec<Option<bool>>,
 }
 
-/// A neighbour: probes, then components that the next step holds where they are, and by how much the tangent changed.
+/// A neighbour: probes, then components that the next step holds where they are, and how far its joints moved.
 struct Neighbour {
     values: Vec<f64>,
-    changed: f64,
+    moved: Vec<f64>,
+}
+
+/// How much the path bends between two neighbours on both sides of the design.
+fn bend(ahead: &[f64], behind: &[f64]) -> f64 {
+    let largest = |part: fn(f64, f64) -> f64| {
+        ahead.iter().zip(behind).map(|(&ahead, &behind)| part(ahead, behind).abs()).fold(0.0, f64::max)
+    };
+    let (together, apart) = (largest(|ahead, behind| ahead + behind), largest(|ahead, behind| ahead - behind));
+    if apart > NOTHING { together / apart } else { 0.0 }
 }
 
 impl<'a> Slopes<'a> {
@@ -235,14 +247,20 @@ impl<'a> Slopes<'a> {
         let mut open: Vec<usize> = Vec::new();
         for (round, part) in APART.into_iter().enumerate() {
             let apart = part * size;
-            let mut at = |by: f64| {
-                let Neighbour { values, changed } = self.neighbour(path, packs, (index, record), (input, by), kept)?;
-                let parts = by.abs() / (NEAR * size);
-                if changed > CHANGED * parts { Err(Reason::Singular { step: index }) } else { Ok(values) }
+            let mut pair = |by: f64| {
+                let mut at = |by: f64| self.neighbour(path, packs, (index, record), (input, by), kept);
+                let (ahead, behind) = (at(by)?, at(-by)?);
+                let bends = bend(&ahead.moved, &behind.moved) > CHANGED * by / (NEAR * size);
+                if bends { Err(Reason::Singular { step: index }) } else { Ok([ahead.values, behind.values]) }
             };
-            let near = [at(apart)?, at(-apart)?];
-            let far = [at(2.0 * apart)?, at(-2.0 * apart)?];
-            let all: Vec<usize> = if round == 0 { (0..near[0].len()).collect() } else { std::mem::take(&mut open) };
+            // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
+            let (near, far) = match pair(apart).and_then(|near| Ok((near, pair(2.0 * apart)?))) {
+                Ok(both) => both,
+                Err(Reason::Singular { .. }) if round + 1 < APART.len() => continue,
+                Err(reason) => return Err(reason),
+            };
+            let all: Vec<usize> =
+                if slopes.is_empty() { (0..near[0].len()).collect() } else { std::mem::take(&mut open) };
             slopes.resize(near[0].len(), f64::NAN);
             for quantity in all {
                 let slope =
@@ -305,18 +323,18 @@ impl<'a> Slopes<'a> {
         let mut system = neighbour::system(&path.system, packs, structure, &self.design.steps);
         system.adopt(&path.system);
         system.stand_at_end(&path.system, held, &drives);
-        let changed = neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
+        let moved = neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
         let state = neighbour::read(&mut system);
         // Values after the steps before, to first order: that is all that counts.
         let inputs = self.row.len();
-        let moved = |(values, slopes): (&Vec<f64>, &Vec<f64>)| {
+        let later = |(values, slopes): (&Vec<f64>, &Vec<f64>)| {
             let rate = |probe: usize| slopes.get(probe * inputs + input).copied().unwrap_or(f64::NAN);
             values.iter().enumerate().map(|(probe, value)| value + by * rate(probe)).collect()
         };
-        let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(moved).collect();
+        let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(later).collect();
         let mut values = self.probes(&model, record, state, &after);
         values.extend(kept.iter().map(|&(node, component)| neighbour::present(&system, node, component)));
-        Ok(Neighbour { values, changed })
+        Ok(Neighbour { values, moved })
     }
 
     /// What is held at the end of the present step, with the values of a neighbour.

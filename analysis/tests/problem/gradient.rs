@@ -131,6 +131,27 @@ pressure = { left = "= p" }
     check(&text, &["p", "d", "L", "beta"], &["stroke@inflate", "holding@hold", "holding@move", "stroke"]);
 }
 
+/// Stiff wires make much of a joint that is moved with their ends held, and nothing of it is left in equilibrium.
+#[test]
+fn joints_between_stiff_wires() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { length = 60, turn = 153, far = 540 }
+        nodes = { A = [0, 0], J = ["= -length * cos(turn)", "= -length * sin(turn)"], G = ["= 120 - length * cos(turn)", "= 30 - length * sin(turn)"],
+                  M = ["= -length * cos(turn)", "= -100 - length * sin(turn)"], B = ["= far", 0] }
+        materials.steel = { youngs_modulus = 2e5, poissons_ratio = 0.3 }
+        sections.wire = { circle = { radius = 0.75 }, shear = false }
+        muscles.silicone = { library = "silicone" }
+        members = { o = { nodes = ["J", "A"], section = "wire", material = "steel" }, c = { nodes = ["J", "G"], section = "wire", material = "steel" },
+                    m = { nodes = ["J", "M"], muscle = "silicone" }, s = { nodes = ["A", "B"], section = "wire", material = "steel" } }
+        supports = { G = "clamped", M = "clamped", B = ["uy"] }
+        steps = [{ name = "inflate", pressure = { all = 25 } }]
+        probes = { a = { node = "A", displacement = "uy" }, x = { node = "A", displacement = "ux" } }
+    "#;
+    check(text, &["turn", "length"], &["a", "x"]);
+}
+
 /// A hundredth before its limit point an arch has derivatives; a ten-thousandth before it, none that are worth a number.
 #[test]
 fn next_to_a_limit_point_there_is_a_reason() {
