@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import concurrent.futures
-
 import json
 import multiprocessing
 import os
@@ -93,13 +92,6 @@ def test_designs_are_the_same_bytes_for_any_number_of_threads_and_after_any_inte
         assert outcome.solved > 0
     assert pennate.optimize(path, folder / "two").solved == 0
 
-
-def test_an_executor_gives_the_same_bytes(folder: Path) -> None:
-    path = study(folder, TARGET)
-    pennate.optimize(path, folder / "one", threads=1)
-    with concurrent.futures.ThreadPoolExecutor(2) as executor:
-        pennate.optimize(path, folder / "two", executor=executor)
-    assert (folder / "two" / "designs.csv").read_bytes() == (folder / "one" / "designs.csv").read_bytes()
 
 @pytest.mark.parametrize("text", [FRONT, TARGET], ids=["front", "targets"])
 def test_workers_of_an_executor_write_the_same_bytes(folder: Path, text: str) -> None:
