@@ -188,8 +188,17 @@ def test_more_values_solve_only_what_is_missing(dyad: pennate.Network, whole: by
     with pytest.raises(FileExistsError, match="its accuracy"):
         pennate.sweep(dyad, beta=BETA, pressure=PRESSURE, output=tmp_path, accuracy=1e-5)
     assert (tmp_path / "sweep.csv").read_bytes() == whole
-    pennate.sweep(dyad, beta=[16, 20], pressure=PRESSURE, output=tmp_path, overwrite=True)
-    assert len((tmp_path / "sweep.csv").read_bytes().splitlines()) == 9
+    table = pennate.sweep(dyad, beta=[16, 20], pressure=[15, 16], output=tmp_path, overwrite=True)
+    assert len((tmp_path / "sweep.csv").read_bytes().splitlines()) == 5 and (table.reason == "").all()
+
+
+def test_two_runs_in_one_directory_both_end_in_a_whole_table(dyad: pennate.Network, whole: bytes, tmp_path: Path) -> None:
+    def another(done: int, _: int) -> None:
+        if done == 16:
+            pennate.sweep(dyad, beta=BETA, pressure=PRESSURE, output=tmp_path)
+
+    pennate.sweep(dyad, beta=BETA, pressure=PRESSURE, output=tmp_path, executor=Executor(), chunk=8, progress=another)
+    assert (tmp_path / "sweep.csv").read_bytes() == whole
 
 
 def test_the_program_and_the_package_go_on_with_each_other(

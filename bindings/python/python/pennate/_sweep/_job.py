@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import itertools
 import os
 import pickle
 import socket
@@ -111,7 +112,7 @@ Solver = Callable[[Array, Callable[[], bool]], Answers]
 
 _solvers: dict[str, Solver] = {}
 _lock = threading.Lock()
-_failures = 0
+_failures = itertools.count()
 # Runs in this process that nobody waits for any longer.
 stopped: set[str] = set()
 
@@ -126,23 +127,37 @@ def answer(key: str, run: str, attempt: str, x: Array, packed: bytes | None) -> 
 
     `attempt` makes each call another one for executors that keep the answers of equal calls.
     """
-    global _failures
+    solver = _solvers.get(key)
+    if solver is None:
+        if packed is None:
+            return Missing(name())
+        try:
+            solver = _kept(key, packed)
+        except Exception as error:
+            time.sleep(PAUSE[min(next(_failures), len(PAUSE) - 1)])
+            return Failure(name(), _told(error))
+    return solver(x, lambda: run in stopped)
+
+
+def _kept(key: str, packed: bytes) -> Solver:
+    """What answers chunks of a job; one thread compiles, and the others of the process wait for it."""
     with _lock:
-        # One thread compiles, and the others of the process wait for it.
-        solver = _solvers.get(key)
-        if solver is None:
-            if packed is None:
-                return Missing(name())
-            try:
-                solver = _made(packed)
-            except Exception as error:
-                _failures += 1
-                time.sleep(PAUSE[min(_failures, len(PAUSE)) - 1])
-                return Failure(name(), _told(error))
+        if key not in _solvers:
+            made = _made(packed)
             while len(_solvers) >= KEPT:
                 _solvers.pop(next(iter(_solvers)))
-            _solvers[key] = solver
-    return solver(x, lambda: run in stopped)
+            _solvers[key] = made
+        return _solvers[key]
+
+
+def _forked() -> None:
+    """A child of a process has no thread that would let go of the lock."""
+    global _lock
+    _lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forked)
 
 
 def _made(packed: bytes) -> Solver:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import json
 import math
 import os
@@ -31,7 +32,12 @@ class Rows:
     """What is known of all designs, an array entry each."""
 
     def __init__(self, plan: Plan, probes: int) -> None:
-        self.plan = plan
+        self.plan, self.probes = plan, probes
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing is known any more."""
+        plan, probes = self.plan, self.probes
         self.values = np.full((plan.count, probes), np.nan)
         self.stable = np.full(plan.count, -1, dtype=np.int8)
         self.error = np.full(plan.count, np.nan)
@@ -45,7 +51,7 @@ class Rows:
         self.values[numbers], self.stable[numbers] = found.values, found.stable
         # Two digits are more than an estimate has.
         self.error[numbers] = [float(f"{error:.1e}") for error in found.error.tolist()]
-        self.status[numbers] = found.status
+        self.status[numbers], self.reason[numbers] = found.status, ""
         for place, reason in found.reasons.items():
             self.reason[numbers[place]] = " ".join(reason.split())
         self.known[numbers] = True
@@ -89,6 +95,8 @@ class Table:
         self.head, self.manifest, self.rows = head, manifest, rows
         # Where the row of each design is in the file, so that no row is put together twice.
         self.begins, self.ends = np.zeros(rows.plan.count, dtype=np.int64), np.zeros(rows.plan.count, dtype=np.int64)
+        # Held open: whoever else writes a table to that place puts another file there, and this one stays as it is.
+        self.file: BinaryIO | None = None
 
     def begin(self, overwrite: bool) -> None:
         """Takes over what an earlier run left, and begins the table anew with that."""
@@ -97,47 +105,48 @@ class Table:
         if self.path.exists():
             why = self._earlier()
             if why and not overwrite:
+                self._close()
                 raise FileExistsError(f"{self.path} is that of another sweep: {why}; give another directory, or overwrite=True")
         if why:
-            self.rows.known[:] = False
+            self.rows.forget()
             _write(self.manifest_path, [json.dumps(self.manifest, indent=2).encode()])
         self._write_whole()
 
     def add(self, numbers: npt.NDArray[np.int64]) -> None:
         """Appends rows that were solved."""
-        with self.path.open("ab") as file:
-            # Numbers of a chunk are consecutive but for those that were known.
-            for run in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
-                lines = [f"{line}\n".encode() for line in self.rows.lines(int(run[0]), int(run[-1]) + 1)]
-                self.ends[run] = file.tell() + np.cumsum([len(line) for line in lines])
-                self.begins[run] = self.ends[run] - [len(line) for line in lines]
-                file.write(b"".join(lines))
+        file = self.file
+        assert file is not None, "a table is begun before rows are added"
+        place = file.seek(0, os.SEEK_END)
+        # Numbers of a chunk are consecutive but for those that were known.
+        for run in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
+            lines = [f"{line}\n".encode() for line in self.rows.lines(int(run[0]), int(run[-1]) + 1)]
+            self.ends[run] = place + np.cumsum([len(line) for line in lines])
+            self.begins[run] = self.ends[run] - [len(line) for line in lines]
+            place = int(self.ends[run[-1]])
+            file.write(b"".join(lines))
+        file.flush()
 
     def end(self) -> None:
         """Writes the whole table in the order of the designs."""
-        self._write_whole()
+        try:
+            self._write_whole()
+        finally:
+            self._close()
+
+    def _close(self) -> None:
+        if self.file is not None:
+            self.file.close()
 
     def _write_whole(self) -> None:
-        """The head, and the rows that are known, in order."""
+        """The head, and the rows that are known, in order; then the file is that one."""
         known = np.flatnonzero(self.rows.known)
         begins, ends = self.begins[known], self.ends[known]
-        # Neighbours that follow each other in the file are copied together.
-        apart = np.flatnonzero(begins[1:] != ends[:-1])
-        firsts, lasts = begins[np.r_[0, apart + 1]] if len(known) else begins, ends[np.r_[apart, -1]] if len(known) else ends
-
-        def parts() -> Iterator[bytes]:
-            yield top
-            if len(known):
-                with self.path.open("rb") as file:
-                    for first, last in zip(firsts.tolist(), lasts.tolist()):
-                        file.seek(first)
-                        for place in range(first, last, COPIED):
-                            yield file.read(min(COPIED, last - place))
-
         out = io.StringIO()
         csv.writer(out, lineterminator="\n").writerow(self.head)
         top = out.getvalue().encode()
-        _write(self.path, parts())
+        _write(self.path, itertools.chain([top], _copied(self.file, begins, ends)))
+        self._close()
+        self.file = self.path.open("r+b")
         self.ends[known] = len(top) + np.cumsum(ends - begins)
         self.begins[known] = self.ends[known] - (ends - begins)
 
@@ -156,15 +165,15 @@ class Table:
         if known != self.manifest:
             return "another version of pennate wrote it"
         beyond = 0
-        with self.path.open("rb") as file:
-            lines = _Lines(file)
-            records = csv.reader(lines)
-            if next(records, None) != self.head:
-                return "its columns are different"
+        self.file = self.path.open("rb")
+        lines = _Lines(self.file)
+        records = csv.reader(lines)
+        if next(records, None) != self.head:
+            return "its columns are different"
+        begin = lines.place
+        for record in records:
+            beyond += not self._read(record, begin, lines.place)
             begin = lines.place
-            for record in records:
-                beyond += not self._read(record, begin, lines.place)
-                begin = lines.place
         if beyond:
             return f"it holds {beyond} row{'s' * (beyond > 1)} that this sweep does not ask for"
         return None
@@ -186,6 +195,17 @@ class Table:
         rows.status[number], rows.stable[number], rows.reason[number] = record[width], KNOWN[record[width + 1]], record[-1]
         rows.known[number], self.begins[number], self.ends[number] = True, begin, end
         return True
+
+
+def _copied(file: BinaryIO | None, begins: npt.NDArray[np.int64], ends: npt.NDArray[np.int64]) -> Iterator[bytes]:
+    """Parts of a file; neighbours that follow each other in it are copied together."""
+    if file is None or not len(begins):
+        return
+    apart = np.flatnonzero(begins[1:] != ends[:-1])
+    for first, last in zip(begins[np.r_[0, apart + 1]].tolist(), ends[np.r_[apart, -1]].tolist()):
+        file.seek(first)
+        for place in range(first, last, COPIED):
+            yield file.read(min(COPIED, last - place))
 
 
 class _Lines:
