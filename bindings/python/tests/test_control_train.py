@@ -13,7 +13,9 @@ pytest.importorskip("skrl")
 pytestmark = pytest.mark.filterwarnings("ignore")
 
 
-@pytest.mark.parametrize(("method", "kind", "actions"), [("ddpg", "continuous", 3), ("dqn", "discrete", 12)])
+@pytest.mark.parametrize(
+    ("method", "kind", "actions"), [("ddpg", "continuous", 3), ("dqn", "discrete", 12), ("fine", "discrete", 4)]
+)
 def test_a_training_keeps_its_best_checkpoint(method: str, kind: str, actions: int, tmp_path: pathlib.Path) -> None:
     from pennate.control import __main__, _train
     from pennate.control._policy import Policy

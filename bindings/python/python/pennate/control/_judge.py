@@ -17,18 +17,22 @@ PAIRS, SEED = 2000, 987_654_321
 MOVE = 0.002
 
 
-def setting(kind: str, load: float = 0.0) -> tuple[Arm, Levels | Changes, Rules]:
+def setting(
+    kind: str, load: float = 0.0, strides: tuple[int, ...] = br2.STRIDES
+) -> tuple[Arm, Levels | Changes, Rules]:
     """The arm of a kind of policy with a load in g, what may be done with it, and what is asked for."""
     if kind == "discrete":
-        return br2.table(load), Levels(br2.LEVELS), replace(br2.DISCRETE, rounding=0.0)
+        rules = replace(br2.DISCRETE, rounding=0.0)
+        # With smaller strides as many more moves, so that the same ways can be gone.
+        return br2.table(load), Levels(br2.LEVELS, strides), replace(rules, steps=rules.steps * 4 // max(strides))
     return br2.table(load, both=True, swivel=True), Changes(br2.LARGEST), br2.CONTINUOUS
 
 
 class Judge:
     """The validation pairs of a kind of policy, on the arm without load."""
 
-    def __init__(self, kind: str, count: int = PAIRS) -> None:
-        self.arm, self.actions, self.rules = setting(kind)
+    def __init__(self, kind: str, count: int = PAIRS, strides: tuple[int, ...] = br2.STRIDES) -> None:
+        self.arm, self.actions, self.rules = setting(kind, strides=strides)
         task = Task(self.arm, self.actions, self.rules, count)
         task.begin(np.arange(count), [np.random.default_rng([SEED, place]) for place in range(count)])
         self.starts, self.targets = task.inputs.copy(), task.targets.copy()

@@ -25,6 +25,8 @@ HALF: Bounds = {"Pb": (0.0, BENDING), "Pr": (0.0, ROTATING)}
 BOTH: Bounds = {"Pb": (0.0, BENDING), "Pr": (-ROTATING, ROTATING)}
 # Inferred from the pressures of Table 9: steps of 0.5 psi and of 1 psi.
 LEVELS = (51, 29)
+# Given: an action goes by so many levels, up or down.
+STRIDES = (1, 2, 4)
 # From this load on, g, the arm buckles near full bending pressure; up to 16 g no state was found unstable.
 BUCKLING = 16.0
 # Further points of tables of such arms, kPa: the tip goes by the root of the distance from the pressure at which they buckle.
