@@ -10,7 +10,7 @@ from pennate.control import Policy, Servo, br2, hybrid, reach
 from pennate.control._bench import Bench, bench
 from pennate.control._judge import setting
 from pennate.control.trials import edges, half, pairs, whole
-from pennate.control.trials.paths import TABLE_12, _fresh, curve
+from pennate.control.trials.paths import TABLE_12, curve, fresh
 
 
 @pytest.mark.parametrize("load", [0, 9, 18])
@@ -66,12 +66,12 @@ def test_no_move_of_the_hybrid_is_too_large_and_its_moves_are_counted() -> None:
 @pytest.mark.parametrize(("worse", "allowed"), [(1.0, 5.0), (1.5, 13.0)])
 def test_feedback_with_integral_action_brings_a_biased_arm_to_its_waypoints(worse: float, allowed: float) -> None:
     for name in TABLE_12:
-        errors, moves = _served(_fresh(bench(9, worse)), curve(name, 10))
+        errors, moves = _served(fresh(bench(9, worse)), curve(name, 10))
         assert np.mean(errors) < allowed and moves < 10
 
 
 def test_feedback_follows_a_target_that_moves() -> None:
-    arm = _fresh(bench(0))
+    arm = fresh(bench(0))
     inputs = np.array([br2.BENDING / 2, 0.0, 0.0])
     servo, tip, errors = Servo(whole(0), inputs, tolerance=2.0, restarts=0), arm.tip(inputs[None])[0], []
     for target in curve("circle", 120)[:50]:

@@ -51,7 +51,7 @@ def test_the_bench_arm_stays_where_it_is_within_its_play() -> None:
 def test_the_fewest_moves_of_a_lattice_are_counted_as_they_are_made() -> None:
     goal = np.zeros((9, 5), dtype=bool)
     goal[0, 0] = True
-    found = pairs._distances(goal, (1, 4))
+    found = pairs.shortest(goal, (1, 4))
     assert found[0, 0] == 0 and found[4, 4] == 2 and found[8, 0] == 2 and found[3, 0] == 2 and found[2, 2] == 4
 
 
@@ -117,6 +117,6 @@ def test_a_way_that_ends_where_the_tip_turns_round_goes_on_from_elsewhere() -> N
 
 def test_on_the_worse_bench_arm_waypoints_are_met_to_a_third_of_what_is_asked_for() -> None:
     for name in paths.TABLE_12:
-        arm = paths._fresh(bench(9, 1.5))
+        arm = paths.fresh(bench(9, 1.5))
         errors = [error for error, _, _ in paths._along(arm, paths.curve(name, 10), whole(0), 3.0)]
         assert np.mean(errors) < 4.3

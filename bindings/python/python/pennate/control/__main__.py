@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import os
 import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from ._policy import KEPT, Policy
 from .trials import edges, pairs, paths
@@ -34,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     test.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
     test.add_argument("--quick", action="store_true", help="a tenth of the cases")
     learn = commands.add_parser("train", help="a policy by skrl on JAX; needs pennate[train]")
-    learn.add_argument("method", choices=("ddpg", "dqn"))
+    learn.add_argument("method", choices=("ddpg", "dqn", "fine"))
     learn.add_argument("--steps", type=int, default=6000, help="moves of 64 arms at once (6000)")
     learn.add_argument("--seed", type=int, default=0, help="of arms, networks and exploration (0)")
     learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help="where the best checkpoint is kept")
@@ -42,9 +44,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     score.add_argument("policy", metavar="POLICY", help=f"a file, or one that comes along: {', '.join(KEPT)}")
     score.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
     score.add_argument("--quick", action="store_true", help="a tenth of the cases")
+    report = commands.add_parser("report", help="one page: all tests, with pictures; needs pennate[view]")
+    report.add_argument("page", metavar="PAGE.md", help="pictures go into the folder `pictures` beside it")
+    report.add_argument("--only", nargs="+", default=[], metavar="SECTION", help="renews these sections of the page")
+    report.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
+    report.add_argument("--quick", action="store_true", help="a tenth of the cases")
     given = parser.parse_args(arguments)
     if given.command == "train":
         return _train(given.method, given.steps, given.seed, given.output)
+    if given.command == "report":
+        return _report(given.page, given.only, 0.1 if given.quick else 1.0, given.seed)
     if given.command == "score":
         return _score(given.policy, 0.1 if given.quick else 1.0, given.seed)
     unknown = [name for name in given.trials if name not in TRIALS]
@@ -72,6 +81,22 @@ def _score(path: str, share: float, seed: int) -> int:
     begin = time.perf_counter()
     print(policies.score(policy, share, seed))
     print(f"\n{path}, seed {seed}: {time.perf_counter() - begin:.1f} s, tables of states included.")
+    return 0
+
+
+def _report(page: str, only: Sequence[str], share: float, seed: int) -> int:
+    """Writes the page of all tests."""
+    if importlib.util.find_spec("matplotlib") is None:
+        print("error: matplotlib is not installed\nhelp: pip install 'pennate[view]'", file=sys.stderr)
+        return 2
+    from .trials import report
+
+    unknown = [name for name in only if name not in report.SECTIONS]
+    if unknown:
+        known = ", ".join(report.SECTIONS)
+        print(f"error: there is no section '{unknown[0]}'\nhelp: there are {known}", file=sys.stderr)
+        return 2
+    report.write(Path(page), only, share, seed)
     return 0
 
 

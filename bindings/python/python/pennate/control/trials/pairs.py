@@ -102,14 +102,14 @@ def fewest_moves(count: int, seed: int) -> str:
     rows = []
     for name, strides, prototype in (("all strides", (1, 2, 4), "6.2, 17"), ("the smallest alone", (1,), "22.1, 65")):
         goal = [np.linalg.norm(tips - tips[tuple(place)], axis=2) <= 10.0 for place in goals]
-        moves = [int(_distances(there, strides)[tuple(place)]) for there, place in zip(goal, starts)]
+        moves = [int(shortest(there, strides)[tuple(place)]) for there, place in zip(goal, starts)]
         rows.append([name, prototype, f"{np.mean(moves):.1f}, {max(moves)}"])
     return table(
         f"Fig. 35: fewest moves of the lattice, mean and most of {count} pairs", ["", "prototype", "here"], rows
     )
 
 
-def _distances(goal: npt.NDArray[np.bool_], strides: tuple[int, ...]) -> npt.NDArray[np.int64]:
+def shortest(goal: npt.NDArray[np.bool_], strides: tuple[int, ...]) -> npt.NDArray[np.int64]:
     """How many strides lead from each point of a lattice to the nearest one of a goal."""
     found = np.where(goal, 0, -1)
     reached, moves = goal, 0

@@ -60,14 +60,19 @@ def curve(name: str, count: int) -> Array:
     return found
 
 
+def extremal_shares() -> dict[str, list[tuple[float, float]]]:
+    """Waypoints of Fig. 34, as shares of the greatest pressures."""
+    return {
+        "extremal": [(1, 0), (1, 1), (0, 1), (0.5, 1), (0, 0)],
+        "lateral sweep": [(0.8, part) for part in (0, 0.25, 0.5, 0.75, 1)],
+    }
+
+
 def extremes() -> str:
     """Fig. 34: corners of the half workspace, and a lateral sweep, measured to 0.1 cm. The pressures are assumed."""
     arm = half(0)
     rows = []
-    for name, share in (
-        ("extremal", [(1, 0), (1, 1), (0, 1), (0.5, 1), (0, 0)]),
-        ("lateral sweep", [(0.8, part) for part in (0, 0.25, 0.5, 0.75, 1)]),
-    ):
+    for name, share in extremal_shares().items():
         found = list(_along(arm, arm.tip(np.array(share) * arm.upper), arm, 1.0))
         worst, moves = max(error for error, _, _ in found) / CM, sum(moves for _, moves, _ in found)
         rows.append([name, "≤ 1.0 each", f"{worst:.2f}", f"{moves}"])
@@ -124,9 +129,9 @@ def bench_arm(count: int) -> str:
         points, figures = curve(name, count), []
         planned = np.array([inputs for _, _, inputs in _along(whole(0), points, whole(0), 1.0)])
         for worse in (1.0, 1.5):
-            figures.append(spread(np.linalg.norm(_fresh(bench(0, worse)).tip(planned) - points, axis=1)))
+            figures.append(spread(np.linalg.norm(fresh(bench(0, worse)).tip(planned) - points, axis=1)))
             for load in (0, 9):
-                found = list(_along(_fresh(bench(load, worse)), points, whole(0), 3.0))
+                found = list(_along(fresh(bench(load, worse)), points, whole(0), 3.0))
                 figures.append(spread(np.array([error for error, _, _ in found])))
         rows.append(
             [name, *(part for each in zip(reported, PROTOTYPE_12[name], figures) for part in each), *figures[3:]]
@@ -137,7 +142,7 @@ def bench_arm(count: int) -> str:
     return table(f"Table 12: error along {count} waypoints on the bench arm, cm", head, rows)
 
 
-def _fresh(arm: Bench) -> Bench:
+def fresh(arm: Bench) -> Bench:
     """At half the bending pressure, whence its way to the first waypoint begins."""
     arm.tip(np.array([[br2.BENDING / 2, 0.0, 0.0]]))
     return arm
