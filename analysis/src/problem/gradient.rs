@@ -36,8 +36,8 @@ impl Problem {
     /// Derivatives are those of the equilibrium on the mesh, by every parameter: geometry, sections, tables of muscles, loads,
     /// pressures, springs, what steps prescribe. They are differences of equilibria a thousandth of a parameter apart, which
     /// the factors of the equilibrium at hand lead to; two distances tell whether they are to be trusted, and shorter ones
-    /// are tried where they are not, and where the path bends too much for them. Next to a limit point, where derivatives grow without bound, there is a reason in place
-    /// of numbers.
+    /// are tried where they are not, and where the path bends too much for them. Next to a limit point, where derivatives
+    /// grow without bound, there is a reason in place of numbers.
     ///
     /// # Panics
     /// As [`Problem::evaluate`].

@@ -174,6 +174,17 @@ def test_one_objective_goes_to_its_bound(folder: Path) -> None:
         ("[search]", '[search]\nmethod = "nsga3"', 15, "no method 'nsga3'"),
         ("most = 150", "scale = 1", 10, "needs a value, and least or most"),
         ('network = "wire.toml"', 'network = "wires.toml"', 3, "no network file"),
+        ('network = "wire.toml"', 'network = { scene = "nix" }', 3, "no such scene"),
+        ("from = 50", "from = 50, start = 900", 6, "starts at 900, beyond 200"),
+        ("most = 150", "most = 150, least = 200", 10, "at least 200 and at most 150"),
+        ("population = 12", "population = 2.5", 15, "'population' is 2.5"),
+        ("= L / d", "= " + "+".join(["L"] * 5000), 10, "too long an expression"),
+        ("[search]", "[tolerances]\nX = 1\n[search]", 15, "no parameter 'X' that could be off"),
+        ("[search]", "[tolerances]\nL = -1\n[search]", 15, "tolerance 'L' is -1"),
+        ("[search]", "[parameters]\nF = true\n[search]", 15, "'F' cannot be True"),
+        ("[search]", '[pick]\nspread = "five"\n[search]', 15, "'spread' is 'five'"),
+        ("[search]", "[search]\nreference = { foo = 1 }", 15, "no objective 'foo'"),
+        ("[search]", '[search]\nfirst = "no.csv"', 15, "cannot be read"),
     ],
 )
 def test_wrong_studies_are_refused_with_their_line(folder: Path, old: str, new: str, line: int, message: str) -> None:

@@ -28,6 +28,12 @@ def can_draw() -> bool:
     return importlib.util.find_spec("matplotlib") is not None
 
 
+def load() -> None:
+    """Brings matplotlib in: it takes longer than a picture."""
+    import matplotlib.backends.backend_svg
+    import matplotlib.figure  # noqa: F401
+
+
 def name(study: Study) -> str:
     """The file of the picture."""
     return "front.svg" if len(study.objectives) > 1 else "progress.svg"

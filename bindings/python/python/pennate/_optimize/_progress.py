@@ -14,8 +14,8 @@ from ._evaluate import Evaluator
 from ._study import Study
 from ._table import Design
 
-# A picture is drawn again after so many times as long as it took to draw: a twentieth of the time goes into pictures.
-APART = 20.0
+# A picture is drawn again after so many times as long as it took to draw: a tenth of the time goes into pictures.
+APART = 10.0
 # Seconds between two lines where nobody can overwrite one, and in a terminal.
 LINES, REDRAWN = 10.0, 0.1
 
@@ -30,9 +30,10 @@ class Picture:
         self.wanted = wanted and _picture.can_draw()
 
     def __call__(self, best: Sequence[Design], picks: Sequence[Design] = (), at_once: bool = False) -> None:
-        begin = time.monotonic()
-        if not self.wanted or begin < self.next and not at_once:
+        if not self.wanted or time.monotonic() < self.next and not at_once:
             return
+        _picture.load()
+        begin = time.monotonic()
         designs = self.evaluator.table.order
         _picture.draw(self.study, self.path, designs, best, picks, self.evaluator.progress)
         end = time.monotonic()

@@ -83,7 +83,12 @@ def _checked(
     after = {probe for probe in network.probes} | {f"{probe}@{step}" for probe in network.probes for step in network.steps}
     variables = _variables(reader, tree, network)
     # The mesh is made for the starting design.
-    network = network.set(**{each.name: each.start for each in variables}) if variables else network
+    try:
+        network = network.set(**{each.name: each.start for each in variables}) if variables else network
+    except NetworkError as error:
+        what = error.errors[0].message if error.errors else str(error)
+        reader.wrong(f"the starting design is no network: {what}", "let some variables start elsewhere: start = 60", "variables")
+        reader.check()
     constraints = _constraints(reader, tree, parameters, after)
     objectives, targets = _wanted(reader, tree, parameters | after)
     tolerances = _tolerances(reader, tree, network)
@@ -167,6 +172,8 @@ def _set(reader: Reader, tree: dict[str, Any], network: _network.Network, settin
             reader.wrong(f"the network has no parameter '{name}'", reader.unlike(name, known, "its parameters"), "parameters", name)
             continue
         try:
+            if isinstance(value, bool):
+                raise TypeError("it is neither a number nor a text")
             network.set(**{name: value})
         except (NetworkError, TypeError, ValueError) as error:
             message = error.errors[0].message if isinstance(error, NetworkError) and error.errors else str(error)
