@@ -224,7 +224,10 @@ fn a_held_chain_snaps_where_its_stable_states_end() {
             let is_point = step.critical_points.iter().any(|point| (point.fraction - increment.fraction).abs() < 1e-5);
             let Some((fraction, from)) = before.replace((increment.fraction, u.clone())) else { continue };
             // The state of a singular point may lie a little before the point itself.
-            let lands = jumps.as_slice().first().is_some_and(|jump| jump.fraction == increment.fraction);
+            // It is noted at the fraction where the snap lands; of two states there the second is the landing.
+            let at = |fraction: f64| jumps.as_slice().first().is_some_and(|jump| jump.fraction == fraction);
+            let next = step.increments.get(index + 1).map_or(f64::NAN, |next| next.fraction);
+            let lands = at(increment.fraction) && !at(next);
             if lands && (increment.fraction - fraction).abs() < 1e-5 {
                 let jump = jumps.next().expect("a snap");
                 // Where a path of stable states ends the flexibilities cancel, or two units have no stiffness left.
@@ -278,5 +281,16 @@ fn the_arc_of_a_chain_ends_with_all_units_snapped() {
                 assert_near(force * first.fraction, units[0].force(units[0].limit()), 1e-8);
             }
         }
+    }
+}
+
+/// Two equal units that move apart meet again on the way, where one path crosses the other at a right angle; a stride that leapt
+/// across went back on the other one to where it had come from, and farther.
+#[test]
+fn an_arc_does_not_leap_to_the_path_that_it_meets() {
+    for increments in [87, 88, 340] {
+        let step = solve(3, "arc_length", Pushed::Displacement(12.48), increments);
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{increments}: {}", step.fraction);
+        assert_eq!(step.fraction, 1.0);
     }
 }

@@ -16,6 +16,10 @@ const HARDLY: f64 = 1e-2;
 /// Cosine of the angle between a chord of a path and the mean of the tangents at its ends, which curvature that changes by
 /// as much as itself takes to a sixth of the angle between the tangents.
 const PARALLEL: f64 = 0.98;
+/// Angle (radians) that a path turns by in one increment without a look at where it does, and by how much the turn of one half may
+/// exceed that of the other.
+const BENT: f64 = 0.1;
+const UNEVEN: f64 = 2.5;
 /// Distance of the fractions whose difference stands for the derivative.
 const AHEAD: f64 = 1e-6;
 /// Part of a bracket within which a singular point is found.
@@ -82,6 +86,16 @@ impl Metric {
         let along = self.inner(chord, first) + self.inner(chord, second);
         let length = (2.0 + 2.0 * self.inner(first, second)).max(0.0).sqrt();
         along >= PARALLEL * length * self.inner(chord, chord).sqrt()
+    }
+
+    /// Whether the path that a chord cuts off bends about as much in its first half as in its second: on to another one, at
+    /// a kink, it does not. Where it hardly bends there is nothing to compare.
+    ///
+    /// The angles of a chord with the tangents at its ends differ by a factor of two where the curvature rises evenly from zero.
+    pub(crate) fn bends_evenly(&self, chord: &Direction, tangents: [&Direction; 2]) -> bool {
+        let length = self.inner(chord, chord).sqrt();
+        let [first, second] = tangents.map(|tangent| (self.inner(chord, tangent) / length).clamp(-1.0, 1.0).acos());
+        first + second <= BENT || first.max(second) <= UNEVEN * first.min(second)
     }
 
     /// The functional that measures along a direction.

@@ -164,6 +164,11 @@ impl<const D: usize> Path<'_, D> {
             let chord =
                 Direction { motions: self.system.motions_since(&self.last), rate: point.fraction - walk.fraction };
             let parallel = walk.metric.is_chord(&chord, [&walk.tangent, &ahead]);
+            let even = short || walk.metric.bends_evenly(&chord, [&walk.tangent, &ahead]);
+            if !even {
+                walk.next = 0.4 * s;
+                continue;
+            }
             if !parallel && s > SHORTEST_ARC * walk.first || (along < STRAIGHT || point.iterations > MANY) && !short {
                 walk.next = again(s, walk.first);
                 continue;
