@@ -204,7 +204,9 @@ def test_a_probe_that_looks_back_at_an_earlier_step_is_that_of_the_present_value
     found = follow.Follow(network, ("beta", "push"))
     now = found.go({"beta": 31.0, "push": 0.5})
     assert found.relative == {"stiffness"}
-    assert now.probes["stiffness"].value == pytest.approx(float(network.set(beta=31).solve()["stiffness"][-1]), rel=1e-6)
+    assert now.probes["stiffness"].value == pytest.approx(
+        float(network.set(beta=31).solve()["stiffness"][-1]), rel=1e-6
+    )
 
 
 def test_a_shape_that_is_elsewhere_is_not_shown_as_computed() -> None:

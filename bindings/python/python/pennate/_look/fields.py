@@ -109,11 +109,13 @@ class Scale:
         return f"{self.field.words}: {value} throughout"
 
     def colours(self, found: Array) -> Bytes:
-        """(n, 3), red, green and blue of values, 0 to 255."""
+        """(n, 3), red, green and blue of values, 0 to 255; one value alone is not the end of a range."""
         if self.field.signed:
-            reach = max(abs(self.low), abs(self.high)) or 1.0
+            reach = max(abs(self.low), abs(self.high)) * (2.0 if self.uniform else 1.0) or 1.0
             return mixed(SIGNED, 0.5 + 0.5 * found / reach)
-        return mixed(POSITIVE, (found - self.low) / ((self.high - self.low) or 1.0))
+        if self.uniform:
+            return mixed(POSITIVE, np.where(found == 0.0, 0.0, 0.5))
+        return mixed(POSITIVE, (found - self.low) / (self.high - self.low))
 
     def stops(self, count: int = 13) -> list[str]:
         """Colours of the legend from the lower to the upper limit, as web pages write them."""

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 STABLE = "Stable: after a small push it comes back."
 UNSTABLE = "Unstable: the smallest push makes it leave this state."
 UNKNOWN = "Stability is not known: the loads have no potential, so that no count of signs can say it."
-IN_PLANE = "Stable in its plane: after a small push in the plane it comes back; sideways nothing holds it, and nothing was judged."
+IN_PLANE = "Stable in its plane: after a small push in the plane it comes back. Out of the plane nothing was judged."
 
 
 def verdict(stable: bool | None, judged: str = "space", dimension: str = "space") -> str:

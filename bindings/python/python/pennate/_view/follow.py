@@ -153,7 +153,8 @@ class Follow:
         wide = motion[:, : 2 if self.plane else 3]
         there = bool(np.abs(wide - displacement[:, : wide.shape[1]]).max(initial=0.0) <= SAME * self.size)
         return {
-            name: Probe(found[name] if there else math.nan, probes[name].error, probes[name].unit) for name in self.relative
+            name: Probe(found[name] if there else math.nan, probes[name].error, probes[name].unit)
+            for name in self.relative
         }
 
     def _anew(self, values: Mapping[str, float]) -> Now:

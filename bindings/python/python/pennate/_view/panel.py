@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import viser
 import viser.uplot
+from viser._messages import RunJavascriptMessage
 
 from .._look.fields import Array, Field, Scale, number, ticks, with_error
 from .follow import Probe
@@ -23,6 +24,9 @@ STYLE = (
     "font-size:11px;margin:0}.pn-bar{height:10px;border-radius:2px}.pn-marks{display:flex;justify-content:space-between;"
     "font-size:11px}</style>"
 )
+# viser turns the picture by arrow keys wherever they are pressed; on a slider they move the slider alone.
+KEYS = """document.body.addEventListener('keydown', (event) => {
+  if (event.target.closest && event.target.closest('[role=slider], input')) event.stopPropagation(); });"""
 # Curves of so many places of the slider.
 GRID = 41
 
@@ -39,6 +43,7 @@ class Panel:
         gui = self.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         gui.main_panel.dock_right()
+        gui._websock_interface.queue_message(RunJavascriptMessage(source=KEYS))
         self.head = gui.add_html("")
         self.mistake = gui.add_html("", visible=False)
         self.verdict = gui.add_html("")
@@ -59,13 +64,14 @@ class Panel:
             self.plot = gui.add_uplot(
                 (np.array([0.0, 1.0]), empty, empty),
                 ({}, {"label": "from unloaded", "stroke": "#245f97", "width": 2}, {}),
-                height=190,
+                height=200,
+                padding=(10, 16, 0, 0),
             )
         with gui.add_folder("Look"):
             self.field = gui.add_dropdown("Colour", tuple(field.words for field in self.fields.values()))
             self.legend = gui.add_html("")
             self.ghost = gui.add_checkbox("Unloaded shape", True)
-            self.names = gui.add_checkbox("Names", True)
+            self.names: Any = gui.add_checkbox("Names", True)
             self.loads = gui.add_checkbox("Loads", True)
         with gui.add_folder("Stability"):
             self.snaps = gui.add_checkbox("Snap where stability is lost", True)

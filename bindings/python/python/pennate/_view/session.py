@@ -115,7 +115,7 @@ class Session:
         )
         self.picture.clicked = self._clicked
         if not self.picture.with_names:
-            self.panel.names.value = False  # type: ignore[misc]
+            self.panel.names.value = False
         self.moved = self.handles[0].name if self.handles else ""
 
     def _follow(self, step: int) -> Follow:
@@ -477,7 +477,7 @@ class Session:
             network.check()
             moved, handles = moving(network, self.ranges)
         except Error as error:
-            self.panel.complain(str(error))
+            self.panel.complain(str(error).replace(str(self.path), self.path.name))
         except OSError:
             # It is being written.
             self.seen = None
