@@ -64,26 +64,14 @@ MOVE = """([probe, key]) => new Promise((done) => {
   watch.observe(document.body, { subtree: true, childList: true, attributes: true, characterData: true });
   document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, code: key, bubbles: true }));
 })"""
-# Moves a slider, or turns the picture, for some seconds; gives the frames a second.
-WHILE = """([what, seconds]) => new Promise((done) => {
-  const slider = document.activeElement, canvas = document.querySelector('canvas');
-  const box = canvas.getBoundingClientRect(), begin = performance.now(), first = window.drawn;
-  const pointer = (kind, x) => canvas.dispatchEvent(new PointerEvent(kind, { pointerId: 1, pointerType: 'mouse', button: 0,
-    buttons: 1, clientX: box.left + x, clientY: box.top + box.height / 2, bubbles: true, cancelable: true, isPrimary: true }));
-  const at = (time) => box.width * (0.4 + 0.2 * Math.sin(time / 400));
-  if (what === 'turn') pointer('pointerdown', at(0));
+# Moves the slider that has the focus for some seconds; gives the frames a second.
+SLIDE = """(seconds) => new Promise((done) => {
+  const slider = document.activeElement, begin = performance.now(), first = window.drawn;
   let key = 0;
-  const timer = what === 'slide' ? setInterval(() => { const name = (key++ / 12 | 0) % 2 ? 'ArrowLeft' : 'ArrowRight';
-    slider.dispatchEvent(new KeyboardEvent('keydown', { key: name, code: name, bubbles: true })); }, 50) : null;
-  (function step() {
-    const time = performance.now() - begin;
-    if (what === 'turn') document.dispatchEvent(new PointerEvent('pointermove', { pointerId: 1, pointerType: 'mouse',
-      buttons: 1, clientX: box.left + at(time), clientY: box.top + box.height / 2, bubbles: true, isPrimary: true }));
-    if (time < 1000 * seconds) return requestAnimationFrame(step);
-    clearInterval(timer);
-    if (what === 'turn') pointer('pointerup', at(time));
-    done((window.drawn - first) / (time / 1000));
-  })();
+  const timer = setInterval(() => { const name = (key++ / 12 | 0) % 2 ? 'ArrowRight' : 'ArrowLeft';
+    slider.dispatchEvent(new KeyboardEvent('keydown', { key: name, code: name, bubbles: true })); }, 50);
+  setTimeout(() => { clearInterval(timer);
+    done((window.drawn - first) / ((performance.now() - begin) / 1000)); }, 1000 * seconds);
 })"""
 
 failures: list[str] = []
@@ -131,6 +119,7 @@ def opened(
 ) -> tuple[Page, float]:
     """The page, when its numbers and its picture are there; and the seconds since then."""
     page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page.set_default_timeout(120_000)
     page.add_init_script(COUNT)
     outside: list[str] = []
     page.on("request", lambda each: outside.append(each.url) if not inside(each.url, address) else None)
@@ -156,6 +145,23 @@ def picture(page: Page) -> np.ndarray[Any, Any]:
 def changed(before: np.ndarray[Any, Any], after: np.ndarray[Any, Any]) -> float:
     """Part of the pixels that are different."""
     return float((np.abs(before - after).max(axis=2) > 24).mean())
+
+
+def turned(page: Page, seconds: float) -> float:
+    """Turns the picture by the mouse for some seconds; gives the frames a second."""
+    box = page.locator("canvas").first.bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.4 * box["width"], box["y"] + 0.6 * box["height"]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 5, y, steps=2)
+    begin, first, move = time.perf_counter(), page.evaluate("window.drawn"), 0
+    while time.perf_counter() - begin < seconds:
+        move += 1
+        page.mouse.move(x + 60 * np.sin(0.12 * move), y)
+    frames = (page.evaluate("window.drawn") - first) / (time.perf_counter() - begin)
+    page.mouse.up()
+    return float(frames)
 
 
 def slider(page: Page, label: str) -> Any:
@@ -211,16 +217,18 @@ def measure(browser: Browser, folder: pathlib.Path, name: str) -> None:
         thumb = slider(page, moved)
         thumb.focus()
         before = picture(page)
-        times = []
+        times: list[float] = []
         for move in range(MOVES):
             times.append(page.evaluate(MOVE, [probe, "ArrowLeft" if move % 10 < 5 else "ArrowRight"]))
             page.wait_for_timeout(120)
         missed = sum(each < 0 for each in times)
         times = sorted(each for each in times if each >= 0)
-        turning = page.evaluate(WHILE, ["turn", 4])
+        turning = turned(page, 4)
+        check(changed(before, picture(page)) > 0.01, "the picture turns")
         thumb.focus()
-        sliding = page.evaluate(WHILE, ["slide", 4])
-        for _ in range(4):
+        sliding = page.evaluate(SLIDE, 4)
+        before = picture(page)
+        for _ in range(8):
             page.keyboard.press("ArrowLeft")
         page.wait_for_timeout(1500)
         value = float(thumb.get_attribute("aria-valuenow") or "nan")

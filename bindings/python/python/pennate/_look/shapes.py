@@ -101,15 +101,27 @@ def tubes(drawing: Drawing, parts: int | None = None) -> Cylinders:
     return Cylinders(np.concatenate(rows[:-1]), np.concatenate(rows[1:]), np.tile(radius, parts), line, member)
 
 
-def section_ends(drawing: Drawing) -> tuple[Array, Array, Array, Integers]:
-    """Places, tangents and radii of the points where a section begins or ends, and the lines that they belong to."""
+def shoulders(drawing: Drawing, joined: Integers, nodes: int) -> tuple[Array, Array, Array, Integers]:
+    """Places, tangents and radii where the end of a section is seen, and the lines that end there.
+
+    An end in the ball of a joint is not seen, nor one beside a section that is as thick.
+    """
     own = np.flatnonzero(drawing["cell_data"]["kind"] != RIGID)
     lines = np.asarray(drawing["lines"], dtype=np.int64)[own]
     meet = np.bincount(lines.ravel(), minlength=len(drawing["points"]))
     line, side = np.nonzero(meet[lines] == 1)
     points = lines[line, side]
-    data = drawing["point_data"]
-    return places(drawing)[points], data["frame_e1"][points], data["radius"][points], own[line]
+    data, ids = drawing["point_data"], drawing["cell_data"]["member_id"][own]
+    at, radius = places(drawing), data["radius"]
+    tips = ends(drawing, len(joined))
+    closed = balls(drawing, joined, nodes)[2]
+    hidden = set(tips[np.isin(joined, closed)].tolist())
+    # The next line of the member, or the one before: the other section at a shoulder.
+    beside = np.clip(line + np.where(side == 1, 1, -1), 0, len(lines) - 1)
+    neighbour = np.where(ids[beside] == ids[line], radius[lines[beside, 1 - side]], 0.0)
+    seen = (radius[points] > neighbour) & ~np.isin(points, np.array(sorted(hidden), dtype=np.int64))
+    points = points[seen]
+    return at[points], data["frame_e1"][points], radius[points], own[line[seen]]
 
 
 def smooth(drawing: Drawing) -> int:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from .._errors import NetworkError
 from .._look.fields import ticks
 from .._network import Network
 
@@ -48,7 +49,7 @@ def moving(network: Network, ranges: Mapping[str, tuple[float, float]]) -> tuple
         low, high = ranges.get(name) or usual(value)
         if name in driven and name not in ranges and value >= 0:
             bare = name not in pressures or not label_has(pressures[name], network.units)
-            low, high = 0.0, max(most, value) if most and bare else max(high, value)
+            low, high = 0.0, max(most, value) if most and bare else highest_valid(network, name, value, high)
         label = pressures.get(name, name)
         found.append(Handle(name, label, min(low, value), max(high, value), value, name not in pressures))
     return network, found
@@ -89,6 +90,25 @@ def highest_pressure(tree: Mapping[str, Any]) -> float:
         except (KeyError, TypeError, ValueError):
             continue
     return min(tops, default=0.0)
+
+
+def highest_valid(network: Network, name: str, value: float, high: float) -> float:
+    """The highest value up to a limit that the network is not refused for, to a hundredth of the range."""
+
+    def valid(tried: float) -> bool:
+        try:
+            network.set(**{name: tried})
+        except NetworkError:
+            return False
+        return True
+
+    if valid(high):
+        return high
+    low, above = value, high
+    while above - low > 0.01 * (high - value):
+        middle = (low + above) / 2
+        low, above = (middle, above) if valid(middle) else (low, middle)
+    return low
 
 
 def with_pressures(network: Network) -> tuple[Network, dict[str, str]]:

@@ -21,6 +21,8 @@ GROUND, BODY, JOINT, GHOST = (163, 172, 182), (102, 117, 138), (158, 168, 180), 
 LOADS = {"force": (11, 122, 59), "moment": (122, 64, 158), "held by": (190, 115, 13)}
 # Names are shown of networks of so many nodes; of more they would be a thicket.
 NAMED = 60
+# Networks of more lines than this are drawn more coarsely.
+MANY = 400
 # The thinnest tube that is seen, in parts of the size.
 THIN = 0.0012
 
@@ -106,7 +108,7 @@ class Picture:
         self.ghost: Any = None
         self.ghost_of: Array | None = None
         self.names: list[Any] = []
-        self.parts = 1
+        self.parts, self.many = 1, False
         self.with_ghost, self.with_names, self.with_loads = True, len(nodes) <= 12, True
         self.clicked: Callable[[int], None] = lambda member: None
         self.member_of: Integers = np.zeros(0, dtype=np.int64)
@@ -114,11 +116,13 @@ class Picture:
     def begin(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> None:
         """Fixes the size, and places the camera for whoever comes."""
         self.whole = shapes.extent(drawing, unloaded)
-        self.parts = shapes.smooth(drawing)
-        many = len(drawing["lines"]) * self.parts > 600
-        tube, disc = round_mesh(8 if many else 24, 1.0, closed=False), round_mesh(8 if many else 24, 1.0)
-        meshes = {"members": tube, "shoulders": disc, "joints": sphere(8 if many else 20)}
-        meshes |= {"parts": round_mesh(16, 1.0), "tips": round_mesh(16, 0.0)}
+        # Of many members each is small on the screen.
+        self.many = len(drawing["lines"]) > MANY
+        self.parts = 1 if self.many else shapes.smooth(drawing)
+        sides = 6 if self.many else 24
+        tube, disc = round_mesh(sides, 1.0, closed=False), round_mesh(sides, 1.0)
+        meshes = {"members": tube, "shoulders": disc, "joints": sphere(6 if self.many else 20)}
+        meshes |= {"parts": round_mesh(sides, 1.0), "tips": round_mesh(16, 0.0)}
         self.batches = {name: Batch(self.server, f"/{name}", mesh) for name, mesh in meshes.items()}
         self._light()
         camera = self.server.initial_camera
@@ -179,7 +183,7 @@ class Picture:
 
     def _shoulders(self, drawing: Mapping[str, Any], values: Array, scale: Scale) -> None:
         """Discs that close tubes where a section ends."""
-        places, axes, radii, lines = shapes.section_ends(drawing)
+        places, axes, radii, lines = shapes.shoulders(drawing, self.joined, len(self.nodes))
         found = Instances()
         radius = np.maximum(radii * self.factor, 2 * THIN)
         size = np.stack([radius, radius, np.full(len(radius), 1e-4)], axis=1)
@@ -250,7 +254,7 @@ class Picture:
 
     def _ghost_mesh(self, unloaded: Mapping[str, Any]) -> Mesh:
         tubes = shapes.tubes(unloaded, self.parts)
-        points, triangles = round_mesh(10, 1.0, closed=False)
+        points, triangles = round_mesh(5 if self.many else 12, 1.0, closed=False)
         start, end = self.scaled(tubes.start), self.scaled(tubes.end)
         along = end - start
         axis = along / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
