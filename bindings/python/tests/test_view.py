@@ -168,6 +168,16 @@ def test_the_step_slider_goes_through_all_steps(page: Session, dyad: pennate.Net
     page.set(step=2).settle()
 
 
+def test_a_click_finds_the_member_that_is_seen_there(page: Session, dyad: pennate.Network) -> None:
+    page.settle()
+    assert page.shown is not None
+    nodes = page.picture.scaled(shapes.places(page.shown[0])[:3])
+    for index, foot in enumerate(nodes[:2]):
+        above = (foot + nodes[2]) / 2 + [0.0, 0.0, 5.0]
+        assert page.picture.member_along(above, np.array([0.0, 0.0, -1.0])) == index
+    assert page.picture.member_along(np.array([0.0, 9.0, 5.0]), np.array([0.0, 0.0, -1.0])) is None
+
+
 def test_every_pressure_and_every_free_parameter_has_a_slider() -> None:
     network = pennate.loads(SNAP)
     assert [handle.name for handle in handles.moving(network, {})[1]] == ["F", "rise"]

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import Error, NetworkError, SolveError
-from .._look import carry, shapes
+from .._look import carry
 from .._look.shapes import Array, Integers
 from .._network import Network
 from .._problem import Live

@@ -1,4 +1,4 @@
-"""The network in space, as nodes of viser's scene: few of them, whose instances move.
+"""The network in space, as nodes of viser's scene: few of them, whose points move.
 
 Lengths are divided by half the size of the network when it was read, so that the camera finds everything as large as it expects.
 """
@@ -6,7 +6,7 @@ Lengths are divided by half the size of the network when it was read, so that th
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,8 @@ MANY = 400
 # The thinnest tube that is seen, in parts of the size.
 THIN = 0.0012
 
-# Colours of instances are taken as linear light, those of the legend are not.
-LINEAR: Bytes = (255 * ((np.arange(256) / 255 + 0.055) / 1.055) ** 2.4).round().astype(np.uint8)
+# A direction for what is round.
+UP = np.array([0.0, 0.0, 1.0])
 
 Mesh = tuple[Array, Integers]
 
@@ -57,43 +57,95 @@ class Instances:
         axis = along / np.where(length > 0, length, 1.0)[:, None]
         self.add((start + end) / 2, axis, np.stack([wide, wide, length], axis=1), colour)
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """As viser takes them; where there are none, one that is too small to be seen."""
+    def bodies(self, mesh: Mesh) -> tuple[Array, Integers]:
+        """(n, points, 3), the points of every copy of a mesh, and (n,) its colour as one number."""
         if not sum(map(len, self.place)):
-            self.add(np.zeros((1, 3)), np.array([0.0, 0.0, 1.0]), np.full(3, 1e-9), JOINT)
-        return {
-            "batched_positions": np.concatenate(self.place).astype(np.float32),
-            "batched_wxyzs": quaternions(np.concatenate(self.axis)).astype(np.float32),
-            "batched_scales": np.concatenate(self.size).astype(np.float32),
-            "batched_colors": LINEAR[np.concatenate(self.colour)],
-        }
+            return np.zeros((0, len(mesh[0]), 3)), np.zeros(0, dtype=np.int64)
+        place, axis, size = (np.concatenate(each) for each in (self.place, self.axis, self.size))
+        colour = np.concatenate(self.colour)
+        second, third = across(axis)
+        x, y, z = mesh[0].T
+        points = (
+            place[:, None]
+            + (x * size[:, :1])[:, :, None] * second[:, None]
+            + (y * size[:, 1:2])[:, :, None] * third[:, None]
+            + (z * size[:, 2:])[:, :, None] * axis[:, None]
+        )
+        return points, colour.astype(np.int64) @ np.array([65536, 256, 1])
 
 
-class Batch:
-    """One node of the scene with all copies of a mesh; only what changed is sent."""
+@dataclasses.dataclass
+class Sent:
+    """A node of the scene, and what was sent of it."""
 
-    def __init__(self, server: viser.ViserServer, name: str, mesh: Mesh) -> None:
-        self.server, self.name, self.mesh = server, name, mesh
-        self.sent: dict[str, npt.NDArray[Any]] = {}
-        self.node: Any = None
+    node: Any
+    vertices: npt.NDArray[np.float32]
+    faces: npt.NDArray[np.uint32]
+    colour: int
 
-    def show(self, instances: Instances) -> None:
+
+class Solids:
+    """All that moves, as one mesh a colour: viser has no colours of points that move.
+
+    Copies of one mesh would need less data, but without a GPU each frame of them takes twice as long.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self.server = server
+        self.sent: list[Sent] = []
+
+    def show(self, parts: list[tuple[Mesh, Instances]]) -> None:
         """Sends what is different from before."""
-        arrays: dict[str, Any] = instances.arrays()
-        if self.node is None:
-            self.node = self.server.scene.add_batched_meshes_simple(
-                self.name, *self.mesh, **arrays, lod="off", cast_shadow=False, receive_shadow=False, side="double"
-            )
-        else:
-            for key, array in arrays.items():
-                if not np.array_equal(array, self.sent[key]):
-                    setattr(self.node, key, array)
-        self.sent = arrays
+        groups: dict[int, list[tuple[Array, Integers]]] = {}
+        for mesh, instances in parts:
+            points, colours = instances.bodies(mesh)
+            for colour in np.unique(colours).tolist():
+                own = points[colours == colour]
+                shifts = len(mesh[0]) * np.arange(len(own))[:, None, None]
+                groups.setdefault(colour, []).append((own.reshape(-1, 3), (mesh[1] + shifts).reshape(-1, 3)))
+        free = [each for each in self.sent if each.colour not in groups]
+        known = {each.colour: each for each in self.sent}
+        for colour, found in groups.items():
+            starts = np.cumsum([0, *(len(points) for points, _ in found)])
+            vertices = np.concatenate([points for points, _ in found]).astype(np.float32)
+            faces = np.concatenate([mesh + start for (_, mesh), start in zip(found, starts)]).astype(np.uint32)
+            old = known.get(colour) or (free.pop() if free else None)
+            if old is None:
+                self._add(colour, vertices, faces)
+            else:
+                self._change(old, colour, vertices, faces)
+        for each in free:
+            if each.node.visible:
+                each.node.visible = False
+
+    def _add(self, colour: int, vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.uint32]) -> None:
+        node = self.server.scene.add_mesh_simple(
+            f"/network/{len(self.sent)}",
+            vertices,
+            faces,
+            color=rgb(colour),
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        self.sent.append(Sent(node, vertices, faces, colour))
+
+    @staticmethod
+    def _change(old: Sent, colour: int, vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.uint32]) -> None:
+        if colour != old.colour:
+            old.node.color, old.colour = rgb(colour), colour
+        if not np.array_equal(vertices, old.vertices):
+            old.node.vertices, old.vertices = vertices, vertices
+        if not np.array_equal(faces, old.faces):
+            old.node.faces, old.faces = faces, faces
+        if not old.node.visible:
+            old.node.visible = True
 
     def remove(self) -> None:
-        """Takes it away."""
-        if self.node is not None:
-            self.node.remove()
+        """Takes all of it away."""
+        for each in self.sent:
+            each.node.remove()
+        self.sent = []
 
 
 class Picture:
@@ -104,14 +156,14 @@ class Picture:
     ):
         self.server, self.nodes, self.members, self.joined, self.plane = server, nodes, members, joined, plane
         self.whole: shapes.Extent | None = None
-        self.batches: dict[str, Batch] = {}
+        self.solids = Solids(server)
+        self.meshes: dict[str, Mesh] = {}
         self.ghost: Any = None
         self.ghost_of: Array | None = None
         self.names: list[Any] = []
         self.parts, self.many = 1, False
         self.with_ghost, self.with_names, self.with_loads = True, len(nodes) <= 12, True
-        self.clicked: Callable[[int], None] = lambda member: None
-        self.member_of: Integers = np.zeros(0, dtype=np.int64)
+        self.tubes: shapes.Cylinders | None = None
 
     def begin(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> None:
         """Fixes the size, and places the camera for whoever comes."""
@@ -121,9 +173,7 @@ class Picture:
         self.parts = 1 if self.many else shapes.smooth(drawing)
         sides = 6 if self.many else 24
         tube, disc = round_mesh(sides, 1.0, closed=False), round_mesh(sides, 1.0)
-        meshes = {"members": tube, "shoulders": disc, "joints": sphere(6 if self.many else 20)}
-        meshes |= {"parts": round_mesh(sides, 1.0), "tips": round_mesh(16, 0.0)}
-        self.batches = {name: Batch(self.server, f"/{name}", mesh) for name, mesh in meshes.items()}
+        self.meshes = {"tube": tube, "disc": disc, "ball": sphere(6 if self.many else 20), "cone": round_mesh(16, 0.0)}
         self._light()
         camera = self.server.initial_camera
         self.server.scene.set_up_direction("+y" if self.plane else "+z")
@@ -156,43 +206,45 @@ class Picture:
         """Shows a state; `values` has one entry a line."""
         if self.whole is None:
             self.begin(drawing, unloaded)
+        colours = Colours(scale, 16 if self.many else 32)
+        rest, tips = self._rest(drawing, unloaded)
+        parts = [
+            (self.meshes["tube"], self._members(drawing, values, colours)),
+            (self.meshes["ball"], self._joints(drawing, values, colours)),
+            (self.meshes["disc"], self._shoulders(drawing, values, colours)),
+            (self.meshes["disc"], rest),
+            (self.meshes["cone"], tips),
+        ]
         with self.server.atomic():
-            self._members(drawing, values, scale)
-            self._rest(drawing, unloaded)
+            self.solids.show(parts)
             self._ghost(unloaded)
             self._names(drawing)
         self.server.flush()
 
-    def _members(self, drawing: Mapping[str, Any], values: Array, scale: Scale) -> None:
-        tubes = shapes.tubes(drawing, self.parts)
+    def _members(self, drawing: Mapping[str, Any], values: Array, colours: Colours) -> Instances:
+        self.tubes = tubes = shapes.tubes(drawing, self.parts)
         found = Instances()
         radius = np.maximum(tubes.radius * self.factor, 2 * THIN)
-        found.between(self.scaled(tubes.start), self.scaled(tubes.end), radius, scale.colours(values[tubes.line]))
-        self.batches["members"].show(found)
-        if self.batches["members"].node is not None and not len(self.member_of):
-            self.batches["members"].node.on_click(self._click)
-        self.member_of = tubes.member
-        self._shoulders(drawing, values, scale)
-        places, radii, nodes = shapes.balls(drawing, self.joined, len(self.nodes))
-        balls = Instances()
-        size = np.maximum(radii * self.factor, 2 * THIN)[:, None] * np.ones(3)
-        balls.add(
-            self.scaled(places), np.array([0.0, 0.0, 1.0]), size, self._joint_colours(drawing, values, scale, nodes)
-        )
-        self.batches["joints"].show(balls)
+        found.between(self.scaled(tubes.start), self.scaled(tubes.end), radius, colours(values[tubes.line]))
+        return found
 
-    def _shoulders(self, drawing: Mapping[str, Any], values: Array, scale: Scale) -> None:
+    def _joints(self, drawing: Mapping[str, Any], values: Array, colours: Colours) -> Instances:
+        places, radii, nodes = shapes.balls(drawing, self.joined, len(self.nodes))
+        found = Instances()
+        size = np.maximum(radii * self.factor, 2 * THIN)[:, None] * np.ones(3)
+        found.add(self.scaled(places), UP, size, self._joint_colours(drawing, values, colours, nodes))
+        return found
+
+    def _shoulders(self, drawing: Mapping[str, Any], values: Array, colours: Colours) -> Instances:
         """Discs that close tubes where a section ends."""
         places, axes, radii, lines = shapes.shoulders(drawing, self.joined, len(self.nodes))
         found = Instances()
         radius = np.maximum(radii * self.factor, 2 * THIN)
         size = np.stack([radius, radius, np.full(len(radius), 1e-4)], axis=1)
-        found.add(self.scaled(places), axes, size, scale.colours(values[lines]))
-        self.batches["shoulders"].show(found)
+        found.add(self.scaled(places), axes, size, colours(values[lines]))
+        return found
 
-    def _joint_colours(
-        self, drawing: Mapping[str, Any], values: Array, scale: Scale, nodes: Integers
-    ) -> npt.NDArray[np.uint8]:
+    def _joint_colours(self, drawing: Mapping[str, Any], values: Array, colours: Colours, nodes: Integers) -> Bytes:
         """The mean of the members that end at a node, or the colour of joints where none does."""
         ids, kinds = drawing["cell_data"]["member_id"], drawing["cell_data"]["kind"]
         own = np.flatnonzero(kinds != shapes.RIGID)
@@ -202,12 +254,12 @@ class Picture:
         for side in (0, 1):
             np.add.at(total, self.joined[:, side], values[ends[:, side]])
             np.add.at(count, self.joined[:, side], 1.0)
-        colours = scale.colours((total / np.maximum(count, 1.0))[nodes])
-        colours[count[nodes] == 0] = JOINT
-        return colours
+        found = colours((total / np.maximum(count, 1.0))[nodes])
+        found[count[nodes] == 0] = JOINT
+        return found
 
-    def _rest(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> None:
-        """Bodies, supports and loads."""
+    def _rest(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> tuple[Instances, Instances]:
+        """Bodies, supports and loads: what is round, and what is a cone."""
         assert self.whole is not None
         round_parts, tips = Instances(), Instances()
         start, end, radius = shapes.bars(drawing)
@@ -232,8 +284,7 @@ class Picture:
                 for shift in (0.0, 0.06) if arrow.kind == "moment" else (0.0,):
                     middle = ((tip + neck) / 2 - shift * along)[None]
                     tips.add(middle, along, np.array([0.028, 0.028, 0.07]), LOADS[arrow.kind])
-        self.batches["parts"].show(round_parts)
-        self.batches["tips"].show(tips)
+        return round_parts, tips
 
     def _ghost(self, unloaded: Mapping[str, Any]) -> None:
         """The unloaded shape, which moves only where its geometry does."""
@@ -257,10 +308,7 @@ class Picture:
         points, triangles = round_mesh(5 if self.many else 12, 1.0, closed=False)
         start, end = self.scaled(tubes.start), self.scaled(tubes.end)
         along = end - start
-        axis = along / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
-        second = np.cross(axis, np.eye(3)[np.abs(axis).argmin(axis=1)])
-        second /= np.linalg.norm(second, axis=1)[:, None]
-        third = np.cross(axis, second)
+        second, third = across(along / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None])
         radius = np.maximum(tubes.radius * self.factor, 2 * THIN)[:, None, None]
         around = points[:, 0, None] * second[:, None] + points[:, 1, None] * third[:, None]
         placed = ((start + end) / 2)[:, None] + radius * around + points[:, 2, None] * along[:, None]
@@ -284,27 +332,58 @@ class Picture:
             if not label.visible:
                 label.visible = True
 
-    def _click(self, event: Any) -> None:
-        place = event.instance_index
-        if place is not None and place < len(self.member_of):
-            self.clicked(int(self.member_of[place]))
+    def member_along(self, origin: Array, direction: Array) -> int | None:
+        """The member that a ray through the scene meets first."""
+        if self.tubes is None:
+            return None
+        start, end = self.scaled(self.tubes.start), self.scaled(self.tubes.end)
+        along = np.asarray(direction) / np.linalg.norm(direction)
+        best: tuple[float, int] | None = None
+        for part in (0.1, 0.3, 0.5, 0.7, 0.9):
+            away = start + part * (end - start) - np.asarray(origin)
+            depth = away @ along
+            far = np.linalg.norm(away - depth[:, None] * along, axis=1)
+            reach = np.maximum(self.tubes.radius * self.factor, 0.012) + 0.1 * np.linalg.norm(end - start, axis=1)
+            for place in np.flatnonzero((far <= reach) & (depth > 0)).tolist():
+                if best is None or depth[place] < best[0]:
+                    best = float(depth[place]), int(self.tubes.member[place])
+        return None if best is None else best[1]
 
     def remove(self) -> None:
         """Takes all of it away, for another network."""
-        for batch in self.batches.values():
-            batch.remove()
+        self.solids.remove()
         for label in self.names:
             label.remove()
         if self.ghost is not None:
             self.ghost.remove()
 
 
-def quaternions(axes: Array) -> Array:
-    """(n, 4), turns (w, x, y, z) that bring the third axis to some directions."""
-    found = np.stack([1.0 + axes[:, 2], -axes[:, 1], axes[:, 0], np.zeros(len(axes))], axis=1)
-    opposite = found[:, 0] < 1e-9
-    found[opposite] = (0.0, 1.0, 0.0, 0.0)
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+@dataclasses.dataclass(frozen=True)
+class Colours:
+    """The colours of a scale in so many bands, so that there are not more meshes than these."""
+
+    scale: Scale
+    bands: int
+
+    def __call__(self, values: Array) -> Bytes:
+        """(n, 3), red, green and blue."""
+        low, high = self.scale.low, self.scale.high
+        if not self.scale.uniform:
+            part = np.clip((values - low) / (high - low), 0.0, 1.0)
+            values = low + (high - low) * np.round(part * (self.bands - 1)) / (self.bands - 1)
+        return self.scale.colours(values)
+
+
+def rgb(colour: int) -> tuple[int, int, int]:
+    """Red, green and blue of a colour that is one number."""
+    return colour >> 16, colour >> 8 & 255, colour & 255
+
+
+def across(axes: Array) -> tuple[Array, Array]:
+    """Two unit vectors normal to each of some directions and to each other."""
+    second = np.cross(axes, np.eye(3)[np.abs(axes).argmin(axis=1)])
+    second /= np.maximum(np.linalg.norm(second, axis=1), 1e-12)[:, None]
+    return second, np.cross(axes, second)
 
 
 def round_mesh(sides: int, top: float, closed: bool = True) -> Mesh:

@@ -70,6 +70,7 @@ class Session:
         self.panel.on_values, self.panel.on_step = self._values_moved, self._ask
         self.panel.on_look, self.panel.on_action = self._look, self._act
         self._show_network()
+        self.server.scene.on_click()(self._clicked)
         self.worker = threading.Thread(target=self._work, name="pennate view", daemon=True)
         self.worker.start()
 
@@ -113,7 +114,6 @@ class Session:
         self.picture = Picture(
             self.server, self.network.nodes, self.network.members, joined, self.network.dimension == "plane"
         )
-        self.picture.clicked = self._clicked
         if not self.picture.with_names:
             self.panel.names.value = False
         self.moved = self.handles[0].name if self.handles else ""
@@ -152,8 +152,10 @@ class Session:
             self.asked += 1
             self.wake.notify()
 
-    def _clicked(self, member: int) -> None:
-        if self.shown is None:
+    def _clicked(self, event: Any) -> None:
+        """Says all values of the member that was clicked."""
+        member = self.picture.member_along(np.array(event.ray_origin), np.array(event.ray_direction))
+        if member is None or self.shown is None:
             return
         drawing = self.shown[0]
         own = drawing["cell_data"]["member_id"] == member
@@ -165,8 +167,7 @@ class Session:
                 continue
             text = fields.with_unit(high, field.unit)
             parts.append(f"{field.words} {text if low == high else f'{fields.number(low)} to {text}'}")
-        for client in self.server.get_clients().values():
-            client.add_notification(self.network.members[member], "; ".join(parts), auto_close_seconds=8.0)
+        event.client.add_notification(self.network.members[member], "; ".join(parts), auto_close_seconds=8.0)
 
     # The worker: one thread does all that takes time.
 
