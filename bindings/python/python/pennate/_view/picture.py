@@ -170,7 +170,8 @@ class Picture:
         self.whole = shapes.extent(drawing, unloaded)
         # Of many members each is small on the screen.
         self.many = len(drawing["lines"]) > MANY
-        self.parts = 1 if self.many else shapes.smooth(drawing)
+        # What is straight now may bend later.
+        self.parts = 1 if self.many else max(shapes.smooth(drawing), 4 if len(drawing["lines"]) < 100 else 2)
         sides = 6 if self.many else 24
         tube, disc = round_mesh(sides, 1.0, closed=False), round_mesh(sides, 1.0)
         self.meshes = {"tube": tube, "disc": disc, "ball": sphere(6 if self.many else 20), "cone": round_mesh(16, 0.0)}
@@ -179,7 +180,7 @@ class Picture:
         self.server.scene.set_up_direction("+y" if self.plane else "+z")
         towards = np.array([0.0, 0.0, 1.0]) if self.plane else np.array([0.55, -0.75, 0.42])
         camera.fov, camera.near, camera.far = 0.6, 0.01, 200.0
-        camera.position = 3.6 * towards / np.linalg.norm(towards)
+        camera.position = 4.2 * towards / np.linalg.norm(towards)
         camera.look_at = (0.0, 0.0, 0.0)
 
     def _light(self) -> None:

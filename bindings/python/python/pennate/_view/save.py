@@ -108,7 +108,7 @@ def with_legend(image: Any, session: Session) -> Any:
         return page
     pen, font = ImageDraw.Draw(page), ImageFont.load_default(size)
     left, top, wide = size, image.height + size // 2, page.width // 3
-    words = scale.words().replace("\N{NO-BREAK SPACE}", " ")
+    words = scale.words().replace("\N{NO-BREAK SPACE}", " ").replace("\N{MINUS SIGN}", "-")
     pen.text((left, top), words, fill="#1a1d21", font=font)
     if not scale.uniform:
         values = np.linspace(scale.low, scale.high, wide)

@@ -165,8 +165,8 @@ class Session:
             low, high = float(found.min()), float(found.max())
             if low == high == 0.0:
                 continue
-            text = fields.with_unit(high, field.unit)
-            parts.append(f"{field.words} {text if low == high else f'{fields.number(low)} to {text}'}")
+            text, least = fields.with_unit(high, field.unit), fields.number(low)
+            parts.append(f"{field.words} {text if least == fields.number(high) else f'{least} to {text}'}")
         event.client.add_notification(self.network.members[member], "; ".join(parts), auto_close_seconds=8.0)
 
     # The worker: one thread does all that takes time.
