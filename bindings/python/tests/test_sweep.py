@@ -395,3 +395,14 @@ def test_a_network_goes_once_to_a_worker_that_is_called_many_times(dyad: pennate
         spread(np.linspace(20, 30, 64)[:, None])
     carries = [arguments[4] is not None for arguments in executor.arguments]
     assert len(carries) == 48 and carries[:8] == [True] * 8 and sum(carries) == 8
+
+
+def test_an_arm_on_an_executor_is_the_same(dyad: pennate.Network) -> None:
+    from pennate.control import Solved
+
+    network = dyad.edit(probes={"x": {"node": "J", "position": "x"}, "y": {"node": "J", "position": "y"}, "z": "= 0 * stroke"})
+    executor = Executor()
+    arms = [Solved(network, {"pressure": (10, 25)}, executor=each) for each in (None, executor)]
+    inputs = np.linspace(11, 24, 20)[:, None]
+    np.testing.assert_array_equal(arms[0].tip(inputs), arms[1].tip(inputs))
+    assert executor.calls == 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import dataclasses
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -103,14 +104,15 @@ class _Sweep:
         tell = progress or (lambda done, count: None)
         tell(done, self.plan.count)
         try:
-            for number, found in sender.run(self.chunks(size)):
-                numbers = self.wanted(number * size, size)
-                new = numbers[~self.rows.known[numbers]]
-                self.rows.take(numbers, found)
-                done += len(new)
-                if table is not None:
-                    table.add(new)
-                tell(done, self.plan.count)
+            with contextlib.closing(sender.run(self.chunks(size))) as answers:
+                for number, found in answers:
+                    numbers = self.wanted(number * size, size)
+                    new = numbers[~self.rows.known[numbers]]
+                    self.rows.take(numbers, found)
+                    done += len(new)
+                    if table is not None:
+                        table.add(new)
+                    tell(done, self.plan.count)
         finally:
             self.losses = sender.losses
 

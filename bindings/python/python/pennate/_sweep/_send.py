@@ -14,7 +14,7 @@ import logging
 import queue
 import time
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -79,7 +79,7 @@ class Sender:
         """Chunks so far, of all runs."""
         self._attempts = itertools.count()
 
-    def run(self, chunks: Iterable[Chunk]) -> Iterator[tuple[int, Answers]]:
+    def run(self, chunks: Iterable[Chunk]) -> Generator[tuple[int, Answers], None, None]:
         """The answers of all chunks, as they come, each once.
 
         Raises:
