@@ -31,6 +31,8 @@ import pennate
 from pennate._sweep import _job
 
 CHUNK = 200
+# Tasks without work that a scheduler is given, and what figures are taken to.
+TASKS, DESIGNS, CORES = 2000, 10**7, 1000
 # What is asked for: two workers over one, and a worker with chunks over the same work in one process.
 SPEEDUP, OVERHEAD = 1.8, 0.05
 # Where others use more of the processors, times by the clock say little.
@@ -199,20 +201,25 @@ def cost() -> None:
     solver, rows = _job.solver_of(job), np.tile([27.0, 130.0], (CHUNK, 1))
     design = least(solver, rows)
     with local(2) as client:
-        client.gather(client.map(nothing, range(100), pure=False))
-        begin = time.perf_counter()
-        client.gather(client.map(nothing, range(100, 3100), pure=False))
-        rate = 3000 / (time.perf_counter() - begin)
+        executor = client.get_executor(pure=False)
+
+        def tasks() -> None:
+            concurrent.futures.wait([executor.submit(nothing, number) for number in range(TASKS)])
+
+        tasks()
         before = traffic()
-        pennate.sweep(network, STAGES, executor=client.get_executor(), chunk=CHUNK)
-        wire = (traffic() - before) / len(STAGES["beta"]) / len(STAGES["L"])
+        # Processor time, since others may use the machine: this process is scheduler and client at once.
+        rate = TASKS / spent(tasks)
+        task = (traffic() - before) / TASKS
     sent = statistics.median(known.sent) / CHUNK
     back = statistics.median(len(each) for each in known.answers.values()) / CHUNK
     methods()
     print(f"numbers: {sent:.0f} bytes a design to a worker, {back:.0f} back; {len(job.packed()[1])} once to each worker")
-    print(f"over the network with all that dask adds, by way of its scheduler: {wire:.0f} bytes a design in chunks of {CHUNK}")
-    print(f"scheduler: {rate:.0f} tasks a second; who asks, with its table: {1e6 * keeping / count:.1f} us a design")
-    arithmetic(design, wire, rate, keeping / count)
+    print(f"a task of dask with nothing in it: {task:.0f} bytes over the network")
+    print(f"scheduler and client together: {rate:.0f} tasks a second of a processor")
+    print(f"sweep, with its table: {1e6 * keeping / count:.1f} us a design")
+    # What a worker gets and gives goes by way of the scheduler.
+    arithmetic(design, 2 * (sent + back), task, rate, keeping / count)
 
 
 def methods() -> None:
@@ -239,18 +246,17 @@ def spent(work: Callable[[], object]) -> float:
     return time.process_time() - begin
 
 
-def arithmetic(design: float, wire: float, rate: float, keeping: float, designs: int = 10**7, cores: int = 1000) -> None:
+def arithmetic(design: float, numbers: float, task: float, rate: float, keeping: float) -> None:
     """What many designs on many cores would take by these figures."""
-    print(f"\n{designs:,} designs on {cores:,} cores:")
-    print(f"  to solve them {designs * design / cores:.0f} s; over the network {designs * wire / 1e9:.1f} GB")
-    print(f"  to keep the table, one core {designs * keeping:.0f} s")
-    print(f"  one scheduler keeps all cores busy with chunks of at least {cores / (design * rate):.0f} designs")
-    print("  chunk  tasks  scheduler  a chunk  altogether")
+    print(f"\n{DESIGNS:,} designs on {CORES:,} cores:")
+    print(f"  to solve them {DESIGNS * design / CORES:.0f} s, to keep the table {DESIGNS * keeping:.0f} s of one core")
+    print(f"  one scheduler keeps all cores busy with chunks of at least {CORES / (design * rate):.0f} designs")
+    print("  chunk  tasks  scheduler   network  a chunk  altogether")
     for chunk in (200, 500, 1000, 2000, 5000):
-        scheduling = designs / chunk / rate
+        scheduling, wire = DESIGNS / chunk / rate, DESIGNS * (numbers + task / chunk) / 1e9
         # Whoever is slowest sets the pace, and the last chunk ends after the others.
-        longest = max(designs * design / cores, scheduling, designs * keeping) + chunk * design
-        print(f"  {chunk:5d} {designs // chunk:6d} {scheduling:8.0f} s {chunk * design:6.1f} s {longest:9.0f} s")
+        longest = max(DESIGNS * design / CORES, scheduling, DESIGNS * keeping) + chunk * design
+        print(f"  {chunk:5d} {DESIGNS // chunk:6d} {scheduling:8.0f} s {wire:6.1f} GB {chunk * design:6.1f} s {longest:9.0f} s")
 
 
 def own_network() -> bool:
