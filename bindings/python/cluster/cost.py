@@ -28,7 +28,7 @@ import numpy as np
 from workers import FEWER, STAGES, local
 
 import pennate
-from pennate._sweep import _job
+from pennate._sweep import _job, _plan, _table
 
 CHUNK = 200
 # Tasks without work that a scheduler is given, and what figures are taken to.
@@ -217,7 +217,7 @@ def cost() -> None:
     print(f"numbers: {sent:.0f} bytes a design to a worker, {back:.0f} back; {len(job.packed()[1])} once to each worker")
     print(f"a task of dask with nothing in it: {task:.0f} bytes over the network")
     print(f"scheduler and client together: {rate:.0f} tasks a second of a processor")
-    print(f"sweep, with its table: {1e6 * keeping / count:.1f} us a design")
+    print(f"sweep, with its table: {1e6 * keeping / count:.1f} us a design, of which it keeps {kept(job)} bytes")
     # What a worker gets and gives goes by way of the scheduler.
     arithmetic(design, 2 * (sent + back), task, rate, keeping / count)
 
@@ -237,6 +237,15 @@ def methods() -> None:
 def least(solver: _job.Solver, rows: Any) -> float:
     """Processor time of a design of a chunk, the least of several."""
     return min(spent(lambda: solver(rows, lambda: False)) for _ in range(5)) / len(rows)
+
+
+def kept(job: _job.Job) -> int:
+    """Bytes of the arrays of a sweep, for a design."""
+    count = 1000
+    rows = _table.Rows(_plan.Plan(("n",), [np.arange(float(count))], None), len(job.probes))
+    table = _table.Table(pathlib.Path(), [], {}, rows)
+    arrays = [each for of in (rows, table) for each in vars(of).values() if isinstance(each, np.ndarray)]
+    return sum(each.nbytes for each in arrays) // count
 
 
 def spent(work: Callable[[], object]) -> float:
