@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import multiprocessing
 import os
 import pickle
 from collections.abc import Callable
@@ -47,6 +48,11 @@ def raising(error: Exception, *numbers: int) -> Callable[[int], None]:
             raise error
 
     return before
+
+
+def processes(count: int) -> concurrent.futures.ProcessPoolExecutor:
+    """A pool of new processes: forks of one that has threads may wait for ever."""
+    return concurrent.futures.ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +108,7 @@ def test_executors_and_chunks_do_not_matter(dyad: pennate.Network, table: Any, c
 
 
 def test_processes_give_the_same(dyad: pennate.Network, table: Any) -> None:
-    with concurrent.futures.ProcessPoolExecutor(2) as executor:
+    with processes(2) as executor:
         found = pennate.sweep(dyad, beta=BETA, pressure=PRESSURE, executor=executor, chunk=8)
     xarray.testing.assert_identical(found, table)
 
@@ -277,7 +283,7 @@ def die(*_: Any) -> None:
 
 
 def test_a_pool_that_lost_a_process_is_told_and_the_table_kept(dyad: pennate.Network, tmp_path: Path) -> None:
-    with concurrent.futures.ProcessPoolExecutor(1) as executor:
+    with processes(1) as executor:
         executor.submit(die)
         with pytest.raises(pennate.WorkerError, match="BrokenProcessPool"):
             pennate.sweep(dyad, beta=BETA, executor=executor, output=tmp_path)
@@ -370,7 +376,7 @@ def test_a_problem_on_an_executor_gives_the_same_bits(dyad: pennate.Network) -> 
     problem = dyad.problem(["beta", "pressure"], ["stroke@inflate", "holding"])
     x = np.stack([np.linspace(15, 30, 75), np.linspace(15, 26, 75)], axis=1)
     y, (same, slopes) = problem(x), problem.gradient(x)
-    with concurrent.futures.ProcessPoolExecutor(2) as pool:
+    with processes(2) as pool:
         for executor, chunk in ((Executor(), None), (Executor(raising(OSError("lost"), 1)), 16), (pool, 24)):
             spread = problem.on(executor, chunk=chunk)
             np.testing.assert_array_equal(spread(x), y)
