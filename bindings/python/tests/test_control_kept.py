@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pennate.control import Policy, br2, follow
-from pennate.control import _policy
+from pennate.control import __main__, _policy
 from pennate.control._judge import MOVE, Judge, setting
-from pennate.control.trials import pairs
+from pennate.control.trials import pairs, policies
 
 # Another order of sums turns some close decisions.
 TOLERANCE = 0.003
@@ -71,3 +71,12 @@ def test_kept_policies_take_little_room_and_say_which_there_are() -> None:
     assert sum(file.stat().st_size for file in files) < 3_000_000
     with pytest.raises(ValueError, match="there is no kept policy 'sac'; there are dqn, ddpg"):
         Policy.kept("sac")
+
+
+def test_live_and_by_table_the_command_prints_the_same_shares(capsys: pytest.CaptureFixture[str]) -> None:
+    printed = policies.live(Policy.kept("dqn"), 0.003, 2).splitlines()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in printed[4:]]
+    assert [row[0] for row in rows] == ["0 g", "6 g", "9 g", "12 g", "18 g"]
+    assert all(row[1] == row[4] and row[7] == "100.00" for row in rows)
+    assert __main__.main(["score", "ddpg", "--live"]) == 2
+    assert "for policies of discrete actions" in capsys.readouterr().err

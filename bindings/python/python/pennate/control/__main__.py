@@ -43,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     score = commands.add_parser("score", help="the tests of chapter 4 for a policy, by NumPy alone")
     score.add_argument("policy", metavar="POLICY", help=f"a file, or one that comes along: {', '.join(KEPT)}")
     score.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
+    score.add_argument("--live", action="store_true", help="Table 8 by solves, beside the tables; discrete policies")
     score.add_argument("--quick", action="store_true", help="a tenth of the cases")
     report = commands.add_parser("report", help="one page: all tests, with pictures; needs pennate[view]")
     report.add_argument("page", metavar="PAGE.md", help="pictures go into the folder `pictures` beside it")
@@ -55,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.command == "report":
         return _report(given.page, given.only, 0.1 if given.quick else 1.0, given.seed)
     if given.command == "score":
-        return _score(given.policy, 0.1 if given.quick else 1.0, given.seed)
+        return _score(given.policy, 0.1 if given.quick else 1.0, given.seed, given.live)
     unknown = [name for name in given.trials if name not in TRIALS]
     if unknown:
         parser.error(f"there is no trial '{unknown[0]}'; there are {', '.join(TRIALS)}")
@@ -69,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _score(path: str, share: float, seed: int) -> int:
+def _score(path: str, share: float, seed: int, live: bool) -> int:
     """Prints the tests of a policy."""
     from .trials import policies
 
@@ -79,7 +80,10 @@ def _score(path: str, share: float, seed: int) -> int:
         print(f"error: no policy is read from {path}: {error}", file=sys.stderr)
         return 2
     begin = time.perf_counter()
-    print(policies.score(policy, share, seed))
+    if live and policy.kind != "discrete":
+        print("error: --live is for policies of discrete actions", file=sys.stderr)
+        return 2
+    print((policies.live if live else policies.score)(policy, share, seed))
     print(f"\n{path}, seed {seed}: {time.perf_counter() - begin:.1f} s, tables of states included.")
     return 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -39,6 +40,24 @@ def _table8(policy: Policy, count: int, seed: int) -> str:
     head = ["load", "reported", "prototype", "here", "beyond 3 cm", "moves"]
     head += ["levels visited again", "beyond 3 cm", "moves"]
     return table(f"Table 8: share of {count} pairs within 1.5 cm, %", head, rows)
+
+
+def live(policy: Policy, share: float, seed: int) -> str:
+    """The pairs of Table 8 by solves at each move, and by tables."""
+    rows, count = [], round(10_000 * share)
+    for load in LOADS:
+        starts, targets = pairs(load, count, seed)
+        cells, inputs = [], []
+        for arm in (half(load), br2.solved(load)):
+            begin, used = time.perf_counter(), time.process_time()
+            found = follow(policy, arm, starts, targets, actions=Levels(br2.LEVELS), rules=br2.DISCRETE)
+            inputs.append(found.inputs)
+            cells += [percent(found.errors <= 15.0), f"{time.process_time() - used:.1f}"]
+            cells.append(f"{time.perf_counter() - begin:.1f}")
+        same = (np.abs(inputs[0] - inputs[1]).max(axis=1) < 1e-6).astype(bool)
+        rows.append([f"{load} g", *cells, percent(same)])
+    head = ["load", "by table", "s of processor time", "s", "live", "s of processor time", "s", "same end, %"]
+    return table(f"Table 8 live and by table: share of {count} pairs within 1.5 cm, %", head, rows)
 
 
 def _three_inputs(policy: Policy, count: int, seed: int) -> str:
