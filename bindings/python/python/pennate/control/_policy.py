@@ -104,6 +104,8 @@ class Rollout:
     """(n,), the least errors on the way."""
     moves: npt.NDArray[np.int64]
     """(n,)."""
+    tips: Array
+    """(n, 3), as measured at the end."""
 
 
 def follow(
@@ -140,7 +142,7 @@ def follow(
         values = policy(task.seen(go))
         task.step(go, values if track is None else track.choose(go, values, again))
         closest[go] = np.minimum(closest[go], task.errors[go])
-    return Rollout(task.inputs, task.errors, closest, task.moves)
+    return Rollout(task.inputs, task.errors, closest, task.moves, task.tips)
 
 
 class _Track:
@@ -175,5 +177,5 @@ def visit(policy: Policy, arm: Arm, start: Array, points: Sequence[Array], rules
         one = follow(policy, arm, inputs, point[None], actions=actions, rules=rules)
         found.append(one)
         inputs = one.inputs
-    each = [[getattr(one, name) for one in found] for name in ("inputs", "errors", "closest", "moves")]
+    each = [[getattr(one, name) for one in found] for name in ("inputs", "errors", "closest", "moves", "tips")]
     return Rollout(*(np.concatenate(parts) for parts in each))

@@ -16,7 +16,7 @@ from .._policy import follow
 from .._reach import reach
 from . import CM, drawn, half, whole
 from .edges import FARTHEST, OUTSIDE, crossings
-from .paths import TABLE_12, curve, extremal_shares, fresh
+from .paths import TABLE_12, WAYPOINTS, curve, extremal_shares, fresh
 from .ways import kept, policy_along, reach_along, servo_along
 
 # Of one hue each: what is asked for, the policy, Gauss-Newton, feedback.
@@ -81,6 +81,21 @@ def strides(file: Path, seed: int) -> str:
     _named(left, "move", "error, cm", "150 pairs")
     _named(right, "distance of the target, cm", "mean stride, levels", "strides of 1, 2 and 4 levels")
     return _save(figure, file, "Error along the moves of DQN, and its strides far from the target and near it")
+
+
+def workspaces(file: Path, seed: int) -> str:
+    """Figs. 33 and 36, with the waypoints of Table 9."""
+    figure, axes = _axes(1, 2, (9, 3.8))
+    inputs = drawn(half(0), np.random.default_rng(seed), 4000)
+    points = half(0).tip(np.array(WAYPOINTS)) / CM
+    for axis, (second, label) in zip(axes, ((2, "z"), (1, "y"))):
+        for load, colour in ((0, "#90a4ae"), (12, "#ffab91")):
+            tips = half(load).tip(inputs) / CM
+            axis.plot(tips[:, 0], tips[:, second], ".", color=colour, markersize=1.5, label=f"{load} g")
+        axis.plot(points[:, 0], points[:, second], "o", color=ASKED, markersize=5, label="waypoints")
+        _named(axis, "x, cm", f"{label}, cm", "side" if label == "z" else "top")
+    axes[0].legend(loc="upper left", fontsize=8, markerscale=2)
+    return _save(figure, file, "Half the workspace without load and with 12 g, and the four waypoints")
 
 
 def curves(file: Path, seed: int) -> str:
@@ -160,29 +175,11 @@ def loops(file: Path, seed: int) -> str:
             (policy_along, POLICY, "DDPG", 15.0),
             (servo_along, BACK, "feedback", 3.0),
         ):
-            tips: list[Array] = []
-            run(_Heard(fresh(bench(0)), points, tips), points, MIDDLE, tolerance)
-            way = np.array(tips) / CM
+            way = run(fresh(bench(0)), points, MIDDLE, tolerance).tips / CM
             axis.plot(way[:, 1], way[:, 2], ".-", color=colour, linewidth=0.6, markersize=3, label=label)
         _named(axis, "y, cm", "z, cm", name)
     axes[0].legend(loc="best", fontsize=7)
     return _save(figure, file, "The bench arm, seen along x: inputs of the model played to it, and closed loops")
-
-
-class _Heard:
-    """An arm of whose tips those that are nearest to each waypoint in turn are kept."""
-
-    def __init__(self, arm: Arm, points: Array, tips: list[Array]) -> None:
-        self.arm, self.points, self.tips = arm, points, tips
-        self.names, self.lower, self.upper = arm.names, arm.lower, arm.upper
-
-    def tip(self, inputs: Array) -> Array:
-        found = self.arm.tip(inputs)
-        self.tips.extend(found)
-        return found
-
-    def jacobian(self, inputs: Array) -> tuple[Array, Array]:
-        return self.arm.jacobian(inputs)
 
 
 def _axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:

@@ -78,13 +78,14 @@ SECTIONS = {
     "fig35": Section(
         "Fewest moves, and strides (Fig. 35)",
         eight.fig35,
-        "With the smallest strides alone the policy is the one of all strides, offered the smallest.",
+        "With the smallest strides alone the policy is the one of all strides, offered the smallest. Asked for are 1.5 times the fewest.",
         charts.strides,
     ),
     "table9": Section(
-        "Waypoints out of reach under load (Tables 9 and 10)",
+        "Waypoints out of reach under load (Tables 9 and 10, Figs. 33 and 36)",
         eight.table9,
         "No policy ends where it was nearest: it goes on.",
+        charts.workspaces,
     ),
     "table11": Section(
         "Curves under load (Table 11, Figs. 38 and 39)",
@@ -92,7 +93,9 @@ SECTIONS = {
         "A mean of half the tolerance says no more than that the policy stops as soon as it is inside.",
         charts.curves,
     ),
-    "fig40": Section("Targets out of reach (Fig. 40)", eight.fig40, "", charts.beyond),
+    "fig40": Section(
+        "Targets out of reach (Fig. 40)", eight.fig40, "Of the policy ≤ 1.2 cm and ≥ 95 % are asked for.", charts.beyond
+    ),
     "fig41": Section("The gap behind the arm (Fig. 41)", eight.fig41, "", charts.gap),
     "table12": Section("Open and closed loop (Table 12, Fig. 43)", eight.table12, "", charts.loops),
 }

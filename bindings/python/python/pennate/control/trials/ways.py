@@ -31,6 +31,7 @@ class Result:
     """How many states the model was asked for."""
     seconds: float
     inputs: Array
+    tips: Array
 
     def row(self) -> list[str]:
         """The figures of `HEAD`; milliseconds of processor time a target."""
@@ -52,7 +53,7 @@ def by_policy(name: str, arm: Arm, starts: Array, targets: Array, rules: Rules |
     begin = time.process_time()
     found = follow(policy, arm, starts, targets, actions=actions, rules=usual if rules is None else rules)
     passed = time.process_time() - begin
-    return Result(found.errors, found.moves.astype(float), np.zeros(len(targets)), passed, found.inputs)
+    return Result(found.errors, found.moves.astype(float), np.zeros(len(targets)), passed, found.inputs, found.tips)
 
 
 def by_model(call: Callable[[], Reach]) -> Result:
@@ -60,7 +61,9 @@ def by_model(call: Callable[[], Reach]) -> Result:
     begin = time.process_time()
     found = call()
     passed = time.process_time() - begin
-    return Result(found.error, found.moves.astype(float), found.jacobians.astype(float), passed, found.inputs)
+    return Result(
+        found.error, found.moves.astype(float), found.jacobians.astype(float), passed, found.inputs, found.tip
+    )
 
 
 def ways(
@@ -87,24 +90,23 @@ def ways(
     yield "hybrid without policy", both(None)
 
 
-def along(points: Array, start: Array, go: Callable[[Array, Array], tuple[float, int, Array]]) -> Result:
-    """From waypoint to waypoint, to each from where the last one ended; `go` takes inputs and a point to error, moves, inputs."""
+def along(points: Array, start: Array, go: Callable[[Array, Array], tuple[float, int, Array, Array]]) -> Result:
+    """To each waypoint from where the last one ended; `go` takes inputs and a point to error, moves, inputs and tip."""
     begin, found, inputs = time.process_time(), [], start
     for point in points:
-        error, count, inputs = go(inputs, point)
-        found.append((error, count, inputs))
-    errors, moves = (np.array([each[place] for each in found], dtype=float) for place in (0, 1))
-    passed = time.process_time() - begin
-    return Result(errors, moves, np.zeros(len(points)), passed, np.array([each[2] for each in found]))
+        found.append(go(inputs, point))
+        inputs = found[-1][2]
+    errors, moves, ends, tips = (np.array(each, dtype=float) for each in zip(*found))
+    return Result(errors, moves, np.zeros(len(points)), time.process_time() - begin, ends, tips)
 
 
 def policy_along(arm: Arm, points: Array, start: Array, tolerance: float = 15.0) -> Result:
     """DDPG, waypoint by waypoint."""
     rules = replace(setting("continuous")[2], tolerance=tolerance)
 
-    def go(inputs: Array, point: Array) -> tuple[float, int, Array]:
+    def go(inputs: Array, point: Array) -> tuple[float, int, Array, Array]:
         found = by_policy("ddpg", arm, inputs[None], point[None], rules)
-        return float(found.errors[0]), int(found.moves[0]), found.inputs[0]
+        return float(found.errors[0]), int(found.moves[0]), found.inputs[0], found.tips[0]
 
     return along(points, start, go)
 
@@ -112,12 +114,12 @@ def policy_along(arm: Arm, points: Array, start: Array, tolerance: float = 15.0)
 def reach_along(arm: Arm, points: Array, start: Array, tolerance: float, both: bool = False) -> Result:
     """Gauss-Newton with restarts, or the hybrid, waypoint by waypoint; the model is the arm without load."""
 
-    def go(inputs: Array, point: Array) -> tuple[float, int, Array]:
+    def go(inputs: Array, point: Array) -> tuple[float, int, Array, Array]:
         if both:
             found = hybrid(arm, point, kept("ddpg"), start=inputs, model=whole(0), tolerance=tolerance)
         else:
             found = reach(arm, point, start=inputs, model=whole(0), tolerance=tolerance)
-        return float(found.error), int(found.moves), found.inputs
+        return float(found.error), int(found.moves), found.inputs, found.tip
 
     return along(points, start, go)
 
@@ -126,11 +128,11 @@ def servo_along(arm: Arm, points: Array, start: Array, tolerance: float, most: i
     """Feedback with integral action, waypoint by waypoint."""
     servo, tip = Servo(whole(0), start, tolerance=tolerance), arm.tip(start[None])[0]
 
-    def go(inputs: Array, point: Array) -> tuple[float, int, Array]:
+    def go(inputs: Array, point: Array) -> tuple[float, int, Array, Array]:
         nonlocal tip
         moves = 0
         while np.linalg.norm(tip - point) > tolerance and moves < most:
             tip, moves = arm.tip(servo.step(tip, point)[None])[0], moves + 1
-        return float(np.linalg.norm(tip - point)), moves, servo.inputs
+        return float(np.linalg.norm(tip - point)), moves, servo.inputs, tip
 
     return along(points, start, go)
