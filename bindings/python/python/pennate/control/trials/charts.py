@@ -113,6 +113,7 @@ def curves(file: Path, seed: int) -> str:
             ):
                 tips = arm.tip(found.inputs) / CM
                 axis.plot(tips[:, 1], tips[:, 2], ".-", color=colour, linewidth=0.6, markersize=3, label=label)
+            axis.set_aspect("equal", adjustable="datalim")
             _named(axis, "y, cm", "z, cm", f"{name}, {load} g")
     axes[0][0].legend(loc="best", fontsize=7)
     return _save(figure, file, "Curves as asked for and as they were followed, seen along x, without load and with 9 g")
@@ -177,6 +178,7 @@ def loops(file: Path, seed: int) -> str:
         ):
             way = run(fresh(bench(0)), points, MIDDLE, tolerance).tips / CM
             axis.plot(way[:, 1], way[:, 2], ".-", color=colour, linewidth=0.6, markersize=3, label=label)
+        axis.set_aspect("equal", adjustable="datalim")
         _named(axis, "y, cm", "z, cm", name)
     axes[0].legend(loc="best", fontsize=7)
     return _save(figure, file, "The bench arm, seen along x: inputs of the model played to it, and closed loops")
