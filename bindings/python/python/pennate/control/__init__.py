@@ -3,7 +3,7 @@
     from pennate import control
 
     arm = control.br2.table(load=6)
-    found = control.reach(arm, [180, -90, -170], tolerance=1.0)
+    found = control.reach(arm, [169, -69, -214], tolerance=1.0)
     environment = gymnasium.make("pennate/BR2-discrete-v0", load=6)
 
 `reach` needs NumPy alone. `Env`, `VectorEnv` and the registered environments need `pennate[control]`, that is Gymnasium; they are
