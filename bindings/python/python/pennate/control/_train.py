@@ -1,6 +1,6 @@
 """Training of policies: DDPG and DQN by skrl on JAX, on tables of the BR2 arm. Needs `pennate[train]`.
 
-What the text does not give, or gives and does not lead anywhere, is assumed: see `RECIPES`, and the page of the book. Step limits
+What the text does not give, or gives and does not lead anywhere, is assumed: see `_recipes`, and the page of the book. Step limits
 end episodes as failures, as the text has it: skrl would otherwise take the first state of the next episode for the last one
 of this.
 """
@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from importlib.metadata import version
 from typing import Any
 
-import flax.linen as nn
 import gymnasium
 import jax
 import jax.numpy as jnp
@@ -23,7 +22,6 @@ from skrl.agents.jax.ddpg import DDPG
 from skrl.agents.jax.ddqn import DDQN
 from skrl.envs.wrappers.jax import Wrapper
 from skrl.memories.jax import RandomMemory
-from skrl.models.jax import DeterministicMixin, Model
 from skrl.resources.noises.jax import OrnsteinUhlenbeckNoise
 from skrl.trainers.jax import SequentialTrainer
 from skrl.utils import set_seed
@@ -31,46 +29,15 @@ from skrl.utils import set_seed
 from . import br2
 from ._envs import spaces
 from ._judge import MOVE, PAIRS, Judge
+from ._nets import Actor, Critic, Values
 from ._policy import Layer, Policy
-from ._task import Levels, Rules, Task
+from ._recipes import RECIPES, Recipe
+from ._task import Levels, Task
 
 ARMS = 64
 CHECKPOINTS = 24
 # Of a target network towards the one that learns, at each update: the target is its mean over the last 100 updates or so.
 POLYAK = 0.01
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """How a policy is trained. Sources: [G] given by the text, [A] assumed; see the book."""
-
-    kind: str
-    rules: Rules
-    width: int
-    rates: tuple[float, ...]
-    memory: int
-    discount: float
-    strides: tuple[int, ...] = br2.STRIDES
-    batch: int = 256
-
-
-RECIPES = {
-    # 2 x 500 [G]; rates five and ten times those printed (2e-5, 1e-4), with which a prototype had 32 % after 3,700 episodes.
-    "ddpg": Recipe("continuous", br2.CONTINUOUS, 500, (1e-4, 1e-3), 2000, 0.9),
-    # 3 x 512, tanh [G]; errors in mm, no rounding, a falling rate and much exploration: a prototype with the printed ones (0.002,
-    # 0.1) came to 8 to 60 %. The way to the target is seen in 5 cm.
-    "dqn": Recipe("discrete", replace(br2.DISCRETE, unit=1.0, rounding=0.0, scale=50.0), 512, (1e-3,), 3000, 0.9),
-    # The same with the smallest strides alone, for Fig. 35: four times as many moves, and as many more of them looked ahead.
-    "fine": Recipe(
-        "discrete",
-        replace(br2.DISCRETE, unit=1.0, rounding=0.0, scale=50.0, steps=160),
-        512,
-        (1e-3,),
-        3000,
-        0.97,
-        (1,),
-    ),
-}
 
 
 class Arms(Wrapper):  # type: ignore[misc]
@@ -129,61 +96,6 @@ class Arms(Wrapper):  # type: ignore[misc]
 
     def close(self) -> None:
         return None
-
-
-def _begin(net: Any, **given: Any) -> None:
-    Model.__init__(net, **given)
-    DeterministicMixin.__init__(net)
-
-
-class Actor(DeterministicMixin, Model):  # type: ignore[misc]
-    """Changes of inputs as shares of the largest."""
-
-    # Flax makes a data class of what has no constructor of its own; skrl asks for the names of these arguments.
-    def __init__(self, observation_space: Any, action_space: Any, device: Any = None, **rest: Any) -> None:
-        _begin(self, observation_space=observation_space, action_space=action_space, device=device, **rest)
-
-    @nn.compact  # type: ignore[untyped-decorator]
-    def __call__(self, inputs: Any, role: str) -> Any:
-        x = inputs["observations"]
-        for _ in range(2):
-            x = nn.relu(nn.Dense(RECIPES["ddpg"].width)(x))
-        return nn.tanh(nn.Dense(3, kernel_init=nn.initializers.normal(3e-3))(x)), {}
-
-
-class Critic(DeterministicMixin, Model):  # type: ignore[misc]
-    """What a state and an action are worth."""
-
-    def __init__(self, observation_space: Any, action_space: Any, device: Any = None, **rest: Any) -> None:
-        _begin(self, observation_space=observation_space, action_space=action_space, device=device, **rest)
-
-    @nn.compact  # type: ignore[untyped-decorator]
-    def __call__(self, inputs: Any, role: str) -> Any:
-        x = jnp.concatenate([inputs["observations"], inputs["taken_actions"]], axis=-1)
-        for _ in range(2):
-            x = nn.relu(nn.Dense(RECIPES["ddpg"].width)(x))
-        return nn.Dense(1)(x), {}
-
-
-class Values(DeterministicMixin, Model):  # type: ignore[misc]
-    """What each stride is worth; strides beyond the limits are worth less than any other, in the target as well."""
-
-    def __init__(self, observation_space: Any, action_space: Any, device: Any = None, **rest: Any) -> None:
-        _begin(self, observation_space=observation_space, action_space=action_space, device=device, **rest)
-
-    @nn.compact  # type: ignore[untyped-decorator]
-    def __call__(self, inputs: Any, role: str) -> Any:
-        seen = inputs["observations"]
-        x = seen
-        for _ in range(3):
-            x = nn.tanh(nn.Dense(RECIPES["dqn"].width)(x))
-        top = np.array(br2.LEVELS) - 1
-        # Two inputs, each up and down by each stride.
-        strides = br2.STRIDES[: self.action_space.n // 4]
-        changes = jnp.asarray(Levels(br2.LEVELS, strides).table() / top)
-        after = seen[:, None, 3:] + changes
-        inside = ((after > -1e-3) & (after < 1 + 1e-3)).all(axis=2)
-        return jnp.where(inside, nn.Dense(len(changes))(x), -10.0), {}
 
 
 def train(

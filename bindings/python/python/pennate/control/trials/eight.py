@@ -16,7 +16,7 @@ from . import CM, drawn, half, lattice, percent, spread, table, whole
 from .edges import FARTHEST, OUTSIDE, crossings
 from .pairs import LOADS, PROTOTYPE_DDPG, PROTOTYPE_DQN, REPORTED, pairs, shortest
 from .paths import CLOSEST, PROTOTYPE_12, TABLE_11, TABLE_12, WAYPOINTS, curve, extremal_shares, fresh
-from .ways import HEAD, by_model, by_policy, kept, policy_along, reach_along, servo_along, ways
+from .ways import HEAD, kept, policy_along, reach_along, servo_along, ways
 
 # Where curves begin: half the bending pressure.
 MIDDLE: Array = np.array([br2.BENDING / 2, 0.0, 0.0])
