@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import statistics
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -49,21 +50,29 @@ def dominated(one: Values, other: Values) -> float:
     return 100.0 * float(np.mean([(other >= row).all(1).any() for row in one]))
 
 
-def draw(name: str, fronts: Sequence[tuple[str, Values]], labels: tuple[str, str], title: str, style: str = "-") -> None:
-    """A picture of some curves."""
+def draw(
+    name: str, fronts: Sequence[tuple[str, Values]], labels: tuple[str, str], title: str, style: str = "-", pairs: bool = False
+) -> None:
+    """A picture of some curves; of pairs each has a colour, and its second curve is dashed."""
     import matplotlib
     from matplotlib.figure import Figure
 
     matplotlib.rcParams.update({"svg.hashsalt": "pennate", "svg.fonttype": "none"})
-    figure = Figure(figsize=(6.2, 4.2), layout="constrained")
+    figure = Figure(figsize=(7.6 if pairs else 6.2, 4.2), layout="constrained")
     panel: Any = figure.subplots()
-    for colour, (label, values) in zip(COLOURS, fronts):
-        panel.plot(*values.T, style, color=colour, markersize=3, linewidth=1.2, label=label)
+    for k, (label, values) in enumerate(fronts):
+        colour, line = (COLOURS[k // 2], ("-", "--")[k % 2]) if pairs else (COLOURS[k], style)
+        panel.plot(*values.T, line, color=colour, markersize=3, linewidth=1.2, label=label)
     panel.set_xlabel(labels[0])
     panel.set_ylabel(labels[1])
     panel.set_title(title, fontsize=10)
     panel.spines[["top", "right"]].set_visible(False)
-    panel.legend(frameon=False, fontsize=9)
+    if labels[1].startswith("error"):
+        panel.set_yscale("log")
+    if pairs:
+        figure.legend(frameon=False, fontsize=9, loc="outside right upper")
+    else:
+        panel.legend(frameon=False, fontsize=9)
     figure.savefig(ROOT / "docs" / f"synthesis-{name}.svg", metadata={"Date": None})
 
 
@@ -102,7 +111,7 @@ def members(wanted: bool) -> None:
     free = run("five_free", "five_free")
     print(f"length open  5: {volume(free):.0f}, {points(free)[:, 0].max():.1f}; 3: see box_270")
     if wanted:
-        draw("members", fronts, FORCE, "Three and five members, muscles of one length")
+        draw("members", fronts, FORCE, "Three and five members, muscles of one length", pairs=True)
 
 
 def stress(wanted: bool) -> None:
@@ -151,8 +160,7 @@ def shapes(wanted: bool, seeds: int = 4) -> None:
         print(f"{name} {heights}: {len(counts)} of {seeds}, {statistics.median(counts)}, {min(counts)}, {max(counts)}", flush=True)
     print(f"all: {len(totals)} of {seeds * len(TARGETS)}, median {statistics.median(totals)}")
     if wanted:
-        logarithms = [(name, np.column_stack([course[:, 0], np.log10(course[:, 1])])) for name, course in courses[:6]]
-        draw("shapes", logarithms, ("designs solved", "log10 of the error in mm"), "Least squares from 16 random designs, seed 1")
+        draw("shapes", courses[:6], ("designs solved", "error, root mean square, mm"), "Least squares from 16 random designs, seed 1")
 
 
 def heights(wanted: bool) -> None:
@@ -177,7 +185,7 @@ def profiles(wanted: bool) -> None:
         curves.append((name, np.column_stack([180 * (1 + places), np.array(outcome.best[0].wanted) + target])))
         curves.append((f"{name}, wanted", np.column_stack([180 * (1 + places), target])))
     if wanted:
-        draw("profiles", curves[:4], ("place along the surface, mm", "height, mm"), "Whole profiles: reached and wanted")
+        draw("profiles", curves, ("place along the surface, mm", "height, mm"), "Whole profiles: reached and wanted", pairs=True)
 
 
 def wing(wanted: bool) -> None:
@@ -193,37 +201,44 @@ def wing(wanted: bool) -> None:
 
 
 def whole(wanted: bool) -> None:
-    """Whole inverters that are stable in space, free and held, against those judged in the plane by halves."""
-    stable, plane = run("whole", "whole"), run("inverter", "box_270_1", settings={"D": 270}, seed=1)
-    kinds: dict[str, int] = {}
-    for design in stable.designs:
-        kinds[design.status] = kinds.get(design.status, 0) + 1
-    print(f"hypervolume {volume(stable):.0f}, stroke {points(stable)[:, 0].max():.1f} mm; in the plane {volume(plane):.0f}; {kinds}")
+    """Whole inverters that are stable in space, with the output free and on a slide, against halves judged in the plane."""
+    plane = run("inverter", "box_270_1", settings={"D": 270}, seed=1)
+    fronts = [("half, judged in the plane", points(plane))]
     values = np.array([design.x for design in plane.best])
-    network = stable.study.network
-    problem = network.problem([each.name for each in stable.study.variables], ["u@free", "f@blocked", "k@blocked"], accuracy=1e-4)
-    y = problem(values)
-    lost = sum(reason is not None for reason in problem.reasons)
-    snaps = int(np.sum(y[:, 2] < 0.0))
-    print(f"of the {len(values)} designs of the front in the plane {lost} lose their stability in space, {snaps} more snap when let go")
+    for study, word in (("slide", "output on a slide"), ("whole", "output free")):
+        stable = run(study, study)
+        kinds = Counter(design.status for design in stable.designs)
+        print(f"{word}: hypervolume {volume(stable):.0f}, stroke {points(stable)[:, 0].max():.1f} mm; {dict(kinds)}")
+        names = [each.name for each in stable.study.variables]
+        problem = stable.study.network.problem(names, ["u@free", "f@blocked", "k@blocked"], accuracy=1e-4)
+        y = problem(values)
+        lost = sum(reason is not None for reason in problem.reasons)
+        snaps = int(np.sum(y[:, 2] < 0.0))
+        print(f"{word}: of the {len(values)} designs of the front in the plane {lost} are lost in space, {snaps} more snap when let go")
+        fronts.append((f"whole, {word}, in space", points(stable)))
     if wanted:
-        draw("whole", [("judged in the plane", points(plane)), ("stable in space", points(stable))], FORCE, "The spatial verdict")
+        draw("whole", fronts, FORCE, "The spatial verdict")
 
 
 def robust(wanted: bool) -> None:
     """What is reached for certain with joints off by 0.5 mm and the pressure by 2 %: looked for, and of the plain front."""
-    certain, plain = run("robust", "robust"), run("inverter", "box_270_1", settings={"D": 270}, seed=1)
     from pennate._optimize import evaluate
-
-    designs = evaluate(certain.study, np.array([design.x for design in plain.best]))
-    left = np.array([design.wanted for design in designs if design.violation == 0.0])
-    left = left[(left > 0).all(1)]
     from pennate._optimize._front import area, undominated
 
-    kept = left[undominated(-left)]
-    print(f"hypervolume for certain: {volume(certain):.0f}; of the plain front {area(-kept, np.zeros(2)):.0f} of {volume(plain):.0f}")
+    plain = run("inverter", "box_270_1", settings={"D": 270}, seed=1)
+    certain = run("robust", "robust", first=plain.directory / "front.csv")
+    designs = [each for each in evaluate(certain.study, np.array([each.x for each in plain.best])) if each.status == "solved"]
+    worst = np.array([design.wanted for design in designs])
+    drawn = worst + np.array([design.spread for design in designs])
+    volumes = []
+    for values in (drawn, worst[[design.violation == 0.0 for design in designs]]):
+        kept = values[(values > 0.0).all(1)]
+        kept = kept[undominated(-kept)]
+        volumes.append(area(-kept, np.zeros(2)))
+    print(f"plain front at this pressure: hypervolume {volumes[0]:.0f} as drawn, {volumes[1]:.0f} for certain; looked for {volume(certain):.0f}")
+    print(f"of its {len(plain.best)} designs {len(designs)} have derivatives; {int((worst <= 0.0).any(1).sum())} promise nothing")
     if wanted:
-        curves = [("plain front, as drawn", points(plain)), ("plain front, for certain", kept), ("looked for", points(certain))]
+        curves = [("plain front, as drawn", drawn), ("plain front, for certain", kept), ("looked for", points(certain))]
         draw("robust", curves, FORCE, "Joints off by 0.5 mm, pressure by 2 %")
 
 
@@ -242,12 +257,12 @@ def stage(wanted: bool) -> None:
 
         figure = Figure(figsize=(6.6, 4.2), layout="constrained")
         panel: Any = figure.subplots()
-        dots = panel.scatter(front[:, 0], front[:, 1], c=front[:, 2], s=10, norm="log", cmap="viridis")
+        dots = panel.scatter(*front[:, :2].T, c=front[:, 2], s=10, norm="log", cmap="viridis", rasterized=True)
         figure.colorbar(dots, label="stiffness when lowered, N/mm")
         panel.set_xlabel("stroke, mm")
         panel.set_ylabel("tilt, degrees")
         panel.set_title("The front of the stage", fontsize=10)
-        figure.savefig(ROOT / "docs" / "synthesis-stage.svg", metadata={"Date": None})
+        figure.savefig(ROOT / "docs" / "synthesis-stage.svg", dpi=140, metadata={"Date": None})
 
 
 def kills(wanted: bool, moments: int = 10) -> None:

@@ -43,7 +43,10 @@ def nsga2(evaluator: Evaluator, listener: Listener) -> None:
     study = evaluator.study
     space = Problem(n_var=len(study.variables), n_obj=len(study.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
     options: dict[str, Any] = {"pop_size": study.population}
-    given = first(evaluator)[: study.population]
+    given = first(evaluator)
+    if len(given) > study.population:
+        # All along the table: a front has one end at its top.
+        given = given[np.linspace(0, len(given) - 1, study.population).round().astype(int)]
     if len(given):
         others = np.random.default_rng(study.seed).random((study.population - len(given), len(study.variables)))
         options["sampling"] = np.vstack([given, others])
