@@ -280,10 +280,12 @@ def kills(wanted: bool, moments: int = 10) -> None:
     command = [sys.executable, "-m", "pennate", "optimize", str(study), "-o", str(killed), "--set", "D=270"]
     # Moments by what is written then: on a busy machine seconds say nothing.
     table, size = killed / "designs.csv", (whole / "designs.csv").stat().st_size
-    for part in sorted(random.Random(1).random() for _ in range(moments)):
+    draws = random.Random(1)
+    for part in sorted(draws.random() for _ in range(moments)):
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as search:
             while search.poll() is None and (not table.exists() or table.stat().st_size < part * size):
                 time.sleep(0.001)
+            time.sleep(0.2 * draws.random())
             search.kill()
         print(f"  killed at {part:.3f}: {table.stat().st_size} of {size} bytes", flush=True)
     subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
