@@ -157,7 +157,8 @@ def shapes(wanted: bool, seeds: int = 4) -> None:
             if seed == 1:
                 courses.append((name, np.array([(each["solved"], each["best"]) for each in outcome.progress])))
         totals += counts
-        print(f"{name} {heights}: {len(counts)} of {seeds}, {statistics.median(counts)}, {min(counts)}, {max(counts)}", flush=True)
+        ends = f"{statistics.median(counts)}, {min(counts)}, {max(counts)}"
+        print(f"{name} {heights}: {len(counts)} of {seeds}, {ends}", flush=True)
     print(f"all: {len(totals)} of {seeds * len(TARGETS)}, median {statistics.median(totals)}")
     if wanted:
         draw("shapes", courses[:6], ("designs solved", "error, root mean square, mm"), "Least squares from 16 random designs, seed 1")
@@ -214,7 +215,8 @@ def whole(wanted: bool) -> None:
         y = problem(values)
         lost = sum(reason is not None for reason in problem.reasons)
         snaps = int(np.sum(y[:, 2] < 0.0))
-        print(f"{word}: of the {len(values)} designs of the front in the plane {lost} are lost in space, {snaps} more snap when let go")
+        what = f"of the {len(values)} designs of the front in the plane"
+        print(f"{word}: {what} {lost} are lost in space, {snaps} more snap when let go")
         fronts.append((f"whole, {word}, in space", points(stable)))
     if wanted:
         draw("whole", fronts, FORCE, "The spatial verdict")
@@ -235,7 +237,8 @@ def robust(wanted: bool) -> None:
         kept = values[(values > 0.0).all(1)]
         kept = kept[undominated(-kept)]
         volumes.append(area(-kept, np.zeros(2)))
-    print(f"plain front at this pressure: hypervolume {volumes[0]:.0f} as drawn, {volumes[1]:.0f} for certain; looked for {volume(certain):.0f}")
+    words = f"hypervolume {volumes[0]:.0f} as drawn, {volumes[1]:.0f} for certain"
+    print(f"plain front at this pressure: {words}; looked for {volume(certain):.0f}")
     print(f"of its {len(plain.best)} designs {len(designs)} have derivatives; {int((worst <= 0.0).any(1).sum())} promise nothing")
     if wanted:
         curves = [("plain front, as drawn", drawn), ("plain front, for certain", kept), ("looked for", points(certain))]
@@ -318,22 +321,25 @@ def campaign(wanted: bool, generations: int = 3000) -> None:
         total, passed = time.process_time() - begin, time.monotonic() - clock
     _evaluate.Solver.__call__ = solve  # type: ignore[method-assign]
     rest = total - inside[0]
-    print(f"{len(outcome.designs)} designs of {100 * generations}: {total:.1f} s of CPU, {inside[0]:.1f} s of them solving, {rest:.1f} s not")
+    spent = f"{total:.1f} s of CPU, {inside[0]:.1f} s of them solving, {rest:.1f} s not"
+    print(f"{len(outcome.designs)} designs of {100 * generations}: {spent}")
     print(f"on two cores that is {inside[0] / 2 + rest:.1f} s; here it took {passed:.0f} s; hypervolume {volume(outcome):.0f}")
 
 
-STUDIES: dict[str, Callable[[bool], None]] = {
-    each.__name__: each for each in (boxes, members, stress, shapes, heights, profiles, wing, whole, robust, stage, kills, campaign)
-}
+ALL = (boxes, members, stress, shapes, heights, profiles, wing, whole, robust, stage, kills, campaign)
+STUDIES: dict[str, Callable[..., None]] = {each.__name__: each for each in ALL}
 
 
 def main() -> None:
     """Does what the arguments ask for."""
     listed = "\n".join(f"  {name:9} {study.__doc__}" for name, study in STUDIES.items())
     parser = argparse.ArgumentParser(epilog=listed, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", nargs="*", choices=[*STUDIES, []], help="those below")
+    parser.add_argument("study", nargs="*", metavar="STUDY", help="those below")
     parser.add_argument("--draw", action="store_true", help="draw the pictures of the book")
     given = parser.parse_args()
+    for name in given.study:
+        if name not in STUDIES:
+            parser.error(f"there is no study '{name}'; there are {', '.join(STUDIES)}")
     for name in given.study:
         print(f"{name}: {STUDIES[name].__doc__}")
         STUDIES[name](given.draw)

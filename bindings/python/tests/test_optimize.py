@@ -78,16 +78,17 @@ def study(folder: Path, text: str) -> Path:
     return path
 
 
-def test_designs_are_the_same_bytes_for_any_number_of_threads_and_after_any_interrupt(folder: Path) -> None:
+@pytest.mark.parametrize("text", [FRONT, TARGET], ids=["front", "targets"])
+def test_designs_are_the_same_bytes_for_any_number_of_threads_and_after_any_interrupt(folder: Path, text: str) -> None:
     pytest.importorskip("pymoo")
-    path = study(folder, FRONT)
-    pennate.optimize(path, folder / "one", threads=1)
-    pennate.optimize(path, folder / "two", threads=2)
+    path = study(folder, text)
+    pennate.optimize(path, folder / "one", threads=1, draw=False)
+    pennate.optimize(path, folder / "two", threads=2, draw=False)
     whole = (folder / "one" / "designs.csv").read_bytes()
     assert (folder / "two" / "designs.csv").read_bytes() == whole
     for part in (0.0, 0.05, 0.3, 0.7, 0.999):
         (folder / "two" / "designs.csv").write_bytes(whole[: int(part * len(whole))])
-        outcome = pennate.optimize(path, folder / "two", threads=2)
+        outcome = pennate.optimize(path, folder / "two", threads=2, draw=False)
         assert (folder / "two" / "designs.csv").read_bytes() == whole
         assert outcome.solved > 0
     assert pennate.optimize(path, folder / "two").solved == 0
@@ -97,16 +98,16 @@ def test_designs_are_the_same_bytes_for_any_number_of_threads_and_after_any_inte
 def test_workers_of_an_executor_write_the_same_bytes(folder: Path, text: str) -> None:
     pytest.importorskip("pymoo")
     path = study(folder, text)
-    pennate.optimize(path, folder / "here")
+    pennate.optimize(path, folder / "here", draw=False)
     with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
-        pennate.optimize(path, folder / "there", executor=executor)
+        pennate.optimize(path, folder / "there", executor=executor, draw=False)
     assert (folder / "there" / "designs.csv").read_bytes() == (folder / "here" / "designs.csv").read_bytes()
 
 
 def test_a_search_that_is_killed_twice_goes_on_to_the_same_bytes(folder: Path) -> None:
     pytest.importorskip("pymoo")
     path = study(folder, FRONT.replace("generations = 4", "generations = 60"))
-    pennate.optimize(path, folder / "whole")
+    pennate.optimize(path, folder / "whole", draw=False)
     whole = (folder / "whole" / "designs.csv").read_bytes()
     command = [sys.executable, "-m", "pennate", "optimize", str(path), "-o", str(folder / "killed"), "--threads", "1"]
     table = folder / "killed" / "designs.csv"
@@ -266,7 +267,8 @@ def test_designs_that_end_unstable_count_as_failed(folder: Path, monkeypatch: py
 
 def test_the_command_tells_of_its_progress_and_prints_json(folder: Path) -> None:
     pytest.importorskip("pymoo")
-    command = [sys.executable, "-m", "pennate", "optimize", str(study(folder, FRONT)), "-o", str(folder / "out"), "--live", "--json"]
+    path, out = study(folder, FRONT), folder / "out"
+    command = [sys.executable, "-m", "pennate", "optimize", str(path), "-o", str(out), "--live", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, "PYTHONWARNINGS": "error"})
     assert "batch 4 of 4" in done.stderr and "hypervolume" in done.stderr
     found = json.loads(done.stdout)

@@ -20,7 +20,8 @@ FRONT, PICK, OTHER = "#0072b2", "#d55e00", "#b8b8b8"
 # Inches, of one pair of objectives.
 SIZE = (5.4, 4.2)
 # The same bytes for the same designs.
-STYLE: Any = {"svg.hashsalt": "pennate", "svg.fonttype": "none", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+STYLE: Any = {"svg.hashsalt": "pennate", "svg.fonttype": "none", "font.size": 9}
+STYLE |= {"axes.spines.top": False, "axes.spines.right": False}
 
 
 def can_draw() -> bool:

@@ -177,7 +177,8 @@ def _set(reader: Reader, tree: dict[str, Any], network: _network.Network, settin
             network.set(**{name: value})
         except (NetworkError, TypeError, ValueError) as error:
             message = error.errors[0].message if isinstance(error, NetworkError) and error.errors else str(error)
-            reader.wrong(f"parameter '{name}' cannot be {value!r}: {message}", "write a number, or a text with its unit", "parameters", name)
+            help = "write a number, or a text with its unit"
+            reader.wrong(f"parameter '{name}' cannot be {value!r}: {message}", help, "parameters", name)
             continue
         fixed[name] = value
     for name, number in settings.items():

@@ -69,8 +69,10 @@ class Table:
         names = [each.name for each in study.wanted]
         variables = [each.name for each in study.variables]
         spread = [f"{name}_spread" for name in names] if study.tolerances else []
-        slopes = [f"{probe}/{name}" for probe in study.probes for name in variables] if study.method == "least-squares" else []
-        self.head = ["number", "batch", *variables, "status", "stable", *study.probes, *names, *spread, "violation", "reason", *slopes]
+        slopes = [f"{probe}/{name}" for probe in study.probes for name in variables]
+        slopes = slopes if study.method == "least-squares" else []
+        found = [*study.probes, *names, *spread, "violation", "reason", *slopes]
+        self.head = ["number", "batch", *variables, "status", "stable", *found]
         self.widths = (len(variables), len(study.probes), len(names), len(spread), len(slopes))
         self.key = directory / "study.json"
         self.synced = 0.0
