@@ -282,3 +282,21 @@ def test_the_picture_shows_the_front(folder: Path) -> None:
     picture = (folder / "out" / "front.svg").read_text()
     assert "drop (greatest is best)" in picture and picture.rstrip().endswith("</svg>")
     assert not list((folder / "out").glob("*.new"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("most = 150", "most = 1", "meets the constraints that need no solution"),
+        ("[objectives]", 'far = { value = "= drop", least = 1e6 }\n[objectives]', "48 violates a constraint"),
+    ],
+)
+def test_the_command_says_why_there_is_nothing_to_show(
+    folder: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
+) -> None:
+    pytest.importorskip("pymoo")
+    from pennate.__main__ import main
+
+    path = study(folder, FRONT.replace(old, new).replace("most = 150", "most = 1000" if "far" in new else "most = 150"))
+    assert main(["optimize", str(path), "-o", str(folder / "out")]) == 1
+    assert message in capsys.readouterr().err

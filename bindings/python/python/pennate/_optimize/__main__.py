@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import sys
+from collections import Counter
 from collections.abc import Sequence
 
 from .._errors import Error
@@ -60,9 +61,18 @@ def main(arguments: Sequence[str]) -> int:
         terminal.close()
     print(json.dumps(summary(outcome), indent=2) if given.json else words(outcome))
     if not outcome.best:
-        print("no design meets all constraints", file=sys.stderr)
+        print(nothing(outcome), file=sys.stderr)
         return 1
     return 0
+
+
+def nothing(outcome: Outcome) -> str:
+    """Why there is no design to show."""
+    if not outcome.designs:
+        return "no design meets the constraints that need no solution; nothing was solved\nhelp: look at their limits and at the ranges"
+    counts = Counter("violates a constraint" if each.status == "solved" else each.status for each in outcome.designs)
+    kinds = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.most_common())
+    return f"no design meets all constraints: {kinds}\nhelp: designs.csv says why, design by design"
 
 
 def words(outcome: Outcome) -> str:
