@@ -123,7 +123,7 @@ fn campaign(count: usize) {
             .collect();
         let (mut worst, mut unsolved) = (0.0f64, 0);
         for (design, row) in rows.chunks_exact(width).enumerate() {
-            let (single, reason) = problem.evaluate_alone(row);
+            let (single, reason, _) = problem.evaluate_alone(row);
             assert_eq!(reason.is_none(), answers.reasons[design].is_none(), "{}: {row:?}", network.name);
             unsolved += usize::from(reason.is_some());
             for (output, value) in single.iter().enumerate() {
