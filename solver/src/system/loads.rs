@@ -28,6 +28,18 @@ pub(super) struct Sections {
     noise: [f64; 2],
 }
 
+/// The load on a node at its present place.
+pub(super) struct LoadAt {
+    /// The joint of the node.
+    pub joint: usize,
+    force: V3<f64>,
+    moment: V3<f64>,
+    /// About the reference of the joint.
+    total: V3<f64>,
+    /// Its part of the tangent, in components of the joint.
+    pub block: [[f64; 6]; 6],
+}
+
 impl<const D: usize> System<D> {
     /// Replaces the section laws; they count from the next [`System::apply_drives`].
     pub fn set_laws(&mut self, laws: Vec<Arc<dyn SectionLaw>>) {
@@ -110,42 +122,47 @@ impl<const D: usize> System<D> {
         self.skew.joints.clear();
         let active = self.equations.active;
         for position in 0..self.loaded_nodes.len() {
-            let node = self.loaded_nodes[position];
-            let load = self.loads[node];
-            let link = self.topology.links[node];
-            let rotation = self.state.joints[link.joint].place.rotation;
-            let lever = if link.has_arm() { turn(rotation, link.arm) } else { [0.0; 3] };
-            let follower = turn(rotation, load.follower_force);
-            let follower_moment = turn(rotation, load.follower_moment);
-            let force = add(load.force, follower);
-            let moment = add(load.moment, follower_moment);
-            let total = add(moment, cross(lever, force));
+            let LoadAt { joint, force, moment, total, block } = self.load_at(self.loaded_nodes[position]);
             self.note_scale(&[force[0], force[1], force[2], moment[0], moment[1], moment[2]]);
-            let target = &mut self.forces[link.joint];
+            let target = &mut self.forces[joint];
             for c in 0..3 {
                 target[c] -= force[c];
                 target[3 + c] -= total[c];
             }
-            // Symmetric part: a dead force on a lever. The rest has no potential.
-            let mut block = [[0.0; 6]; 6];
-            if lever != [0.0; 3] {
-                let geometric = second_variation(load.force, lever);
-                for i in 0..3 {
-                    for j in 0..3 {
-                        block[3 + i][3 + j] -= geometric[i][j];
-                    }
-                }
-            }
-            let f = skew(follower);
-            let half = skew(sub(add(follower_moment, cross(lever, follower)), load.moment));
+            self.add_joint_block(joint, &block, &active);
+        }
+    }
+
+    /// The load on a node at its present place.
+    pub(super) fn load_at(&self, node: NodeId) -> LoadAt {
+        let load = self.loads[node];
+        let link = self.topology.links[node];
+        let rotation = self.state.joints[link.joint].place.rotation;
+        let lever = if link.has_arm() { turn(rotation, link.arm) } else { [0.0; 3] };
+        let follower = turn(rotation, load.follower_force);
+        let follower_moment = turn(rotation, load.follower_moment);
+        let force = add(load.force, follower);
+        let moment = add(load.moment, follower_moment);
+        let total = add(moment, cross(lever, force));
+        // Symmetric part: a dead force on a lever. The rest has no potential.
+        let mut block = [[0.0; 6]; 6];
+        if lever != [0.0; 3] {
+            let geometric = second_variation(load.force, lever);
             for i in 0..3 {
                 for j in 0..3 {
-                    block[i][3 + j] += f[i][j];
-                    block[3 + i][3 + j] += 0.5 * half[i][j];
+                    block[3 + i][3 + j] -= geometric[i][j];
                 }
             }
-            self.add_joint_block(link.joint, &block, &active);
         }
+        let f = skew(follower);
+        let half = skew(sub(add(follower_moment, cross(lever, follower)), load.moment));
+        for i in 0..3 {
+            for j in 0..3 {
+                block[i][3 + j] += f[i][j];
+                block[3 + i][3 + j] += 0.5 * half[i][j];
+            }
+        }
+        LoadAt { joint: link.joint, force, moment, total, block }
     }
 
     /// Adds the symmetric part of a joint's block to the matrix, and puts its skew part aside.

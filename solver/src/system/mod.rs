@@ -20,6 +20,7 @@ mod advance;
 mod carriers;
 mod certain;
 mod dashpots;
+mod explicit;
 mod loads;
 mod parts;
 mod rates;

@@ -22,6 +22,12 @@ pub(super) struct Scatters {
 }
 
 impl Scatters {
+    /// Places of nothing: what is assembled leaves the matrix alone.
+    pub(super) fn none(members: usize, springs: usize, joints: usize) -> Self {
+        let nothing = |count: usize| (0..count).map(|_| Scatter::default()).collect();
+        Self { members: nothing(members), springs: nothing(springs), joints: nothing(joints) }
+    }
+
     /// The pattern of the matrix, and the place in it of what members, springs and single joints add.
     ///
     /// `members` and `springs` are the joints that each of them connects.
