@@ -38,6 +38,7 @@ mod reading;
 mod resolve;
 pub mod scenes;
 pub mod section;
+pub mod slopes;
 pub mod unit;
 
 pub use discretize::discretize;

@@ -423,7 +423,7 @@ impl Probes {
 }
 
 impl Operand {
-    fn value(self, values: &[f64], after: &[Vec<f64>]) -> f64 {
+    pub(crate) fn value(self, values: &[f64], after: &[Vec<f64>]) -> f64 {
         match self {
             Self::Parameter(value) => value,
             Self::Probe(probe) => values[probe],
