@@ -34,10 +34,12 @@ impl Problem {
     /// The outputs of some designs and their derivatives: `x` has one row of k values a design.
     ///
     /// Derivatives are those of the equilibrium on the mesh, by every parameter: geometry, sections, tables of muscles, loads,
-    /// pressures, springs, what steps prescribe. They are differences of equilibria a thousandth of a parameter apart, which
-    /// the factors of the equilibrium at hand lead to; two distances tell whether they are to be trusted, and shorter ones
-    /// are tried where they are not, and where the path bends too much for them. Next to a limit point, where derivatives
-    /// grow without bound, there is a reason in place of numbers.
+    /// pressures, springs, what steps prescribe. They are found by the adjoint method: one solve with the factors of the
+    /// equilibrium for every output, and for every parameter the forces of the parts that it reaches. Where members hold
+    /// strains, supports turn with their node, or an output is read from more than motions and reactions, they are differences
+    /// of equilibria a thousandth of a parameter apart, which the factors at hand lead to; two distances tell whether these
+    /// are to be trusted, and shorter ones are tried where they are not. Next to a limit point, where derivatives grow without
+    /// bound, there is a reason in place of numbers.
     ///
     /// # Panics
     /// As [`Problem::evaluate`].

@@ -27,6 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod adjoint;
 mod design;
 mod error;
 mod evaluate;
@@ -35,15 +36,18 @@ mod group;
 mod join;
 mod live;
 mod mesh;
+mod moved;
+mod nearby;
 mod neighbour;
+mod numbers;
 mod outputs;
 mod slopes;
 mod together;
 mod topology;
 mod track;
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 use pennate_models::{Document, Mesh, Model, Reading};
 use pennate_solver::options::Options;
@@ -72,6 +76,8 @@ pub struct Problem {
     accuracy: f64,
     /// Estimated error of every output: the largest of the designs that the mesh was made for.
     error: Vec<f64>,
+    /// Once derivatives were asked for: nothing where the design of the file has none.
+    reach: Arc<OnceLock<Option<nearby::Reach>>>,
 }
 
 impl Problem {
@@ -122,6 +128,7 @@ impl Problem {
             inputs,
             outputs,
             accuracy,
+            reach: Arc::default(),
         };
         for row in sample.chunks_exact(problem.inputs.len().max(1)) {
             let Ok(model) = problem.model(row) else { continue };

@@ -19,6 +19,8 @@ use pennate_solver::system::System;
 /// Builds the chains of a structure.
 pub(super) type Packs<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
 
+/// A first step smaller than this (radians, or sizes of the network) is rounding: the numbers that differ have no influence.
+pub(super) const NOTHING: f64 = 1e-10;
 /// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
 const MOST: usize = 8;
 const SETTLED: f64 = 1e-11;
@@ -68,12 +70,21 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
 fn step<const D: usize>(system: &System<D>, known: &mut System<D>) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut step: Vec<f64> = system.rhs.iter().map(|residual| -residual).collect();
     let solved = known.solve_in_place(&mut step);
-    let components = system.motions_of(&step).into_iter().flat_map(|motion| {
-        let [ux, uy, uz, rx, ry, rz] = motion;
-        [ux / system.size, uy / system.size, uz / system.size, rx, ry, rz]
-    });
-    let components: Vec<f64> = components.collect();
+    let components: Vec<f64> = components(system, &step).collect();
     (solved && components.iter().all(|component| component.is_finite())).then_some((step, components))
+}
+
+/// The largest rotation (radians) or displacement (over the size of the network) of a joint in a step.
+pub(super) fn size_of<const D: usize>(system: &System<D>, step: &[f64]) -> f64 {
+    components(system, step).fold(0.0, |most: f64, component| most.max(component.abs()))
+}
+
+fn components<const D: usize>(system: &System<D>, step: &[f64]) -> impl Iterator<Item = f64> {
+    let size = system.size;
+    system.motions_of(step).into_iter().flat_map(move |motion| {
+        let [ux, uy, uz, rx, ry, rz] = motion;
+        [ux / size, uy / size, uz / size, rx, ry, rz]
+    })
 }
 
 /// What a user may ask of the state that a system was brought to, which need not be an equilibrium to the last digit.

@@ -10,7 +10,8 @@ use pennate_solver::structure::{Change, Step};
 
 use super::design::Design;
 use super::gradient::Row;
-use super::neighbour::{self, Packs};
+use super::nearby::Nearby;
+use super::neighbour::{self, NOTHING, Packs};
 use super::{Control, Problem, Reason, mesh};
 use crate::solution;
 
@@ -25,17 +26,15 @@ const AGREED: f64 = 1e-4;
 /// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
 const NEAR: f64 = 1e-4;
-/// Motions smaller than this (radians, or sizes of the network) are rounding: the numbers that differ have no influence.
-const NOTHING: f64 = 1e-10;
 /// Part of the largest value of a probe that rounding may move it by.
 const ROUNDING: f64 = 1e-12;
 
 /// A component of a node, in the axes of its support.
-type Component = (usize, usize);
+pub(super) type Component = (usize, usize);
 
 /// What holds a component at the end of a step, where it is not a support at rest.
 #[derive(Clone, Debug)]
-enum Hold {
+pub(super) enum Hold {
     /// Moved to the value of this change of this step.
     To(usize, usize),
     /// Held where it was, or moved by the value of this change of this step from there; with the derivatives of where it was.
@@ -44,16 +43,18 @@ enum Hold {
 
 /// The derivatives of one design.
 pub(super) struct Slopes<'a> {
-    problem: &'a Problem,
-    row: &'a [f64],
-    design: &'a Design,
+    pub(super) problem: &'a Problem,
+    pub(super) row: &'a [f64],
+    pub(super) design: &'a Design,
     control: &'a Control,
-    holds: BTreeMap<Component, Hold>,
+    pub(super) holds: BTreeMap<Component, Hold>,
     /// Values of all probes after the steps so far, and their derivatives by the parameters (probe after probe).
-    after: Vec<Vec<f64>>,
-    slopes: Vec<Vec<f64>>,
+    pub(super) after: Vec<Vec<f64>>,
+    pub(super) slopes: Vec<Vec<f64>>,
     /// The verdicts at the ends of the steps so far.
     stable: Vec<Option<bool>>,
+    /// Once they were asked for: nothing where there are none.
+    pub(super) nearby: Option<Option<Vec<Nearby>>>,
 }
 
 /// A neighbour: probes, then components that the next step holds where they are, and how far its joints moved.
@@ -73,16 +74,8 @@ fn bend(ahead: &[f64], behind: &[f64]) -> f64 {
 
 impl<'a> Slopes<'a> {
     pub(super) fn new(problem: &'a Problem, row: &'a [f64], design: &'a Design, control: &'a Control) -> Self {
-        Self {
-            problem,
-            row,
-            design,
-            control,
-            holds: BTreeMap::new(),
-            after: Vec::new(),
-            slopes: Vec::new(),
-            stable: Vec::new(),
-        }
+        let (after, slopes, stable) = (Vec::new(), Vec::new(), Vec::new());
+        Self { problem, row, design, control, holds: BTreeMap::new(), after, slopes, stable, nearby: None }
     }
 
     /// Follows the steps from the end of the first one, whose history is given.
@@ -160,10 +153,34 @@ impl<'a> Slopes<'a> {
         path.system.advance(path.system.equations.has_general());
         path.system.assemble(false);
         let (probes, inputs) = (self.after[index].len(), self.row.len());
-        let mut slopes = vec![f64::NAN; (probes + kept.len()) * inputs];
+        let found = self.adjoint(&mut path.system, packs, (index, &last.state), &kept);
+        let (mut slopes, reason) = match found {
+            Some(Ok(slopes)) => (slopes, None),
+            Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
+            None => self.by_neighbours(path, packs, (index, record), &kept),
+        };
+        for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
+            self.holds.insert(component, Hold::From(None, rates.to_vec()));
+        }
+        slopes.truncate(probes * inputs);
+        self.slopes[index] = slopes;
+        reason.map_or(Ok(()), Err)
+    }
+
+    /// Derivatives of all probes at the end of a step, and of components that the next one keeps, by equilibria nearby; with
+    /// the reason where there are none, or not all.
+    fn by_neighbours<const D: usize>(
+        &self,
+        path: &mut Path<'static, D>,
+        packs: Packs<D>,
+        at: (usize, &StepHistory),
+        kept: &[Component],
+    ) -> (Vec<f64>, Option<Reason>) {
+        let inputs = self.row.len();
+        let mut slopes = vec![f64::NAN; (self.after[at.0].len() + kept.len()) * inputs];
         let mut reason = None;
         for input in 0..inputs {
-            match self.slope(path, packs, (index, record), input, &kept) {
+            match self.slope(path, packs, at, input, kept) {
                 Ok((column, doubtful)) => {
                     for (quantity, slope) in column.into_iter().enumerate() {
                         slopes[quantity * inputs + input] = slope;
@@ -173,12 +190,7 @@ impl<'a> Slopes<'a> {
                 Err(why) => reason = reason.or(Some(why)),
             }
         }
-        for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
-            self.holds.insert(component, Hold::From(None, rates.to_vec()));
-        }
-        slopes.truncate(probes * inputs);
-        self.slopes[index] = slopes;
-        reason.map_or(Ok(()), Err)
+        (slopes, reason)
     }
 
     /// Values of all probes in a state.

@@ -1,0 +1,423 @@
+//! Derivatives at one equilibrium by the adjoint method.
+//!
+//! Motions d of the joints leave the forces F(d, p) on them: F = 0 along what is free, d = d(p) along what is held. For a
+//! probe q with the derivatives v by the motions and w by the forces, let λ be free motions with Kᵀ λ = −(v + Kᵀ w) along
+//! what is free: one solve with the factors at hand. With μ = λ + w then dq/dp = μ · ∂F/∂p + (v + Kᵀ μ) · ∂d/∂p + ∂q/∂p.
+//! Of a parameter only ∂F/∂p is left to find: forces of the parts that it reaches, where the joints stay where they are.
+
+use std::collections::BTreeSet;
+
+use pennate_elements::rotation::{turn, turn_less_identity};
+use pennate_elements::small::{add, cross, dot, scale, sub};
+use pennate_models::Model;
+use pennate_models::probes::Operand;
+use pennate_models::slopes::Weights;
+use pennate_solver::history::Equilibrium;
+use pennate_solver::joints::HeldKind;
+use pennate_solver::system::System;
+
+use super::Reason;
+use super::moved::{self, Mover};
+use super::nearby::{Nearby, apart, size};
+use super::neighbour::{self, Packs};
+use super::numbers::{Places, change_value};
+use super::slopes::{Component, Hold, Slopes};
+
+/// Parts of a parameter at which forces are compared: h and 2 h, extrapolated to h = 0, leave h⁴.
+const PARTS: [f64; 4] = [1e-3, -1e-3, 2e-3, -2e-3];
+/// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
+/// distance of the part δ of a parameter, it changes by that part over 4 δ.
+const NEAR: f64 = 1e-4;
+const CHANGED: f64 = 0.1;
+/// A second difference larger than this part of the first one is a corner.
+const CORNER: f64 = 0.05;
+const ROUNDING: f64 = 1e-12;
+/// Slot of the state while the tangent is looked at.
+const ASIDE: usize = 2;
+
+/// Values for every joint.
+type Joints = Vec<[f64; 6]>;
+
+/// What follows a parameter while the joints stay where they are, and the motion of what is held.
+struct Explicit {
+    forces: Joints,
+    held: Joints,
+    moves: bool,
+}
+
+impl Slopes<'_> {
+    /// Derivatives of the probes that are needed at the end of a step, and of components that the next step keeps; `None`
+    /// where they have to be found in another way.
+    pub(super) fn adjoint<const D: usize>(
+        &mut self,
+        system: &mut System<D>,
+        packs: Packs<D>,
+        (index, state): (usize, &Equilibrium),
+        kept: &[Component],
+    ) -> Option<Result<Vec<f64>, Reason>> {
+        if !self.is_linear(system) || D == 6 && kept.iter().any(|&(_, component)| component >= 3) {
+            return None;
+        }
+        let probes = &self.design.model.probes;
+        let needed = self.needed(index);
+        let plain = |probe: &&usize| probes.operands(**probe).is_none();
+        let mut read: Vec<(usize, Weights)> = Vec::new();
+        for &probe in needed.iter().filter(plain) {
+            read.push((probe, probes.weights(probe, state)?));
+        }
+        for (place, &component) in kept.iter().enumerate() {
+            read.push((probes.len() + place, weights_of(system, component)));
+        }
+        let all = self.nearby.take().unwrap_or_else(|| self.problem.nearby(self.row, self.design));
+        let Some(all) = all else {
+            self.nearby = Some(None);
+            return None;
+        };
+        let found = self.slopes_of(system, packs, (index, state), (&needed, &read), (&all, kept.len()));
+        self.nearby = Some(Some(all));
+        found
+    }
+
+    fn slopes_of<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        packs: Packs<D>,
+        (index, state): (usize, &Equilibrium),
+        (needed, read): (&BTreeSet<usize>, &[(usize, Weights)]),
+        (all, kept): (&[Nearby], usize),
+    ) -> Option<Result<Vec<f64>, Reason>> {
+        let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
+        let explicit = self.explicit(system, packs, index, all)?;
+        let moves = explicit.iter().any(|explicit| explicit.moves);
+        let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
+        system.transpose();
+        for (quantity, weights) in read {
+            let Some((mu, pull)) = adjoint_of(system, weights, moves) else {
+                system.transpose();
+                return Some(Err(Reason::Singular { step: index }));
+            };
+            for (input, explicit) in explicit.iter().enumerate() {
+                let of = |a: &Joints, b: &Joints| a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum::<f64>();
+                let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
+                slopes[quantity * inputs + input] = of(&mu, &explicit.forces) + held;
+            }
+        }
+        system.transpose();
+        for nearby in all {
+            for &input in &nearby.inputs {
+                self.add_own(system, state, read, (nearby, input), &mut slopes);
+            }
+        }
+        self.combine(index, all, needed, &mut slopes)?;
+        if system.equations.size > 0 && !self.is_regular(system, index, &explicit) {
+            return Some(Err(Reason::Singular { step: index }));
+        }
+        Some(Ok(slopes))
+    }
+
+    /// Whether forces and motions are all that there is: no multipliers along members, no rows that turn with their joint.
+    fn is_linear<const D: usize>(&self, system: &System<D>) -> bool {
+        let equations = &system.equations;
+        let general = |joint: usize| equations.is_general(joint) && !equations.holds_nothing(joint);
+        !system.holds_strains() && !(0..equations.joints.len()).any(general)
+    }
+
+    /// The probes whose derivatives are asked for at a step, or go into others that are.
+    fn needed(&self, index: usize) -> BTreeSet<usize> {
+        let probes = &self.design.model.probes;
+        let mut open: Vec<(usize, usize)> =
+            self.problem.outputs.iter().map(|output| (output.step, output.probe)).collect();
+        let mut seen = BTreeSet::new();
+        while let Some((step, probe)) = open.pop() {
+            if !seen.insert((step, probe)) {
+                continue;
+            }
+            for operand in probes.operands(probe).into_iter().flatten() {
+                match *operand {
+                    Operand::Parameter(_) => {}
+                    Operand::Probe(other) => open.push((step, other)),
+                    Operand::After { probe: other, step: at } => open.push((at, other)),
+                }
+            }
+        }
+        seen.into_iter().filter(|&(step, _)| step == index).map(|(_, probe)| probe).collect()
+    }
+
+    /// What follows each of the parameters while the joints stay where they are.
+    fn explicit<const D: usize>(
+        &self,
+        system: &System<D>,
+        packs: Packs<D>,
+        index: usize,
+        all: &[Nearby],
+    ) -> Option<Vec<Explicit>> {
+        let structure = &self.design.structure;
+        let places = Places::of(structure, &self.design.steps);
+        let joints = system.state.joints.len();
+        let mut explicit: Vec<Explicit> = (0..self.row.len())
+            .map(|_| Explicit { forces: vec![[0.0; 6]; joints], held: vec![[0.0; 6]; joints], moves: false })
+            .collect();
+        let (mut moved, mut whose) = (Vec::new(), Vec::new());
+        for nearby in all {
+            for &input in &nearby.inputs {
+                if (places.supports..places.springs).any(|part| nearby.is_owned(part, input)) {
+                    return None;
+                }
+                let drives = nearby.drives(input, index, &places, structure.drives.len());
+                let mover = Mover { design: self.design, nearby, places: &places, input, drives: &drives };
+                let members = mover.members(&system.topology);
+                let times = size(self.row[input]) / apart(self.row[input]);
+                moved.extend(PARTS.map(|part| mover.at(&members, &system.drives, part * times)));
+                whose.push(input);
+                self.hold_along(system, (nearby, input), &places, &mut explicit[input])?;
+            }
+        }
+        let forces = moved::forces(system, packs, moved);
+        for (forces, input) in forces.chunks_exact(PARTS.len()).zip(whose) {
+            let far = size(self.row[input]);
+            for (joint, total) in explicit[input].forces.iter_mut().enumerate() {
+                for (c, total) in total.iter_mut().enumerate() {
+                    let slope = |at: usize| (forces[at][joint][c] - forces[at + 1][joint][c]) / (2.0 * far * PARTS[at]);
+                    *total = slope(0) + (slope(0) - slope(2)) / 3.0;
+                }
+            }
+        }
+        Some(explicit)
+    }
+
+    /// The motion of what is held by a parameter; `None` where it is a turn in space.
+    fn hold_along<const D: usize>(
+        &self,
+        system: &System<D>,
+        (nearby, input): (&Nearby, usize),
+        places: &Places,
+        explicit: &mut Explicit,
+    ) -> Option<()> {
+        let counts = self.design.steps.iter().scan(places.changes, |at, step| {
+            let first = *at;
+            *at += step.changes.len();
+            Some(first)
+        });
+        let firsts: Vec<usize> = counts.collect();
+        let change = |(step, place): (usize, usize)| {
+            if !nearby.is_owned(firsts[step] + place, input) {
+                return 0.0;
+            }
+            let value = |steps: &[pennate_solver::structure::Step]| change_value(&steps[step].changes[place]);
+            (value(&nearby.high.steps) - value(&nearby.low.steps)) / (2.0 * apart(self.row[input]))
+        };
+        for held in &system.equations.held {
+            let rate = match self.holds.get(&(held.node, held.component)) {
+                None => 0.0,
+                Some(Hold::To(step, place)) => change((*step, *place)),
+                Some(Hold::From(moved, rates)) => moved.map_or(0.0, change) + rates[input],
+            };
+            if rate == 0.0 {
+                continue;
+            }
+            explicit.moves = true;
+            let motion = &mut explicit.held[system.topology.links[held.node].joint];
+            let (vector, offset) = match held.kind {
+                HeldKind::Translation { direction } => (direction, 0),
+                HeldKind::Rotation { .. } if D == 6 => return None,
+                HeldKind::Rotation { axis } => (axis, 3),
+            };
+            for c in 0..3 {
+                motion[offset + c] += rate * vector[c];
+            }
+        }
+        Some(())
+    }
+
+    /// Adds what quantities change by where nothing moves: by their own numbers, and by those of arms of bodies.
+    fn add_own<const D: usize>(
+        &self,
+        system: &System<D>,
+        state: &Equilibrium,
+        read: &[(usize, Weights)],
+        (nearby, input): (&Nearby, usize),
+        slopes: &mut [f64],
+    ) {
+        let model = &self.design.model;
+        let places = Places::of(&self.design.structure, &self.design.steps);
+        let mover = Mover { design: self.design, nearby, places: &places, input, drives: &[] };
+        let far = 2.0 * apart(self.row[input]);
+        let owned = |quantity: usize| quantity < model.probes.len() && nearby.is_owned(places.probes + quantity, input);
+        let mut both: Option<[Vec<f64>; 2]> = None;
+        for (quantity, weights) in read {
+            let slope = &mut slopes[quantity * self.row.len() + input];
+            if owned(*quantity) {
+                let values = |model: &Model| model.probes.evaluate(state, &[]);
+                let [low, high] = both.get_or_insert_with(|| [values(&nearby.low.model), values(&nearby.high.model)]);
+                *slope += (high[*quantity] - low[*quantity]) / far;
+            }
+            for &(node, [x, y, z, ..]) in &weights.motions {
+                let link = system.topology.links[node];
+                let arm = sub(mover.node(node), mover.node(system.topology.references[link.joint]));
+                if arm != [0.0; 3] {
+                    let rotation = system.state.joints[link.joint].place.rotation;
+                    *slope += dot([x, y, z], turn_less_identity(rotation, scale(1.0 / far, arm)));
+                }
+            }
+        }
+    }
+
+    /// Derivatives of expressions by those of what they refer to; `None` where one has a corner.
+    fn combine(&self, index: usize, all: &[Nearby], needed: &BTreeSet<usize>, slopes: &mut [f64]) -> Option<()> {
+        let (probes, inputs) = (&self.design.model.probes, self.row.len());
+        let values = &self.after[index];
+        for &probe in probes.order().iter().filter(|&probe| needed.contains(probe)) {
+            if probes.operands(probe).is_none() {
+                continue;
+            }
+            for (nearby, &input) in all.iter().flat_map(|nearby| nearby.inputs.iter().map(move |input| (nearby, input)))
+            {
+                let by = apart(self.row[input]);
+                let moved = |values: &[f64], slopes: &[f64], by: f64| -> Vec<f64> {
+                    let rate = |probe: usize| slopes.get(probe * inputs + input).copied().unwrap_or(f64::NAN);
+                    values.iter().enumerate().map(|(probe, value)| value + by * rate(probe)).collect()
+                };
+                let at = |model: &Model, by: f64| {
+                    let before = self.after[..index].iter().zip(&self.slopes);
+                    let before: Vec<Vec<f64>> = before.map(|(values, slopes)| moved(values, slopes, by)).collect();
+                    model.probes.combine(probe, &moved(values, slopes, by), &before)
+                };
+                // Numbers that other parameters set are those of the design.
+                let places = Places::of(&self.design.structure, &self.design.steps);
+                let owned = nearby.is_owned(places.probes + probe, input);
+                let [low, high] = match owned {
+                    true => [&nearby.low.model, &nearby.high.model],
+                    false => [&self.design.model; 2],
+                };
+                let (low, middle, high) = (at(low, -by), values[probe], at(high, by));
+                let corner = (high - 2.0 * middle + low).abs();
+                if !(corner <= CORNER * (high - low).abs() + ROUNDING * middle.abs().max(1.0)) {
+                    return None;
+                }
+                slopes[probe * inputs + input] = (high - low) / (2.0 * by);
+            }
+        }
+        Some(())
+    }
+
+    /// Moves on by a small part of all parameters at once, and looks at what the tangent makes of what is left there: next to
+    /// a limit point it is another one.
+    fn is_regular<const D: usize>(&self, system: &mut System<D>, index: usize, explicit: &[Explicit]) -> bool {
+        let joints = system.state.joints.len();
+        let (mut forces, mut held) = (vec![[0.0; 6]; joints], vec![[0.0; 6]; joints]);
+        for (input, explicit) in explicit.iter().enumerate() {
+            // No two the same, and of both signs: no motion is left out by chance.
+            let times = 0.5 + 0.5 * (input as f64 * 0.618_033_988_749_895).fract();
+            let part = if input % 2 == 0 { times } else { -times } * NEAR * size(self.row[input]);
+            add_times(&mut forces, part, &explicit.forces);
+            add_times(&mut held, part, &explicit.held);
+        }
+        if explicit.iter().any(|explicit| explicit.moves) {
+            let moved = system.transposed_times(&held);
+            add_times(&mut forces, 1.0, &moved);
+        }
+        let mut wanted = vec![0.0; system.equations.size];
+        for (joint, force) in forces.iter().enumerate() {
+            system.equations.project(joint, &force.map(|force| -force), &mut wanted);
+        }
+        let mut step = wanted.clone();
+        if !system.solve_in_place(&mut step) {
+            return false;
+        }
+        let first = neighbour::size_of(system, &step);
+        if first < neighbour::NOTHING {
+            return true;
+        }
+        system.save(ASIDE);
+        system.move_by(&step, false);
+        system.gather(false);
+        let mut left: Vec<f64> = wanted.iter().zip(&system.rhs).map(|(wanted, force)| wanted - force).collect();
+        let solved = system.solve_in_place(&mut left);
+        let regular = solved && neighbour::size_of(system, &left) <= CHANGED * first;
+        system.restore(ASIDE);
+        if index + 1 < self.design.steps.len() {
+            system.gather(false);
+        }
+        regular
+    }
+}
+
+fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {
+    for (sum, joint) in sum.iter_mut().zip(joints) {
+        for (sum, x) in sum.iter_mut().zip(joint) {
+            *sum += times * x;
+        }
+    }
+}
+
+/// μ of a quantity, and where anything that is held moves also what moves with that.
+fn adjoint_of<const D: usize>(system: &mut System<D>, weights: &Weights, moves: bool) -> Option<(Joints, Joints)> {
+    let joints = system.state.joints.len();
+    let (mut motions, mut forces) = (vec![[0.0; 6]; joints], vec![[0.0; 6]; joints]);
+    for &(node, weight) in &weights.motions {
+        let link = system.topology.links[node];
+        let own = &mut motions[link.joint];
+        let force = [weight[0], weight[1], weight[2]];
+        let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+        let moment = add([weight[3], weight[4], weight[5]], cross(lever, force));
+        for c in 0..3 {
+            own[c] += force[c];
+            own[3 + c] += moment[c];
+        }
+    }
+    for &(node, weight) in &weights.reactions {
+        for held in system.equations.held.iter().filter(|held| held.node == node) {
+            let (vector, offset) = match held.kind {
+                HeldKind::Translation { direction } => (direction, 0),
+                HeldKind::Rotation { axis } => (axis, 3),
+            };
+            let along = dot(vector, [weight[offset], weight[offset + 1], weight[offset + 2]]);
+            for c in 0..3 {
+                forces[system.topology.links[node].joint][offset + c] += along * vector[c];
+            }
+        }
+    }
+    let by_motions = |system: &mut System<D>, forces: &Joints| -> Joints {
+        let mut all = if weights.reactions.is_empty() && forces.iter().flatten().all(|&force| force == 0.0) {
+            vec![[0.0; 6]; joints]
+        } else {
+            system.transposed_times(forces)
+        };
+        for (all, own) in all.iter_mut().zip(&motions) {
+            for c in 0..6 {
+                all[c] += own[c];
+            }
+        }
+        all
+    };
+    let pull = by_motions(system, &forces);
+    let mut solution = vec![0.0; system.equations.size];
+    for (joint, pull) in pull.iter().enumerate() {
+        system.equations.project(joint, &pull.map(|pull| -pull), &mut solution);
+    }
+    if !system.solve_in_place(&mut solution) {
+        return None;
+    }
+    let mut mu = forces;
+    for (joint, mu) in mu.iter_mut().enumerate() {
+        let motion = system.equations.motion(joint, &solution, false);
+        for c in 0..6 {
+            mu[c] += motion[c];
+        }
+    }
+    let pull = if moves { by_motions(system, &mu) } else { Vec::new() };
+    Some((mu, pull))
+}
+
+/// The component of a node, in the axes of its support.
+fn weights_of<const D: usize>(system: &System<D>, (node, component): Component) -> Weights {
+    let axis = neighbour::axis(&system.structure, node, component);
+    let offset = if component < 3 { 0 } else { 3 };
+    let mut weights = [0.0; 6];
+    weights[offset..offset + 3].copy_from_slice(&axis);
+    Weights { motions: vec![(node, weights)], reactions: Vec::new() }
+}
+
+fn dot6(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

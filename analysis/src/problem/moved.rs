@@ -1,0 +1,305 @@
+//! Parts of a design that a parameter reaches, moved on along its derivatives: as many of them side by side as there are.
+
+use std::sync::Arc;
+
+use pennate_elements::section::Section;
+use pennate_elements::small::sub;
+use pennate_solver::joints::{EndKind, Link, Topology};
+use pennate_solver::structure::{
+    Drive, Fibres, Member, MemberId, Release, RigidBody, SectionLaw, SectionState, Segment, Spring, Structure,
+};
+use pennate_solver::system::System;
+
+use super::design::Design;
+use super::join;
+use super::nearby::Nearby;
+use super::neighbour::Packs;
+use super::numbers::Places;
+use super::together;
+
+/// The parts of a design that a parameter reaches, all joints, and the drives.
+pub(super) struct Moved {
+    structure: Structure,
+    /// The members, by their index in the design.
+    members: Vec<MemberId>,
+    drives: Vec<f64>,
+}
+
+/// A parameter as it moves a design: the design and those on both sides.
+pub(super) struct Mover<'a> {
+    pub design: &'a Design,
+    pub nearby: &'a Nearby,
+    pub places: &'a Places,
+    pub input: usize,
+    /// By how much every drive changes from the lower to the upper design.
+    pub drives: &'a [f64],
+}
+
+impl Mover<'_> {
+    fn owns(&self, part: usize) -> bool {
+        self.nearby.is_owned(part, self.input)
+    }
+
+    /// The nodes whose place changes.
+    fn moves_node(&self, node: usize) -> bool {
+        self.owns(node)
+    }
+
+    /// The change of the place of a node from the lower to the upper design.
+    pub(super) fn node(&self, node: usize) -> [f64; 3] {
+        if !self.moves_node(node) {
+            return [0.0; 3];
+        }
+        sub(self.nearby.high.structure.nodes[node], self.nearby.low.structure.nodes[node])
+    }
+
+    /// The members whose forces change while the joints stay where they are.
+    pub(super) fn members(&self, topology: &Topology) -> Vec<MemberId> {
+        let structure = &self.design.structure;
+        // Levers of rigid bodies change with both their ends.
+        let shifts =
+            |node: usize| self.moves_node(node) || self.moves_node(topology.references[topology.links[node].joint]);
+        let driven = |drive: usize| self.drives[drive] != 0.0;
+        let loaded: Vec<MemberId> = (structure.drives.iter().enumerate())
+            .filter_map(|(drive, what)| match *what {
+                Drive::Distributed(member, _) if driven(drive) => Some(member),
+                _ => None,
+            })
+            .collect();
+        let weighs = structure.drives.iter().enumerate();
+        let weighs = weighs.filter(|(drive, _)| driven(*drive)).any(|(_, what)| matches!(what, Drive::Gravity(_)));
+        let reached = |&member: &MemberId| {
+            let own = &structure.members[member];
+            weighs
+                || self.owns(self.places.members + member)
+                || own.nodes.iter().any(|&node| shifts(node))
+                || own.control.is_some_and(driven)
+                || loaded.contains(&member)
+        };
+        (0..structure.members.len()).filter(reached).collect()
+    }
+
+    /// Whether any force but those of members may change.
+    fn springs(&self) -> bool {
+        let Places { members, springs, bodies, .. } = *self.places;
+        (0..members).chain(springs..bodies).any(|part| self.owns(part))
+    }
+
+    /// The parts, so many times as far as half the way from the lower to the upper design.
+    pub(super) fn at(&self, members: &[MemberId], drives: &[f64], times: f64) -> Moved {
+        let (structure, low, high) = (&self.design.structure, &self.nearby.low, &self.nearby.high);
+        let between = Between { times };
+        let mut laws: Vec<Arc<dyn SectionLaw>> = Vec::new();
+        let nodes = |node: usize| match self.moves_node(node) {
+            true => between.vector(structure.nodes[node], low.structure.nodes[node], high.structure.nodes[node]),
+            false => structure.nodes[node],
+        };
+        let member = |&member: &MemberId| {
+            let own = &structure.members[member];
+            if !self.owns(self.places.members + member) {
+                let segment = |segment: &Segment| {
+                    laws.push(Arc::clone(&structure.laws[segment.law]));
+                    Segment { law: laws.len() - 1, ..*segment }
+                };
+                return Member { segments: own.segments.iter().map(segment).collect(), ..own.clone() };
+            }
+            let [low_member, high_member] = [low, high].map(|design| &design.structure.members[member]);
+            let segment = |((own, from), to): ((&Segment, &Segment), &Segment)| {
+                let law = |design: &Design, segment: &Segment| Arc::clone(&design.structure.laws[segment.law]);
+                let [middle, low, high] = [law(self.design, own), law(low, from), law(high, to)];
+                laws.push(Arc::new(BetweenLaws { middle, low, high, between }));
+                Segment {
+                    length: between.number(own.length, from.length, to.length),
+                    law: laws.len() - 1,
+                    initial_curvature: between.vector(
+                        own.initial_curvature,
+                        from.initial_curvature,
+                        to.initial_curvature,
+                    ),
+                    ..*own
+                }
+            };
+            let pairs = own.segments.iter().zip(&low_member.segments).zip(&high_member.segments);
+            let release = |end: usize| {
+                let all = (&own.releases[end], &low_member.releases[end], &high_member.releases[end]);
+                match all {
+                    (Release::Axes(own), Release::Axes(low), Release::Axes(high)) => {
+                        let axes = own.iter().zip(low).zip(high);
+                        Release::Axes(axes.map(|((own, low), high)| between.vector(*own, *low, *high)).collect())
+                    }
+                    _ => own.releases[end].clone(),
+                }
+            };
+            Member {
+                segments: pairs.map(segment).collect(),
+                axes: std::array::from_fn(|axis| {
+                    between.vector(own.axes[axis], low_member.axes[axis], high_member.axes[axis])
+                }),
+                releases: [release(0), release(1)],
+                ..own.clone()
+            }
+        };
+        let chosen: Vec<Member> = members.iter().map(member).collect();
+        let has_springs = self.springs();
+        let spring = |index: usize| {
+            let own = &structure.springs[index];
+            match self.owns(self.places.springs + index) {
+                true => between.spring(own, &low.structure.springs[index], &high.structure.springs[index]),
+                false => own.clone(),
+            }
+        };
+        let body = |(index, own): (usize, &RigidBody)| {
+            let [low, high] = [low, high].map(|design| design.structure.bodies[index].mass);
+            let owned = self.owns(self.places.bodies + index);
+            RigidBody { mass: if owned { between.number(own.mass, low, high) } else { own.mass }, ..own.clone() }
+        };
+        let drive = |drive: &Drive| match *drive {
+            Drive::Distributed(member, component) => match members.iter().position(|&own| own == member) {
+                Some(place) => Drive::Distributed(place, component),
+                None => Drive::Control,
+            },
+            other => other,
+        };
+        let values = drives.iter().zip(self.drives).map(|(value, way)| value + 0.5 * times * way);
+        Moved {
+            members: members.to_vec(),
+            drives: values.collect(),
+            structure: Structure {
+                nodes: (0..structure.nodes.len()).map(nodes).collect(),
+                members: chosen,
+                laws,
+                supports: Vec::new(),
+                bodies: structure.bodies.iter().enumerate().map(body).collect(),
+                springs: (0..structure.springs.len()).filter(|_| has_springs).map(spring).collect(),
+                drives: structure.drives.iter().map(drive).collect(),
+                compliances: Vec::new(),
+                sections: Vec::new(),
+                ..*structure
+            },
+        }
+    }
+}
+
+/// Forces on the joints of a system, where parts of it are these, one after the other.
+pub(super) fn forces<const D: usize>(system: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Vec<Vec<[f64; 6]>> {
+    let joints = system.state.joints.len();
+    if all.is_empty() || joints == 0 {
+        return vec![Vec::new(); all.len()];
+    }
+    // Gravity would be that of all.
+    if all.len() > 1 && !together::joins(&all[0].structure) {
+        return all.into_iter().flat_map(|one| forces(system, packs, vec![one])).collect();
+    }
+    let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
+    let drives: Vec<f64> = all.iter().flat_map(|moved| moved.drives.iter().copied()).collect();
+    let topology = topology(&system.topology, &all);
+    let parts = all.into_iter().map(|moved| (moved.structure, Vec::new())).collect();
+    let Some((structure, ..)) = join::join(parts) else { return Vec::new() };
+    let chains = packs(&structure, 0);
+    let mut moved = System::new(Arc::new(structure), Arc::new(topology), chains, system.equations.active, false);
+    moved.stand_in(system, &members, &drives);
+    moved.exert().chunks_exact(joints).map(<[_]>::to_vec).collect()
+}
+
+/// As many copies of the joints, with arms and axes of each.
+fn topology(own: &Topology, all: &[Moved]) -> Topology {
+    let mut topology = Topology { links: Vec::new(), references: Vec::new(), ends: Vec::new(), idle: Vec::new() };
+    for (copy, moved) in all.iter().enumerate() {
+        let nodes = &moved.structure.nodes;
+        let link = |(node, link): (usize, &Link)| Link {
+            joint: link.joint + copy * own.references.len(),
+            arm: sub(nodes[node], nodes[own.references[link.joint]]),
+        };
+        topology.links.extend(own.links.iter().enumerate().map(link));
+        topology.references.extend(own.references.iter().map(|node| node + copy * nodes.len()));
+        topology.idle.extend_from_slice(&own.idle);
+        for (member, moved) in moved.members.iter().zip(&moved.structure.members) {
+            let kind = |end: usize| match (&own.ends[*member][end], &moved.releases[end]) {
+                (EndKind::Axes(_), Release::Axes(axes)) => EndKind::Axes(axes.clone()),
+                (kind, _) => kind.clone(),
+            };
+            topology.ends.push([kind(0), kind(1)]);
+        }
+    }
+    topology
+}
+
+/// Numbers so many times as far from the middle as half the way from the low to the high one.
+#[derive(Clone, Copy, Debug)]
+struct Between {
+    times: f64,
+}
+
+impl Between {
+    fn number(self, middle: f64, low: f64, high: f64) -> f64 {
+        if low == high { middle } else { middle + 0.5 * self.times * (high - low) }
+    }
+
+    fn vector<const N: usize>(self, middle: [f64; N], low: [f64; N], high: [f64; N]) -> [f64; N] {
+        std::array::from_fn(|i| self.number(middle[i], low[i], high[i]))
+    }
+
+    fn spring(self, middle: &Spring, low: &Spring, high: &Spring) -> Spring {
+        let mut spring = middle.clone();
+        match (&mut spring, low, high) {
+            (
+                Spring::Ground { stiffness, .. },
+                Spring::Ground { stiffness: low, .. },
+                Spring::Ground { stiffness: high, .. },
+            )
+            | (
+                Spring::Coupling { stiffness, .. },
+                Spring::Coupling { stiffness: low, .. },
+                Spring::Coupling { stiffness: high, .. },
+            ) => *stiffness = self.vector(*stiffness, *low, *high),
+            (
+                Spring::Axial { stiffness, natural_length, .. },
+                Spring::Axial { stiffness: low, natural_length: short, .. },
+                Spring::Axial { stiffness: high, natural_length: long, .. },
+            ) => {
+                *stiffness = self.number(*stiffness, *low, *high);
+                *natural_length = self.number(*natural_length, *short, *long);
+            }
+            _ => {}
+        }
+        spring
+    }
+
+    fn section(self, middle: &Section, low: &Section, high: &Section) -> Section {
+        let number = |of: fn(&Section) -> f64| self.number(of(middle), of(low), of(high));
+        Section {
+            ea: number(|section| section.ea),
+            ga2: number(|section| section.ga2),
+            ga3: number(|section| section.ga3),
+            gj: number(|section| section.gj),
+            ei2: number(|section| section.ei2),
+            ei3: number(|section| section.ei3),
+            mass_per_length: number(|section| section.mass_per_length),
+            rotary_inertia: self.vector(middle.rotary_inertia, low.rotary_inertia, high.rotary_inertia),
+        }
+    }
+}
+
+/// The sections of a segment, between those of two designs.
+#[derive(Debug)]
+struct BetweenLaws {
+    middle: Arc<dyn SectionLaw>,
+    low: Arc<dyn SectionLaw>,
+    high: Arc<dyn SectionLaw>,
+    between: Between,
+}
+
+impl SectionLaw for BetweenLaws {
+    fn at(&self, control: f64) -> SectionState {
+        let [middle, low, high] = [&self.middle, &self.low, &self.high].map(|law| law.at(control));
+        SectionState {
+            section: self.between.section(&middle.section, &low.section, &high.section),
+            strain: self.between.number(middle.strain, low.strain, high.strain),
+            curvature: self.between.vector(middle.curvature, low.curvature, high.curvature),
+        }
+    }
+
+    fn fibres(&self) -> Fibres {
+        self.middle.fibres()
+    }
+}

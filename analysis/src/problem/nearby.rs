@@ -1,0 +1,183 @@
+//! Designs next to one: how its numbers follow the parameters.
+//!
+//! Parameters that reach no number in common are moved at once (Curtis, Powell & Reid, IMA J. Appl. Math. 13, 1974): two
+//! designs tell the derivatives of all of them. What reaches what is found out once for a problem; a third design, moved by
+//! other distances, tells whether it holds here too.
+
+use pennate_solver::structure::Step;
+
+use super::Problem;
+use super::design::Design;
+use super::numbers::{Numbers, Places, controls};
+
+/// Parts of a parameter by which it is moved to see what it reaches.
+const MOVES: [f64; 4] = [1e-3, -1e-3, 0.03, -0.05];
+/// Part of a parameter by which designs on both sides are apart: numbers of a design have all their digits, so that what
+/// curvature and rounding leave of a difference is some 10⁻¹⁰ of it.
+const APART: f64 = 3e-5;
+
+/// What each parameter of a problem reaches, and which of them are moved at once.
+#[derive(Clone, Debug)]
+pub(super) struct Reach {
+    /// By parameter and part of a design.
+    reached: Vec<Vec<bool>>,
+    groups: Vec<Vec<usize>>,
+}
+
+/// Designs on both sides of one, moved by some of the parameters.
+pub(super) struct Nearby {
+    pub inputs: Vec<usize>,
+    pub low: Design,
+    pub high: Design,
+    /// The parameter that every part of the design follows, if any does.
+    pub owners: Vec<Option<usize>>,
+}
+
+/// By how much a parameter of this value is moved.
+pub(super) fn apart(value: f64) -> f64 {
+    APART * size(value)
+}
+
+/// What a parameter is measured by.
+pub(super) fn size(value: f64) -> f64 {
+    if value == 0.0 { 1.0 } else { value.abs() }
+}
+
+impl Reach {
+    pub(super) fn of(problem: &Problem) -> Option<Self> {
+        let row = problem.middle();
+        let design = problem.design(&row).ok()?;
+        let controls = controls(&design);
+        let numbers = Numbers::of(&design, &controls);
+        let reached: Vec<Vec<bool>> =
+            (0..row.len()).map(|input| reached_by(problem, &row, input, &numbers, &controls)).collect();
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for input in 0..row.len() {
+            let apart = |group: &&mut Vec<usize>| {
+                let shares = |&other: &usize| reached[other].iter().zip(&reached[input]).any(|(a, b)| *a && *b);
+                !group.iter().any(shares)
+            };
+            match groups.iter_mut().find(apart) {
+                Some(group) => group.push(input),
+                None => groups.push(vec![input]),
+            }
+        }
+        Some(Self { reached, groups })
+    }
+}
+
+fn reached_by(problem: &Problem, row: &[f64], input: usize, numbers: &Numbers, controls: &[f64]) -> Vec<bool> {
+    let mut reached = vec![false; numbers.len()];
+    for part in MOVES {
+        let mut moved = row.to_vec();
+        moved[input] += part * size(row[input]);
+        let Ok(design) = problem.design(&moved) else { continue };
+        let other = Numbers::of(&design, controls);
+        for (place, reached) in reached.iter_mut().enumerate() {
+            *reached |= numbers.differs(&other, place);
+        }
+    }
+    reached
+}
+
+impl Problem {
+    /// Designs on both sides of one by every parameter; `None` where its numbers have no derivatives, or where it is at the
+    /// edge of what makes a network.
+    pub(super) fn nearby(&self, row: &[f64], design: &Design) -> Option<Vec<Nearby>> {
+        let reach = self.reach.get_or_init(|| Reach::of(self)).as_ref()?;
+        let controls = controls(design);
+        let numbers = Numbers::of(design, &controls);
+        let around = Around { problem: self, row, controls: &controls, numbers: &numbers };
+        let mut all = Vec::with_capacity(reach.groups.len());
+        for group in &reach.groups {
+            match around.moved(group, Some(&reach.reached))? {
+                Some(nearby) => all.push(nearby),
+                // They have something in common here: each by itself.
+                None => {
+                    for &input in group {
+                        all.push(around.moved(&[input], None)??);
+                    }
+                }
+            }
+        }
+        Some(all)
+    }
+}
+
+/// A design with its numbers.
+struct Around<'a> {
+    problem: &'a Problem,
+    row: &'a [f64],
+    controls: &'a [f64],
+    numbers: &'a Numbers,
+}
+
+impl Around<'_> {
+    /// Designs on both sides by some parameters at once; `Some(None)` where these have something in common.
+    fn moved(&self, inputs: &[usize], reached: Option<&[Vec<bool>]>) -> Option<Option<Nearby>> {
+        let [low, high] = [-1.0, 1.0].map(|times| self.design(inputs, |_| times));
+        let ((low, below), (high, above)) = (low?, high?);
+        let mut owners = vec![None; self.numbers.len()];
+        for (part, owner) in owners.iter_mut().enumerate() {
+            if !below.differs(&above, part) && !below.differs(self.numbers, part) {
+                continue;
+            }
+            if !self.numbers.is_smooth(&below, &above, part) {
+                return None;
+            }
+            let Some(reached) = reached.filter(|_| inputs.len() > 1) else {
+                *owner = Some(inputs[0]);
+                continue;
+            };
+            *owner = inputs.iter().copied().find(|&input| reached[input][part]);
+            if owner.is_none() {
+                return Some(None);
+            }
+        }
+        if inputs.len() > 1 {
+            let times = |input: usize| 0.4 + 0.5 * (input as f64 * 0.618_033_988_749_895).fract();
+            let (_, other) = self.design(inputs, times)?;
+            for (part, owner) in owners.iter().enumerate() {
+                let foretold = match owner {
+                    Some(input) => self.numbers.foretells(&below, &above, &other, part, times(*input)),
+                    None => !self.numbers.differs(&other, part),
+                };
+                if !foretold {
+                    return Some(None);
+                }
+            }
+        }
+        Some(Some(Nearby { inputs: inputs.to_vec(), low, high, owners }))
+    }
+
+    fn design(&self, inputs: &[usize], times: impl Fn(usize) -> f64) -> Option<(Design, Numbers)> {
+        let mut row = self.row.to_vec();
+        for &input in inputs {
+            row[input] += times(input) * apart(self.row[input]);
+        }
+        let design = self.problem.design(&row).ok()?;
+        let numbers = Numbers::of(&design, self.controls);
+        (numbers.len() == self.numbers.len()).then_some((design, numbers))
+    }
+}
+
+impl Nearby {
+    /// Whether a part of the design follows this parameter.
+    pub(super) fn is_owned(&self, part: usize, input: usize) -> bool {
+        self.owners[part] == Some(input)
+    }
+
+    /// By how much every drive changes from the lower to the upper design by the end of a step, and every change of a step.
+    pub(super) fn drives(&self, input: usize, index: usize, places: &Places, count: usize) -> Vec<f64> {
+        let mut rates = vec![0.0; count];
+        let mut part = places.targets;
+        let both = |steps: &[Step]| steps.iter().take(index + 1).map(|step| step.targets.clone()).collect::<Vec<_>>();
+        for (low, high) in both(&self.low.steps).into_iter().zip(both(&self.high.steps)) {
+            for (&(drive, low), &(_, high)) in low.iter().zip(&high) {
+                rates[drive] = if self.is_owned(part, input) { high - low } else { 0.0 };
+                part += 1;
+            }
+        }
+        rates
+    }
+}

@@ -1,0 +1,187 @@
+//! The numbers of a design, part by part, and which of them a parameter reaches.
+
+use pennate_models::Model;
+use pennate_solver::structure::{Change, Drive, Release, SectionLaw, Spring, Step, Structure};
+
+use super::design::Design;
+
+/// A second difference larger than this part of the first one is a corner: over so short a distance no curve bends so much.
+const CORNER: f64 = 0.05;
+/// Part of the numbers of a part that rounding may change.
+const ROUNDING: f64 = 1e-11;
+
+/// The numbers of a design by its parts: nodes, members, supports, springs, bodies, targets and changes of the steps, probes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Numbers {
+    values: Vec<f64>,
+    /// Where the numbers of every part end.
+    ends: Vec<usize>,
+}
+
+/// Where the parts of each kind begin among all parts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Places {
+    pub members: usize,
+    pub supports: usize,
+    pub springs: usize,
+    pub bodies: usize,
+    pub targets: usize,
+    pub changes: usize,
+    pub probes: usize,
+}
+
+impl Places {
+    pub(super) fn of(structure: &Structure, steps: &[Step]) -> Self {
+        let members = structure.nodes.len();
+        let supports = members + structure.members.len();
+        let springs = supports + structure.supports.len();
+        let bodies = springs + structure.springs.len();
+        let targets = bodies + structure.bodies.len();
+        let changes = targets + steps.iter().map(|step| step.targets.len()).sum::<usize>();
+        let probes = changes + steps.iter().map(|step| step.changes.len()).sum::<usize>();
+        Self { members, supports, springs, bodies, targets, changes, probes }
+    }
+}
+
+/// Values of controls at which the sections of a design are looked at: all that its steps set.
+pub(super) fn controls(design: &Design) -> Vec<f64> {
+    let targets = design.steps.iter().flat_map(|step| &step.targets);
+    let set = targets.filter(|(drive, _)| design.structure.drives[*drive] == Drive::Control);
+    let mut all: Vec<f64> = set.map(|&(_, value)| value).chain([0.0]).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+impl Numbers {
+    /// Those of a design; sections at these values of their control.
+    pub(super) fn of(design: &Design, controls: &[f64]) -> Self {
+        let Design { model, structure, steps } = design;
+        let mut numbers = Self::default();
+        for node in &structure.nodes {
+            numbers.part(node.iter().copied());
+        }
+        let laws: Vec<Vec<f64>> = structure.laws.iter().map(|law| section_numbers(law.as_ref(), controls)).collect();
+        for member in &structure.members {
+            numbers.values.extend(member.axes.as_flattened());
+            let mut last = usize::MAX;
+            for segment in &member.segments {
+                numbers.values.push(segment.length);
+                numbers.values.extend(segment.initial_curvature);
+                if segment.law != last {
+                    numbers.values.extend(&laws[segment.law]);
+                    last = segment.law;
+                }
+            }
+            for release in &member.releases {
+                if let Release::Axes(axes) = release {
+                    numbers.values.extend(axes.as_flattened());
+                }
+            }
+            numbers.part([]);
+        }
+        for support in &structure.supports {
+            numbers.part(support.axes.as_flattened().iter().copied());
+        }
+        for spring in &structure.springs {
+            match spring {
+                Spring::Ground { stiffness, .. } | Spring::Coupling { stiffness, .. } => {
+                    numbers.part(stiffness.iter().copied());
+                }
+                Spring::Axial { stiffness, natural_length, .. } => numbers.part([*stiffness, *natural_length]),
+            }
+        }
+        for body in &structure.bodies {
+            numbers.part([body.mass]);
+        }
+        for (_, value) in steps.iter().flat_map(|step| &step.targets) {
+            numbers.part([*value]);
+        }
+        for change in steps.iter().flat_map(|step| &step.changes) {
+            numbers.part([change_value(change)]);
+        }
+        numbers.probes(model);
+        numbers
+    }
+
+    fn probes(&mut self, model: &Model) {
+        for probe in 0..model.probes.len() {
+            self.part(model.probes.numbers(probe));
+        }
+    }
+
+    fn part(&mut self, values: impl IntoIterator<Item = f64>) {
+        self.values.extend(values);
+        self.ends.push(self.values.len());
+    }
+
+    /// Number of parts.
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The numbers of a part.
+    fn of_part(&self, part: usize) -> &[f64] {
+        let start = if part == 0 { 0 } else { self.ends[part - 1] };
+        &self.values[start..self.ends[part]]
+    }
+
+    /// Whether a part of another design is another one.
+    pub(super) fn differs(&self, other: &Self, part: usize) -> bool {
+        let (a, b) = (self.of_part(part), other.of_part(part));
+        a.len() != b.len() || a.iter().zip(b).any(|(a, b)| a.to_bits() != b.to_bits())
+    }
+
+    /// Whether a part changes as smoothly as a curve does from one design over the present one to another one as far away.
+    pub(super) fn is_smooth(&self, low: &Self, high: &Self, part: usize) -> bool {
+        let (low, middle, high) = (low.of_part(part), self.of_part(part), high.of_part(part));
+        if low.len() != middle.len() || high.len() != middle.len() {
+            return false;
+        }
+        let rounding = ROUNDING * largest(middle);
+        let smooth = |((low, middle), high): ((&f64, &f64), &f64)| {
+            low == high && low == middle || (high - 2.0 * middle + low).abs() <= CORNER * (high - low).abs() + rounding
+        };
+        low.iter().zip(middle).zip(high).all(smooth)
+    }
+
+    /// Whether a part of another design is where `times` the way from the lower to the upper one leads to.
+    pub(super) fn foretells(&self, low: &Self, high: &Self, other: &Self, part: usize, times: f64) -> bool {
+        let [low, middle, high, other] = [low, self, high, other].map(|numbers| numbers.of_part(part));
+        if [low.len(), high.len(), other.len()] != [middle.len(); 3] {
+            return false;
+        }
+        let rounding = ROUNDING * largest(middle);
+        (0..middle.len()).all(|n| {
+            let way = 0.5 * (high[n] - low[n]);
+            let same = low[n] == high[n] && other[n] == middle[n];
+            same || (middle[n] + times * way - other[n]).abs() <= CORNER * way.abs() + rounding
+        })
+    }
+}
+
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().filter(|number| number.is_finite()).fold(0.0, |largest: f64, number| largest.max(number.abs()))
+}
+
+/// What a change of a step moves to or by.
+pub(super) fn change_value(change: &Change) -> f64 {
+    match *change {
+        Change::Prescribe { to, .. } => to,
+        Change::MoveBy { by, .. } => by,
+        Change::Hold { .. } | Change::Free { .. } => 0.0,
+    }
+}
+
+fn section_numbers(law: &dyn SectionLaw, controls: &[f64]) -> Vec<f64> {
+    let mut numbers = Vec::with_capacity(13 * controls.len());
+    for &control in controls {
+        let state = law.at(control);
+        let section = &state.section;
+        numbers.extend([section.ea, section.ga2, section.ga3, section.gj, section.ei2, section.ei3]);
+        numbers.push(section.mass_per_length);
+        numbers.push(state.strain);
+        numbers.extend(state.curvature);
+    }
+    numbers
+}
