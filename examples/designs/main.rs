@@ -8,6 +8,11 @@
 //!     cargo run --release --example designs -- campaign 1000
 //!
 //! compares so many random designs of every network with solves one by one, and prints the largest difference.
+//!
+//!     cargo run --release --example designs -- repeat gradient dyad 100
+//!
+//! does nothing but one of `model`, `structure`, `values`, `alone`, `gradient` and `live` of one network so many times, for
+//! programs that count instructions.
 
 use std::time::Instant;
 
@@ -23,7 +28,33 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["campaign", count] => campaign(count.parse().expect("a number of designs")),
+        ["repeat", work, name, count] => repeat(work, name, count.parse().expect("how many times")),
         _ => table(),
+    }
+}
+
+/// One piece of work on designs of one network, again and again; values and derivatives are those of eight designs at once.
+fn repeat(work: &str, name: &str, count: usize) {
+    let network = all().into_iter().find(|network| network.name.contains(name)).expect("a network of the table");
+    let problem = network.problem();
+    let rows = network.rows(&problem, 8);
+    let mut designs = rows.chunks_exact(network.parameters.len()).cycle();
+    let mut next = || designs.next().unwrap_or_default();
+    let mut live = problem.live().ok();
+    for _ in 0..count {
+        match work {
+            "model" => drop(problem.model(next())),
+            "structure" => drop(problem.model(next()).map(|model| discretize(&model, problem.mesh()))),
+            "values" => drop(problem.evaluate(&rows)),
+            "alone" => drop(alone(&problem, next())),
+            "gradient" => drop(problem.gradient(next())),
+            "live" => {
+                let Some(live) = &mut live else { return };
+                next().iter().enumerate().take(1).for_each(|(place, &value)| live.set(place, value));
+                let _ = live.solve();
+            }
+            _ => panic!("no such work: {work}"),
+        }
     }
 }
 
