@@ -1,6 +1,6 @@
 //! Model to structure: members become chains of elements, targets become drives.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
@@ -162,8 +162,8 @@ impl SectionLaw for ProportionalLaw {
 #[derive(Default)]
 struct Laws {
     all: Vec<Arc<dyn SectionLaw>>,
-    muscles: HashMap<(usize, bool), usize>,
-    fixed: HashMap<[u64; 16], usize>,
+    muscles: FxHashMap<(usize, bool), usize>,
+    fixed: FxHashMap<[u64; 16], usize>,
 }
 
 impl Laws {
@@ -235,7 +235,7 @@ fn turned(law: &FixedLaw, turn: &Matrix3<f64>) -> FixedLaw {
 #[derive(Default)]
 struct Drives {
     all: Vec<Drive>,
-    index: HashMap<Target, DriveId>,
+    index: FxHashMap<Target, DriveId>,
 }
 
 impl Drives {

@@ -1,12 +1,14 @@
 //! A network that is read once, and evaluated for many values of its parameters.
 
+use std::sync::Arc;
+
 use crate::error::{InputErrors, Source};
 use crate::expression::Quantity;
 use crate::file::Folder;
 use crate::input::Network;
 use crate::input::tree::Language;
 use crate::model::Model;
-use crate::resolve;
+use crate::resolve::{self, Lasting};
 
 /// A network that was read and checked, ready to be evaluated again with other values of its parameters.
 ///
@@ -22,6 +24,8 @@ pub struct Reading {
     parameters: Vec<(String, Quantity)>,
     /// Parameters that a number of things depends on: copies, elements, increments.
     counting: Vec<String>,
+    /// What holds for any values of the parameters.
+    lasting: Arc<Lasting>,
 }
 
 impl Reading {
@@ -33,9 +37,11 @@ impl Reading {
     ) -> Result<(Self, Model), InputErrors> {
         let network = resolve::parse(&source, language)?;
         let settings = settings.to_vec();
-        let reading = Self { source, folder, settings, network, parameters: Vec::new(), counting: Vec::new() };
+        let (parameters, counting, lasting) = Default::default();
+        let reading = Self { source, folder, settings, network, parameters, counting, lasting };
         let (model, known) = resolve::evaluate(&reading.network, &reading.request(&[], true))?;
-        Ok((Self { parameters: known.parameters, counting: known.counting, ..reading }, model))
+        let (parameters, counting, lasting) = (known.parameters, known.counting, Arc::new(known.lasting));
+        Ok((Self { parameters, counting, lasting, ..reading }, model))
     }
 
     /// Names of the parameters, in the order of the file.
@@ -77,6 +83,7 @@ impl Reading {
             folder: &self.folder,
             settings: &self.settings,
             given: values.iter().map(given).collect(),
+            known: (!sources).then(|| Arc::clone(&self.lasting)),
         }
     }
 }

@@ -1,10 +1,13 @@
 //! What every part of the reading needs: parameters, units, and the list of what is wrong.
 
-use std::collections::HashMap;
+use std::fmt::Display;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
 
+use super::lasting::Lasting;
 use crate::error::{InputError, InputErrors, Source, Span, Warning};
 use crate::expression::{Certainty, Quantity};
 use crate::file::Folder;
@@ -24,16 +27,22 @@ pub(crate) struct Context {
     pub(crate) folder: Folder,
     pub(crate) units: Units,
     /// `None` where evaluating the parameter failed: no message about what depends on it.
-    pub(crate) parameters: HashMap<String, Option<Quantity>>,
+    pub(crate) parameters: FxHashMap<String, Option<Quantity>>,
     pub(crate) parameter_names: Vec<String>,
     /// Values that take the place of what the file and settings say.
-    pub(crate) given: HashMap<String, Quantity>,
+    pub(crate) given: FxHashMap<String, Quantity>,
     /// Parameters that a count depends on, by itself or through others.
     pub(crate) counting: Vec<String>,
     /// The parameters that a parameter is worked out from.
-    pub(crate) sources_of: HashMap<String, Vec<String>>,
+    pub(crate) sources_of: FxHashMap<String, Vec<String>>,
     /// The path that a member is a part of, by the name of the member.
-    pub(crate) paths: HashMap<String, String>,
+    pub(crate) paths: FxHashMap<String, String>,
+    /// What an evaluation before found out for good.
+    pub(crate) known: Arc<Lasting>,
+    /// The same of this evaluation, where it is asked for.
+    pub(crate) lasting: Option<Lasting>,
+    /// How many expressions were met so far.
+    pub(crate) expressions_met: usize,
 }
 
 /// Names of one kind of thing, in the order of the file.
@@ -41,7 +50,7 @@ pub(crate) struct Context {
 pub(crate) struct Names {
     what: &'static str,
     order: Vec<String>,
-    index: HashMap<String, usize>,
+    index: FxHashMap<String, usize>,
 }
 
 impl Names {
@@ -121,12 +130,15 @@ impl Context {
             sources: Vec::new(),
             folder,
             units: Units::default(),
-            parameters: HashMap::new(),
+            parameters: FxHashMap::default(),
             parameter_names: Vec::new(),
-            given: HashMap::new(),
+            given: FxHashMap::default(),
             counting: Vec::new(),
-            sources_of: HashMap::new(),
-            paths: HashMap::new(),
+            sources_of: FxHashMap::default(),
+            paths: FxHashMap::default(),
+            known: Arc::default(),
+            lasting: None,
+            expressions_met: 0,
         }
     }
 
@@ -334,7 +346,7 @@ impl Context {
     }
 
     /// A quantity that must be greater than zero.
-    pub(crate) fn positive(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
+    pub(crate) fn positive(&mut self, number: &Number, kind: Kind, what: impl Display) -> Option<f64> {
         let value = self.number(number, kind)?;
         if value >= LIMIT.recip() {
             return Some(value);
@@ -354,7 +366,7 @@ impl Context {
     }
 
     /// A quantity that must not be negative.
-    pub(crate) fn not_negative(&mut self, number: &Number, kind: Kind, what: &str) -> Option<f64> {
+    pub(crate) fn not_negative(&mut self, number: &Number, kind: Kind, what: impl Display) -> Option<f64> {
         let value = self.number(number, kind)?;
         if value >= 0.0 {
             return Some(value);
@@ -367,7 +379,7 @@ impl Context {
     }
 
     /// A list of two or three components; the third is zero where it is left out.
-    pub(crate) fn vector(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: &str) -> Option<[f64; 3]> {
+    pub(crate) fn vector(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: impl Display) -> Option<[f64; 3]> {
         if !(2..=3).contains(&list.value.len()) {
             let count = list.value.len();
             self.error(
@@ -376,12 +388,15 @@ impl Context {
             );
             return None;
         }
-        let values: Vec<Option<f64>> = list.value.iter().map(|number| self.number(number, kind)).collect();
-        Some([values[0]?, values[1]?, values.get(2).copied().unwrap_or(Some(0.0))?])
+        let mut values = [Some(0.0); 3];
+        for (value, number) in values.iter_mut().zip(&list.value) {
+            *value = self.number(number, kind);
+        }
+        Some([values[0]?, values[1]?, values[2]?])
     }
 
     /// A list of three components.
-    pub(crate) fn triple(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: &str) -> Option<[f64; 3]> {
+    pub(crate) fn triple(&mut self, list: &Spanned<Vec<Number>>, kind: Kind, what: impl Display) -> Option<[f64; 3]> {
         if list.value.len() != 3 {
             let count = list.value.len();
             self.error(
@@ -394,8 +409,8 @@ impl Context {
     }
 
     /// A direction as a unit vector.
-    pub(crate) fn direction(&mut self, list: &Spanned<Vec<Number>>, what: &str) -> Option<Vector3<f64>> {
-        let vector = Vector3::from(self.vector(list, Kind::Pure, what)?);
+    pub(crate) fn direction(&mut self, list: &Spanned<Vec<Number>>, what: impl Display) -> Option<Vector3<f64>> {
+        let vector = Vector3::from(self.vector(list, Kind::Pure, &what)?);
         let largest = vector.amax();
         if largest == 0.0 {
             self.error(

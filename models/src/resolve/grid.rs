@@ -1,18 +1,18 @@
 //! Nodes by the cells of a grid, so that those near a place are found without looking at all.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use nalgebra::Vector3;
 
 /// Nodes by cell: what is within reach lies in the same cell or beside it.
 pub(crate) struct Grid {
     reach: f64,
-    cells: HashMap<[u64; 3], Vec<usize>>,
+    cells: FxHashMap<[u64; 3], Vec<usize>>,
 }
 
 impl Grid {
     pub(crate) fn new(reach: f64) -> Self {
-        Self { reach, cells: HashMap::new() }
+        Self { reach, cells: FxHashMap::default() }
     }
 
     /// Number of a cell along each axis; with next to no reach every place is a cell of its own.

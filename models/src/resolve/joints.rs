@@ -76,7 +76,7 @@ fn body(named: &Named<Spanned<input::RigidBody>>, names: &Names, cx: &mut Contex
         },
     };
     let mass = match &data.mass {
-        Some(mass) => cx.not_negative(mass, Kind::Mass, &format!("the mass of {owner}"))?,
+        Some(mass) => cx.not_negative(mass, Kind::Mass, format_args!("the mass of {owner}"))?,
         None => 0.0,
     };
     let mut nodes = vec![reference];
@@ -219,11 +219,14 @@ fn spring(
                     stiffness: components(&data.stiffness, &owner, cx)?,
                 }),
                 SpringStiffness::Axial(stiffness) => {
-                    let stiffness = cx.not_negative(stiffness, Kind::Stiffness, &format!("the stiffness of {owner}"));
+                    let stiffness =
+                        cx.not_negative(stiffness, Kind::Stiffness, format_args!("the stiffness of {owner}"));
                     let natural = match &data.natural_length {
-                        Some(length) => {
-                            Some(cx.not_negative(length, Kind::Length, &format!("the natural length of {owner}"))?)
-                        }
+                        Some(length) => Some(cx.not_negative(
+                            length,
+                            Kind::Length,
+                            format_args!("the natural length of {owner}"),
+                        )?),
                         None => None,
                     };
                     axial_spring(pair, stiffness?, natural, nodes, &owner, list.span, cx)
@@ -276,7 +279,7 @@ fn components(stiffness: &Spanned<SpringStiffness>, owner: &str, cx: &mut Contex
     for (index, number) in components.in_order().into_iter().enumerate() {
         let Some(number) = number else { continue };
         let kind = if index < 3 { Kind::Stiffness } else { Kind::RotationalStiffness };
-        match cx.not_negative(number, kind, &format!("a stiffness of {owner}")) {
+        match cx.not_negative(number, kind, format_args!("a stiffness of {owner}")) {
             Some(value) => values[index] = value,
             None => complete = false,
         }

@@ -50,7 +50,7 @@ impl Line<'_> {
         let data = &self.named.value.value;
         let member_curvature = match &data.initial_curvature {
             Some(list) => {
-                Some(cx.triple(list, Kind::Curvature, &format!("the initial curvature of {}", self.owner))?)
+                Some(cx.triple(list, Kind::Curvature, format_args!("the initial curvature of {}", self.owner))?)
             }
             None => None,
         };
@@ -101,7 +101,7 @@ impl Line<'_> {
             );
             return None;
         }
-        let through = cx.vector(point, Kind::Length, &format!("the arc of {}", self.owner))?;
+        let through = cx.vector(point, Kind::Length, format_args!("the arc of {}", self.owner))?;
         let arc = curve::arc(self.start, through.into(), self.end);
         if arc.is_none() {
             cx.error(
@@ -117,7 +117,7 @@ impl Line<'_> {
         let data = &self.named.value.value;
         let given = match &data.length {
             Some(length) => {
-                Some((cx.positive(length, Kind::Length, &format!("the length of {}", self.owner))?, length.span))
+                Some((cx.positive(length, Kind::Length, format_args!("the length of {}", self.owner))?, length.span))
             }
             None => None,
         };
@@ -160,7 +160,7 @@ impl Line<'_> {
     fn tangent(&self, arc: Option<&curve::Arc>, curved: bool, cx: &mut Context) -> Option<Vector3<f64>> {
         match (&self.named.value.value.tangent, arc) {
             (_, Some(arc)) => Some(arc.tangent),
-            (Some(list), None) => cx.direction(list, &format!("the tangent of {}", self.owner)),
+            (Some(list), None) => cx.direction(list, format_args!("the tangent of {}", self.owner)),
             (None, None) if curved => {
                 cx.error(
                     InputError::new(format!("{} has an initial curvature but no tangent", self.owner))
@@ -175,7 +175,7 @@ impl Line<'_> {
 
     fn frame(&self, tangent: Vector3<f64>, cx: &mut Context) -> Option<Frame> {
         let orientation = match &self.named.value.value.orientation {
-            Some(list) => Some((cx.direction(list, &format!("the orientation of {}", self.owner))?, list.span)),
+            Some(list) => Some((cx.direction(list, format_args!("the orientation of {}", self.owner))?, list.span)),
             None => None,
         };
         let frame = curve::frame(tangent, orientation.map(|(direction, _)| direction));

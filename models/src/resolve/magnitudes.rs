@@ -1,5 +1,7 @@
 //! Magnitudes that nothing real has: a word about a unit that was meant otherwise.
 
+use std::fmt::Display;
+
 use super::context::Context;
 use crate::error::{InputError, Span};
 use crate::model::{Member, SegmentLaw, Units};
@@ -19,7 +21,7 @@ const THREAD: f64 = 2.5e4;
 const DISC: f64 = 10.0;
 
 /// A word about a modulus that no material has.
-pub(crate) fn modulus(value: f64, what: &str, span: Span, cx: &mut Context) {
+pub(crate) fn modulus(value: f64, what: impl Display, span: Span, cx: &mut Context) {
     let pascal = value * Unit::file_pressure(cx.units);
     if (MODULI[0]..=MODULI[1]).contains(&pascal) {
         return;
@@ -35,7 +37,7 @@ pub(crate) fn modulus(value: f64, what: &str, span: Span, cx: &mut Context) {
 }
 
 /// A word about a density that no material has.
-pub(crate) fn density(value: f64, what: &str, span: Span, cx: &mut Context) {
+pub(crate) fn density(value: f64, what: impl Display, span: Span, cx: &mut Context) {
     let (factor, unit) = match cx.units {
         Units::MmNMpa => (1e12, "tonne/mm^3"),
         Units::MNPa => (1.0, "kg/m^3"),

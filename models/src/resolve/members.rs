@@ -254,7 +254,7 @@ fn segment_drafts(
         return None;
     }
     let read = |cx: &mut Context, segment: &input::Segment| {
-        let length = cx.positive(&segment.length, Kind::Length, &format!("the length of a segment of {owner}"));
+        let length = cx.positive(&segment.length, Kind::Length, format_args!("the length of a segment of {owner}"));
         let material = segment.material.as_ref().or(data.material.as_ref());
         let law = properties.law(&segment.section, material, owner, cx);
         let strain = match &segment.strain {
@@ -262,7 +262,7 @@ fn segment_drafts(
             None => Some(0.0),
         };
         let mut curvature = |list: &Option<Spanned<Vec<Number>>>| match list {
-            Some(list) => cx.triple(list, Kind::Curvature, &format!("a curvature of {owner}")).map(Some),
+            Some(list) => cx.triple(list, Kind::Curvature, format_args!("a curvature of {owner}")).map(Some),
             None => Some(None),
         };
         let induced = curvature(&segment.curvature);
@@ -309,7 +309,7 @@ fn end_release(release: Option<&Spanned<EndRelease>>, owner: &str, frame: &Frame
         None => Release::Welded,
         Some(EndRelease::Word(_)) => Release::Pin,
         Some(EndRelease::Hinge(hinge)) => {
-            Release::Axes(vec![cx.direction(&hinge.hinge, &format!("the hinge of {owner}"))?.into()])
+            Release::Axes(vec![cx.direction(&hinge.hinge, format_args!("the hinge of {owner}"))?.into()])
         }
         Some(EndRelease::Axes(axes)) => {
             let mut free: Vec<usize> = axes.iter().map(|axis| *axis as usize).collect();

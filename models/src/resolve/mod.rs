@@ -5,6 +5,7 @@ mod course;
 mod curve;
 mod grid;
 mod joints;
+mod lasting;
 mod line;
 mod load_flow;
 mod magnitudes;
@@ -20,7 +21,9 @@ mod properties;
 mod steps;
 mod topology;
 
-use std::collections::HashMap;
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
 
 use pennate_solver::structure::{Dimension, Stability};
 
@@ -40,6 +43,7 @@ use crate::input::{DimensionWord, Formulation, Network, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
 use crate::unit::Kind;
 
+pub(crate) use self::lasting::Lasting;
 pub(crate) use self::muscles::language;
 
 /// The format that this reader knows.
@@ -56,7 +60,7 @@ pub(crate) fn read(
     settings: &[(String, String)],
 ) -> Result<Model, InputErrors> {
     let network = parse(&source, language)?;
-    let request = Request { source: Some(&source), folder, settings, given: HashMap::new() };
+    let request = Request { source: Some(&source), folder, settings, given: FxHashMap::default(), known: None };
     let (mut model, _) = evaluate(&network, &request)?;
     model.settings = settings.to_vec();
     Ok(model)
@@ -71,7 +75,9 @@ pub(crate) struct Request<'a> {
     /// Parameters set from outside, as written.
     pub(crate) settings: &'a [(String, String)],
     /// Values that take the place of those of the file and of the settings.
-    pub(crate) given: HashMap<String, Quantity>,
+    pub(crate) given: FxHashMap<String, Quantity>,
+    /// What an evaluation before found out for good; without one it is asked for.
+    pub(crate) known: Option<Arc<Lasting>>,
 }
 
 /// What an evaluation learned about the parameters.
@@ -80,6 +86,8 @@ pub(crate) struct Known {
     pub(crate) parameters: Vec<(String, Quantity)>,
     /// Those that a count depends on.
     pub(crate) counting: Vec<String>,
+    /// What holds for any values of the parameters.
+    pub(crate) lasting: Lasting,
 }
 
 /// Reads the keys of a network; nothing is evaluated.
@@ -104,9 +112,17 @@ pub(crate) fn evaluate(network: &Network, request: &Request<'_>) -> Result<(Mode
     let mut cx = Context::new(request.folder.clone());
     cx.sources.extend(request.source.cloned());
     cx.given.clone_from(&request.given);
+    match &request.known {
+        Some(known) => cx.known = Arc::clone(known),
+        None => cx.lasting = Some(Lasting::default()),
+    }
     match resolve(network, request.settings, &mut cx) {
         Some(mut model) if cx.errors.is_empty() => {
-            let known = Known { parameters: cx.quantities(), counting: std::mem::take(&mut cx.counting) };
+            let known = Known {
+                parameters: cx.quantities(),
+                counting: std::mem::take(&mut cx.counting),
+                lasting: cx.lasting.take().unwrap_or_default(),
+            };
             model.warnings = cx.warnings;
             model.sources = cx.sources;
             Ok((model, known))
@@ -164,7 +180,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
         || bodies.bodies.iter().any(|body| body.mass > 0.0);
     let path_names = cx.paths.clone();
-    let mut groups: HashMap<&str, Vec<usize>> = HashMap::new();
+    let mut groups: FxHashMap<&str, Vec<usize>> = FxHashMap::default();
     for (index, member) in members.iter().enumerate() {
         if let Some(group) = member.as_ref().and_then(|member| member.group.as_deref()) {
             groups.entry(group).or_default().push(index);
@@ -274,7 +290,7 @@ fn check_format(network: &Network, cx: &mut Context) {
 }
 
 fn node(named: &Named<Spanned<Vec<Number>>>, cx: &mut Context) -> Option<Node> {
-    let position = cx.vector(&named.value, Kind::Length, &format!("node '{}'", named.name))?;
+    let position = cx.vector(&named.value, Kind::Length, format_args!("node '{}'", named.name))?;
     Some(Node { name: named.name.clone(), position, span: named.span })
 }
 

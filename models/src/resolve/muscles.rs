@@ -174,14 +174,14 @@ fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -
         }
     }
     let unit = pressure_unit(name, span, data, cx);
-    let diameter = cx.positive(data.diameter.as_ref()?, Kind::Length, &format!("the diameter of muscle '{name}'"));
-    let wall = cx.positive(data.wall.as_ref()?, Kind::Length, &format!("the wall of muscle '{name}'"));
+    let diameter = cx.positive(data.diameter.as_ref()?, Kind::Length, format_args!("the diameter of muscle '{name}'"));
+    let wall = cx.positive(data.wall.as_ref()?, Kind::Length, format_args!("the wall of muscle '{name}'"));
     let end_length = match &data.end_length {
-        Some(length) => cx.positive(length, Kind::Length, &format!("the end length of muscle '{name}'")),
+        Some(length) => cx.positive(length, Kind::Length, format_args!("the end length of muscle '{name}'")),
         None => diameter,
     };
     let density = match &data.density {
-        Some(density) => cx.not_negative(density, Kind::Density, &format!("the density of muscle '{name}'")),
+        Some(density) => cx.not_negative(density, Kind::Density, format_args!("the density of muscle '{name}'")),
         None => Some(0.0),
     };
     let ratio = match &data.poissons_ratio {
@@ -189,11 +189,11 @@ fn muscle_data(name: &str, span: Span, data: &input::Muscle, cx: &mut Context) -
         None => Some(0.5),
     };
     let shear_factor = match &data.shear_factor {
-        Some(factor) => Some(cx.positive(factor, Kind::Pure, &format!("the shear factor of muscle '{name}'"))?),
+        Some(factor) => Some(cx.positive(factor, Kind::Pure, format_args!("the shear factor of muscle '{name}'"))?),
         None => None,
     };
     let (diameter, wall, unit) = (diameter?, wall?, unit?);
-    check_wall(diameter / 2.0, wall, &format!("muscle '{name}'"), data.wall.as_ref()?.span, cx)?;
+    check_wall(diameter / 2.0, wall, format_args!("muscle '{name}'"), data.wall.as_ref()?.span, cx)?;
     let rows = rows(name, data.table.as_ref()?, wall, &unit, cx)?;
     check_rows(name, data.table.as_ref()?, &rows, diameter, cx);
     let muscle = hsim::Muscle {
@@ -274,7 +274,7 @@ fn check_rows(
             [(values.youngs_modulus, Some(&row.value.E)), (values.end_modulus, row.value.E1.as_ref())]
         {
             if let Some(number) = number {
-                magnitudes::modulus(modulus, &format!("the modulus of muscle '{name}'"), number.span, cx);
+                magnitudes::modulus(modulus, format_args!("the modulus of muscle '{name}'"), number.span, cx);
             }
         }
     }
@@ -321,15 +321,15 @@ fn rows(
 
 fn one_row(name: &str, row: &input::MuscleRow, wall: f64, unit: &Unit, cx: &mut Context) -> Option<hsim::Row> {
     let pressure = cx.pressure(&row.pressure, unit);
-    let youngs_modulus = cx.positive(&row.E, Kind::Stress, &format!("E of muscle '{name}'"));
+    let youngs_modulus = cx.positive(&row.E, Kind::Stress, format_args!("E of muscle '{name}'"));
     let end_modulus = match &row.E1 {
-        Some(modulus) => cx.positive(modulus, Kind::Stress, &format!("E1 of muscle '{name}'")),
+        Some(modulus) => cx.positive(modulus, Kind::Stress, format_args!("E1 of muscle '{name}'")),
         None => youngs_modulus,
     };
     let alpha = cx.inverse_pressure(&row.alpha, unit);
     let mut radius = |number, key: &str| {
-        let radius = cx.positive(number, Kind::Length, &format!("{key} of muscle '{name}'"))?;
-        check_wall(radius, wall, &format!("muscle '{name}' ({key})"), number.span, cx)?;
+        let radius = cx.positive(number, Kind::Length, format_args!("{key} of muscle '{name}'"))?;
+        check_wall(radius, wall, format_args!("muscle '{name}' ({key})"), number.span, cx)?;
         Some(radius)
     };
     let end_radius = radius(&row.R1, "R1");

@@ -1,11 +1,11 @@
 //! Parameters: set, evaluated in the order of their needs, and used in expressions.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 use super::context::{Context, SETTING, place};
 use crate::error::{InputError, Span};
-use crate::expression::{Expression, Quantity};
+use crate::expression::Quantity;
 use crate::input::read::{Map, Number, Written, suggest};
 use crate::unit;
 
@@ -24,7 +24,7 @@ impl Context {
 
     /// Notes the parameters that an expression for a count refers to, and those that these are worked out from.
     pub(crate) fn note_counting(&mut self, text: &str) {
-        let mut open = names_in(text);
+        let mut open = self.names_in(text);
         while let Some(name) = open.pop() {
             if !self.counting.contains(&name) {
                 open.extend(self.sources_of.get(&name).into_iter().flatten().cloned());
@@ -68,13 +68,13 @@ impl Context {
     }
 
     fn evaluate_parameters(&mut self, numbers: &[(String, Number)]) {
-        let index: HashMap<&str, usize> =
+        let index: FxHashMap<&str, usize> =
             numbers.iter().enumerate().map(|(index, (name, _))| (name.as_str(), index)).collect();
         let given = std::mem::take(&mut self.given);
         let mut needs = Vec::with_capacity(numbers.len());
         for (name, number) in numbers {
             let names = match &number.value {
-                Written::Text(text) if !given.contains_key(name) => names_in(text),
+                Written::Text(text) if !given.contains_key(name) => self.names_in(text),
                 _ => Vec::new(),
             };
             needs.push(names.iter().filter_map(|name| index.get(name.as_str()).copied()).collect::<Vec<usize>>());
@@ -175,7 +175,7 @@ impl Context {
     pub(crate) fn expression(&mut self, text: &str, span: Span) -> Option<Quantity> {
         let start = text.find('=').map_or(0, |at| at + 1);
         let inner = |cx: &Self, place: Range<usize>| cx.inside(span, text, start + place.start..start + place.end);
-        let expression = match Expression::parse(&text[start..]) {
+        let expression = match self.parsed(&text[start..]) {
             Ok(expression) => expression,
             Err(error) => {
                 let at = inner(self, error.place);
@@ -235,11 +235,11 @@ impl Context {
             }
         }
     }
-}
 
-/// Names that an expression "= …" refers to; none in any other text.
-fn names_in(text: &str) -> Vec<String> {
-    let Some(formula) = text.trim().strip_prefix('=') else { return Vec::new() };
-    let Ok(expression) = Expression::parse(formula) else { return Vec::new() };
-    expression.references().iter().map(|reference| reference.name.clone()).collect()
+    /// Names that an expression "= …" refers to; none in any other text.
+    fn names_in(&mut self, text: &str) -> Vec<String> {
+        let Some(formula) = text.trim().strip_prefix('=') else { return Vec::new() };
+        let Ok(expression) = self.parsed(formula) else { return Vec::new() };
+        expression.references().iter().map(|reference| reference.name.clone()).collect()
+    }
 }

@@ -126,7 +126,7 @@ fn rise(member: &mut Named<Spanned<Member>>, nodes: &HashMap<&str, &Spanned<Vec<
     let at = |list: &Spanned<Vec<Number>>, cx: &mut Context| cx.vector(list, Kind::Length, "a node").map(Vector3::from);
     let (Some(start), Some(end)) = (at(start, cx), at(end, cx)) else { return };
     let towards = match &data.orientation {
-        Some(list) => cx.direction(list, &format!("the orientation of {owner}")),
+        Some(list) => cx.direction(list, format_args!("the orientation of {owner}")),
         None => None,
     };
     let frame = (end - start).try_normalize(0.0).and_then(|along| curve::frame(along, towards));

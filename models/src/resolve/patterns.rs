@@ -158,7 +158,7 @@ fn grounded(network: &Network, let_go: &HashSet<String>) -> HashSet<String> {
 /// Positions of all nodes.
 fn places(network: &Network, cx: &mut Context) -> Option<Vec<Vector3<f64>>> {
     let place = |named: &Named<Spanned<Vec<Number>>>| {
-        cx.vector(&named.value, Kind::Length, &format!("node '{}'", named.name)).map(Vector3::from)
+        cx.vector(&named.value, Kind::Length, format_args!("node '{}'", named.name)).map(Vector3::from)
     };
     network.nodes.iter().flatten().map(place).collect()
 }
@@ -362,7 +362,7 @@ impl Copier<'_> {
         if let Some(second) = second_axis {
             let owner = format!("member '{}'", member.name);
             let turn = |list: &mut Spanned<Vec<Number>>, cx: &mut Context| {
-                let direction = cx.direction(list, &format!("a direction of {owner}"))?;
+                let direction = cx.direction(list, format_args!("a direction of {owner}"))?;
                 list.value = (motion.rotation * direction).iter().map(|&x| bare(x, list.span)).collect();
                 Some(())
             };
@@ -387,7 +387,7 @@ impl Copier<'_> {
         if let Some((point, span)) = data.through() {
             let point = Spanned { span, value: point.to_vec() };
             let place =
-                Vector3::from(cx.vector(&point, Kind::Length, &format!("the arc of member '{}'", member.name))?);
+                Vector3::from(cx.vector(&point, Kind::Length, format_args!("the arc of member '{}'", member.name))?);
             let moved = motion.rotation * place + motion.translation;
             let moved = moved.iter().map(|&x| bare(x, span)).collect();
             data.arc = Some(Spanned { span, value: Arc::Through(moved) });
@@ -447,10 +447,10 @@ fn second_axis(
     let (data, owner) = (&member.value.value, format!("member '{}'", member.name));
     let end = |index: usize| places.get(data.ends().get(index)?.value.as_str()).copied();
     let tangent = match (&data.tangent, data.through(), end(0), end(1)) {
-        (Some(tangent), ..) => Some(cx.direction(tangent, &format!("the tangent of {owner}"))?),
+        (Some(tangent), ..) => Some(cx.direction(tangent, format_args!("the tangent of {owner}"))?),
         (None, Some((point, span)), Some(start), Some(end)) => {
             let point = Spanned { span, value: point.to_vec() };
-            let point = cx.vector(&point, Kind::Length, &format!("the arc of {owner}"))?.into();
+            let point = cx.vector(&point, Kind::Length, format_args!("the arc of {owner}"))?.into();
             curve::arc(start, point, end).map(|arc| arc.tangent)
         }
         (None, None, Some(start), Some(end)) => (end - start).try_normalize(0.0),

@@ -1,6 +1,6 @@
 //! Probes: names looked up, expressions compiled and put in order.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -22,7 +22,7 @@ pub(crate) struct Observed<'a> {
     pub(crate) member_names: &'a Names,
     pub(crate) members: &'a [Option<Member>],
     /// Members by the name of their group.
-    pub(crate) groups: &'a HashMap<&'a str, Vec<usize>>,
+    pub(crate) groups: &'a FxHashMap<&'a str, Vec<usize>>,
     pub(crate) properties: &'a Properties,
     pub(crate) bodies: &'a Bodies,
     pub(crate) steps: &'a [Step],
@@ -37,7 +37,7 @@ pub(crate) fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observ
         steps => steps.iter().map(|step| step.name.as_str()).collect(),
     };
     let steps = Names::new("step", step_names.into_iter());
-    let parameters: HashMap<String, f64> = cx.parameter_values().into_iter().collect();
+    let parameters: FxHashMap<String, f64> = cx.parameter_values().into_iter().collect();
     let probes: Vec<Option<Probe>> = entries
         .iter()
         .map(|named| match &named.value.value {
@@ -60,7 +60,7 @@ pub(crate) fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observ
 
 /// Numbers the members whose sections are looked at in the order in which the probes name them.
 fn number_sections(probes: &mut [Probe]) {
-    let mut known = HashMap::new();
+    let mut known = FxHashMap::default();
     for probe in probes {
         let Probe::Greatest { members, .. } = probe else { continue };
         for along in members {
@@ -116,7 +116,7 @@ fn expression(
     text: &str,
     names: &Names,
     steps: &Names,
-    parameters: &HashMap<String, f64>,
+    parameters: &FxHashMap<String, f64>,
     cx: &mut Context,
 ) -> Option<Probe> {
     let span = named.value.span;
@@ -129,7 +129,7 @@ fn expression(
         return None;
     }
     let start = text.find('=').map_or(0, |at| at + 1);
-    let expression = match Expression::parse(&text[start..]) {
+    let expression = match cx.parsed(&text[start..]) {
         Ok(expression) => expression,
         Err(error) => {
             let at = cx.inside(span, text, start + error.place.start..start + error.place.end);
@@ -163,7 +163,7 @@ fn expression(
             }
         });
     }
-    Some(Probe::Expression { expression, operands })
+    Some(Probe::Expression { expression: Expression::clone(&expression), operands })
 }
 
 /// The one quantity that a table asks for.
@@ -212,7 +212,7 @@ fn quantity(
         let Some(normal) = &table.normal else {
             return node_quantity(observed.bodies.bodies[index?].reference, table, observed, &owner, cx);
         };
-        let normal = cx.direction(normal, &format!("the normal of {owner}"));
+        let normal = cx.direction(normal, format_args!("the normal of {owner}"));
         return Some(Probe::Tilt { reference: observed.bodies.bodies[index?].reference, normal: normal?.into() });
     }
     let member = table.member.as_ref()?;
@@ -377,5 +377,5 @@ fn stiffness(node: usize, table: &ProbeTable, owner: &str, cx: &mut Context) -> 
 
 fn along(list: &[input::read::Number], span: Span, owner: &str, cx: &mut Context) -> Option<[f64; 3]> {
     let list = Spanned { span, value: list.to_vec() };
-    Some(cx.direction(&list, &format!("the direction of {owner}"))?.into())
+    Some(cx.direction(&list, format_args!("the direction of {owner}"))?.into())
 }

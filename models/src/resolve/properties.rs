@@ -1,10 +1,12 @@
 //! Materials, sections and muscles.
 
+use std::fmt::Display;
+
 use pennate_elements::section::Section;
 
 use super::context::{Context, Names};
 use super::magnitudes;
-use super::muscles::{MuscleData, muscle};
+use super::muscles::MuscleData;
 use crate::error::{InputError, Span};
 use crate::input;
 use crate::input::read::{Map, Named, Spanned};
@@ -53,7 +55,7 @@ impl Properties {
         }
         let materials = network.materials.iter().flat_map(Map::iter).map(|named| material(named, cx)).collect();
         let sections = network.sections.iter().flat_map(Map::iter).map(|named| profile(named, cx)).collect();
-        let muscles = network.muscles.iter().flat_map(Map::iter).map(|named| muscle(named, cx)).collect();
+        let muscles = network.muscles.iter().flat_map(Map::iter).map(|named| cx.muscle(named)).collect();
         Self {
             material_names: names("material", &network.materials),
             materials,
@@ -119,9 +121,9 @@ impl Properties {
 
 fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option<Material> {
     let (name, data) = (&named.name, &named.value.value);
-    let youngs_modulus = cx.positive(&data.youngs_modulus, Kind::Stress, &format!("Young's modulus of '{name}'"));
+    let youngs_modulus = cx.positive(&data.youngs_modulus, Kind::Stress, format_args!("Young's modulus of '{name}'"));
     if let Some(modulus) = youngs_modulus {
-        magnitudes::modulus(modulus, &format!("Young's modulus of '{name}'"), data.youngs_modulus.span, cx);
+        magnitudes::modulus(modulus, format_args!("Young's modulus of '{name}'"), data.youngs_modulus.span, cx);
     }
     let density = match &data.density {
         Some(density) => {
@@ -137,7 +139,7 @@ fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option
             let ratio = poissons_ratio(ratio, name, cx);
             ratio.zip(youngs_modulus).map(|(ratio, modulus)| modulus / (2.0 * (1.0 + ratio)))
         }
-        (None, Some(modulus)) => cx.positive(modulus, Kind::Stress, &format!("the shear modulus of '{name}'")),
+        (None, Some(modulus)) => cx.positive(modulus, Kind::Stress, format_args!("the shear modulus of '{name}'")),
         (None, None) => {
             cx.error(
                 InputError::new(format!("material '{name}' needs poissons_ratio or shear_modulus"))
@@ -172,7 +174,7 @@ pub(crate) fn poissons_ratio(number: &input::read::Number, name: &str, cx: &mut 
 }
 
 /// An error where a wall leaves no bore.
-pub(crate) fn check_wall(outer: f64, wall: f64, what: &str, span: Span, cx: &mut Context) -> Option<()> {
+pub(crate) fn check_wall(outer: f64, wall: f64, what: impl Display, span: Span, cx: &mut Context) -> Option<()> {
     if wall < outer {
         return Some(());
     }
@@ -191,7 +193,7 @@ pub(crate) fn check_wall(outer: f64, wall: f64, what: &str, span: Span, cx: &mut
 fn profile(named: &Named<Spanned<input::Section>>, cx: &mut Context) -> Option<Profile> {
     let (name, data) = (&named.name, &named.value.value);
     let shear_factor = match &data.shear_factor {
-        Some(factor) => Some(cx.positive(factor, Kind::Pure, &format!("the shear factor of '{name}'"))?),
+        Some(factor) => Some(cx.positive(factor, Kind::Pure, format_args!("the shear factor of '{name}'"))?),
         None => None,
     };
     let stiffening =
@@ -206,15 +208,15 @@ fn profile(named: &Named<Spanned<input::Section>>, cx: &mut Context) -> Option<P
         return None;
     }
     let shape = if let Some(data) = &data.circle {
-        circle(cx.positive(&data.value.radius, Kind::Length, &format!("the radius of '{name}'"))?)
+        circle(cx.positive(&data.value.radius, Kind::Length, format_args!("the radius of '{name}'"))?)
     } else if let Some(data) = &data.annulus {
-        let outer = cx.positive(&data.value.outer_radius, Kind::Length, &format!("the outer radius of '{name}'"));
-        let wall = cx.positive(&data.value.wall, Kind::Length, &format!("the wall of '{name}'"));
-        check_wall(outer?, wall?, &format!("section '{name}'"), data.value.wall.span, cx)?;
+        let outer = cx.positive(&data.value.outer_radius, Kind::Length, format_args!("the outer radius of '{name}'"));
+        let wall = cx.positive(&data.value.wall, Kind::Length, format_args!("the wall of '{name}'"));
+        check_wall(outer?, wall?, format_args!("section '{name}'"), data.value.wall.span, cx)?;
         annulus(outer?, wall?)
     } else if let Some(data) = &data.rectangle {
-        let width = cx.positive(&data.value.width, Kind::Length, &format!("the width of '{name}'"));
-        let height = cx.positive(&data.value.height, Kind::Length, &format!("the height of '{name}'"));
+        let width = cx.positive(&data.value.width, Kind::Length, format_args!("the width of '{name}'"));
+        let height = cx.positive(&data.value.height, Kind::Length, format_args!("the height of '{name}'"));
         rectangle(width?, height?)
     } else {
         return given(named, stiffening, cx);
@@ -235,7 +237,7 @@ fn given(named: &Named<Spanned<input::Section>>, stiffening: Stiffening, cx: &mu
     }
     let values = &stiffness.value;
     let mut read = |number: &Option<input::read::Number>, kind, key: &str| match number {
-        Some(number) => cx.positive(number, kind, &format!("{key} of '{name}'")).map(Some),
+        Some(number) => cx.positive(number, kind, format_args!("{key} of '{name}'")).map(Some),
         None => Some(None),
     };
     let ea = read(&values.EA, Kind::Force, "EA");
@@ -245,7 +247,7 @@ fn given(named: &Named<Spanned<input::Section>>, stiffening: Stiffening, cx: &mu
     let ei2 = read(&values.EI2, Kind::BendingStiffness, "EI2");
     let ei3 = read(&values.EI3, Kind::BendingStiffness, "EI3");
     let mass = match &values.mass_per_length {
-        Some(mass) => cx.not_negative(mass, Kind::MassPerLength, &format!("mass_per_length of '{name}'")),
+        Some(mass) => cx.not_negative(mass, Kind::MassPerLength, format_args!("mass_per_length of '{name}'")),
         None => Some(0.0),
     };
     let (ea, ga2, ga3, gj, ei2, ei3) = (ea?, ga2?, ga3?, gj?, ei2?, ei3?);

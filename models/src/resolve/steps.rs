@@ -1,6 +1,6 @@
 //! Steps: targets of pressures and loads, and changes of what holds the nodes.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use nalgebra::Vector3;
 use pennate_solver::structure::Change;
@@ -23,7 +23,7 @@ pub(crate) struct Actors<'a> {
     pub(crate) member_names: &'a Names,
     pub(crate) members: &'a [Option<Member>],
     /// Members by the name of their group.
-    pub(crate) groups: &'a HashMap<&'a str, Vec<usize>>,
+    pub(crate) groups: &'a FxHashMap<&'a str, Vec<usize>>,
     pub(crate) properties: &'a Properties,
     pub(crate) bodies: &'a Bodies,
     pub(crate) rotations: &'a [JointRotation],
@@ -38,7 +38,7 @@ pub(crate) fn steps(
     mut held: Vec<[bool; 6]>,
     cx: &mut Context,
 ) -> Vec<Step> {
-    let mut known = HashSet::new();
+    let mut known = FxHashSet::default();
     let mut all = Vec::new();
     for (index, data) in steps.iter().enumerate() {
         let (name, span) = match &data.value.name {
@@ -60,7 +60,7 @@ pub(crate) fn steps(
             held: &mut held,
             targets: Vec::new(),
             changes: Vec::new(),
-            changed: HashMap::new(),
+            changed: FxHashMap::default(),
         };
         reader.read(&data.value);
         let (targets, changes) = (reader.targets, reader.changes);
@@ -80,7 +80,7 @@ pub(crate) struct StepReader<'a, 'b> {
     pub(crate) targets: Vec<(Target, f64)>,
     pub(crate) changes: Vec<Change>,
     /// Components changed in this step, and by which key.
-    pub(crate) changed: HashMap<(usize, usize), &'static str>,
+    pub(crate) changed: FxHashMap<(usize, usize), &'static str>,
 }
 
 impl StepReader<'_, '_> {
@@ -156,7 +156,7 @@ impl StepReader<'_, '_> {
     /// Sets targets so that a member's own entry wins over that of its group, and that over "all".
     fn set_targets(&mut self, mut found: Vec<(u8, Target, f64)>) {
         found.sort_by_key(|(closeness, ..)| *closeness);
-        let mut place = HashMap::new();
+        let mut place = FxHashMap::default();
         for (_, target, value) in found {
             let next = self.targets.len();
             let at = *place.entry(target).or_insert(next);
@@ -172,7 +172,7 @@ impl StepReader<'_, '_> {
         let mut found = Vec::new();
         for entry in entries.into_iter().flatten() {
             let (closeness, members) = self.address(&entry.name, entry.span, "pressure", Member::is_muscle);
-            let mut values: HashMap<usize, Option<f64>> = HashMap::new();
+            let mut values: FxHashMap<usize, Option<f64>> = FxHashMap::default();
             for index in members {
                 let Some(Some(member)) = self.actors.members.get(index) else { continue };
                 let MemberKind::Muscle(muscle) = member.kind else { continue };

@@ -1,6 +1,6 @@
 //! How the parts of a network hang together, and what is wrong with that.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use nalgebra::Vector3;
 use pennate_solver::structure::{Change, Release, Spring as SpringLaw, Support};
@@ -10,6 +10,9 @@ use super::grid::Grid;
 use super::joints::Bodies;
 use crate::error::{InputError, Span};
 use crate::model::{Member, Node, Spring, Step, Target};
+
+/// So many nodes are few.
+const FEW: usize = 24;
 
 /// What a node has of a rotation of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,8 +109,11 @@ impl Parts<'_> {
             return;
         }
         self.check_places(cx);
-        self.check_lonely_nodes(steps, cx);
-        self.check_supported(steps, cx);
+        // What hangs together does so for any values of the parameters.
+        if cx.is_first() {
+            self.check_lonely_nodes(steps, cx);
+            self.check_supported(steps, cx);
+        }
     }
 
     fn size(&self) -> f64 {
@@ -121,17 +127,23 @@ impl Parts<'_> {
     /// Two nodes at one place are most often one node written twice.
     fn check_places(&self, cx: &mut Context) {
         let tolerance = 1e-9 * self.size();
-        let mut joined: HashSet<(usize, usize)> = HashSet::new();
+        let mut joined: FxHashSet<(usize, usize)> = FxHashSet::default();
         for spring in self.springs {
             if let SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } = &spring.spring {
                 joined.insert((nodes[0].min(nodes[1]), nodes[0].max(nodes[1])));
             }
         }
+        // A few nodes are compared with one another sooner than they are sorted.
+        let few = self.nodes.len() <= FEW;
         let mut grid = Grid::new(tolerance);
         let mut found = 0;
         for (index, node) in self.nodes.iter().enumerate() {
             let Some(node) = node else { continue };
-            let same = grid.near(node.position.into()).filter(|&other| {
+            let (before, near) = match few {
+                true => (0..index, None),
+                false => (0..0, Some(grid.near(node.position.into()))),
+            };
+            let same = before.chain(near.into_iter().flatten()).filter(|&other| {
                 let place = |index: usize| self.nodes[index].as_ref().map_or([f64::NAN; 3], |node| node.position);
                 let one_body =
                     self.bodies.of_node[other].is_some() && self.bodies.of_node[other] == self.bodies.of_node[index];
@@ -152,7 +164,9 @@ impl Parts<'_> {
                         .help("use one node for both, or join them by a spring or a rigid body"),
                 );
             }
-            grid.add(node.position.into(), index);
+            if !few {
+                grid.add(node.position.into(), index);
+            }
         }
     }
 
@@ -173,7 +187,7 @@ impl Parts<'_> {
         for (node, body) in self.bodies.of_node.iter().enumerate() {
             used[node] |= body.is_some();
         }
-        let loaded: HashSet<usize> = steps.iter().flat_map(loaded_nodes).collect();
+        let loaded: FxHashSet<usize> = steps.iter().flat_map(loaded_nodes).collect();
         let held = self.held();
         for (index, node) in self.nodes.iter().enumerate() {
             let Some(node) = node else { continue };
@@ -216,11 +230,14 @@ impl Parts<'_> {
             Change::Prescribe { node, .. } | Change::Hold { node, .. } | Change::MoveBy { node, .. } => Some(*node),
             Change::Free { .. } => None,
         }));
-        let held: HashSet<usize> = holders.into_iter().map(|node| sets.root(node)).collect();
-        let let_go: HashMap<usize, usize> = self.let_go.iter().rev().map(|&node| (sets.root(node), node)).collect();
-        let mut reported = HashSet::new();
+        let held: FxHashSet<usize> = holders.into_iter().map(|node| sets.root(node)).collect();
+        let let_go: FxHashMap<usize, usize> = self.let_go.iter().rev().map(|&node| (sets.root(node), node)).collect();
+        let mut reported = FxHashSet::default();
         for member in self.members.iter().flatten() {
             let root = sets.root(member.nodes[0]);
+            if held.contains(&root) || !reported.insert(root) {
+                continue;
+            }
             let help = "support one of its nodes under [supports], or join it to what is supported";
             let copy = let_go.get(&root).and_then(|&node| self.nodes[node].as_ref());
             let help = copy.map_or_else(
@@ -232,17 +249,15 @@ impl Parts<'_> {
                     )
                 },
             );
-            if !held.contains(&root) && reported.insert(root) {
-                cx.error(
-                    InputError::new(format!(
-                        "member '{}' hangs on no support, nor does anything it is joined to",
-                        member.name
-                    ))
-                    .at(member.span)
-                    .label("held by nothing")
-                    .help(help),
-                );
-            }
+            cx.error(
+                InputError::new(format!(
+                    "member '{}' hangs on no support, nor does anything it is joined to",
+                    member.name
+                ))
+                .at(member.span)
+                .label("held by nothing")
+                .help(help),
+            );
         }
     }
 }

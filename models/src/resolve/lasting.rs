@@ -1,0 +1,53 @@
+//! What one evaluation of a network finds out that holds for any values of its parameters.
+
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
+
+use super::context::Context;
+use super::muscles::{MuscleData, muscle};
+use crate::expression::{Expression, ExpressionError};
+use crate::input;
+use crate::input::read::{Named, Spanned};
+
+/// Expressions as they are understood, and muscles that no parameter sets a number of.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lasting {
+    expressions: FxHashMap<String, Arc<Expression>>,
+    muscles: FxHashMap<String, MuscleData>,
+}
+
+impl Context {
+    /// Whether nothing is known yet of an evaluation before.
+    pub(crate) fn is_first(&self) -> bool {
+        self.lasting.is_some()
+    }
+
+    /// An expression, without the leading `=`.
+    pub(crate) fn parsed(&mut self, formula: &str) -> Result<Arc<Expression>, ExpressionError> {
+        self.expressions_met += 1;
+        if let Some(known) = self.known.expressions.get(formula) {
+            return Ok(Arc::clone(known));
+        }
+        let parsed = Arc::new(Expression::parse(formula)?);
+        if let Some(lasting) = &mut self.lasting {
+            lasting.expressions.insert(formula.to_owned(), Arc::clone(&parsed));
+        }
+        Ok(parsed)
+    }
+
+    /// A muscle of the network; one that no expression goes into is what it was in the evaluation before.
+    pub(crate) fn muscle(&mut self, named: &Named<Spanned<input::Muscle>>) -> Option<MuscleData> {
+        if let Some(known) = self.known.muscles.get(&named.name) {
+            return Some(known.clone());
+        }
+        let before = (self.expressions_met, self.warnings.len());
+        let data = muscle(named, self)?;
+        if before == (self.expressions_met, self.warnings.len())
+            && let Some(lasting) = &mut self.lasting
+        {
+            lasting.muscles.insert(named.name.clone(), data.clone());
+        }
+        Some(data)
+    }
+}
