@@ -2,13 +2,15 @@
 
 use std::fmt;
 
-use pennate_models::discretize;
+use pennate_models::{Model, discretize};
 use pennate_solver::base::{self, Followed};
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Dimension, Step, Structure};
 use rayon::prelude::*;
 
+use super::design::Design;
+use super::numbers::{self, Numbers, Places};
 use super::track::{self, Track};
 use super::{Problem, Reason, mesh, neighbour};
 use crate::solution::ProbeTable;
@@ -30,9 +32,19 @@ pub struct Live {
     /// The record of the last step, and the values of all probes after those before it.
     record: StepHistory,
     after: Vec<Vec<f64>>,
+    /// What those steps were solved with, where outputs ask for them.
+    earlier: Option<Earlier>,
     wanted: Vec<f64>,
     present: Vec<f64>,
     values: Vec<f64>,
+}
+
+/// The steps before the last one, as they were solved.
+#[derive(Clone)]
+struct Earlier {
+    /// Values of controls there.
+    controls: Vec<f64>,
+    numbers: Numbers,
 }
 
 enum Followable {
@@ -71,8 +83,9 @@ impl Problem {
     /// # Errors
     /// Where a step does not reach its end.
     pub fn live_at(&self, row: &[f64]) -> Result<Live, Reason> {
-        let model = self.model(row)?;
-        let (structure, steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
+        let design = self.whole_design(row)?;
+        let earlier = self.reads_earlier(design.steps.len()).then(|| Earlier::of(&design));
+        let Design { model, structure, steps } = design;
         let options = Options::default();
         let (followed, mut history) = base::follow(&structure, &steps, steps.len(), &options, &mut |_| true)?;
         self.mesh.name_segments(&model, &mut history);
@@ -98,10 +111,43 @@ impl Problem {
         let record = history.steps.pop().ok_or(Reason::Interrupted)?;
         let record = neighbour::history_of(&record, Equilibrium::default()).steps.remove(0);
         let (present, wanted) = (row.to_vec(), row.to_vec());
-        let mut live = Live { problem: self.clone(), track, record, after, wanted, present, values: Vec::new() };
+        let values = Vec::new();
+        let mut live = Live { problem: self.clone(), track, record, after, earlier, wanted, present, values };
         live.values = live.outputs(&last);
         Ok(live)
     }
+
+    /// The design of a row of values with all of its steps.
+    fn whole_design(&self, row: &[f64]) -> Result<Design, Reason> {
+        let model = self.model(row)?;
+        let (structure, steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
+        Ok(Design { model, structure, steps })
+    }
+
+    /// Whether any output is that of a step before the last of so many, or refers to one.
+    fn reads_earlier(&self, steps: usize) -> bool {
+        (0..steps.saturating_sub(1)).any(|step| self.reads(step))
+    }
+}
+
+impl Earlier {
+    fn of(design: &Design) -> Self {
+        let before = before(design);
+        let controls = numbers::controls(&design.structure, before);
+        Self { numbers: Numbers::of(&design.model, &design.structure, before, &controls), controls }
+    }
+
+    /// Whether the steps before the last one are the same in another design.
+    fn is_of(&self, design: &Design) -> bool {
+        let before = before(design);
+        let other = Numbers::of(&design.model, &design.structure, before, &self.controls);
+        let probes = Places::of(&design.structure, before).probes;
+        other.len() == self.numbers.len() && !(0..probes).any(|part| other.differs(&self.numbers, part))
+    }
+}
+
+fn before(design: &Design) -> &[Step] {
+    &design.steps[..design.steps.len().saturating_sub(1)]
 }
 
 impl Live {
@@ -125,6 +171,15 @@ impl Live {
     /// state is then the last one on the way, [`Live::present`] says whose, and what was set stays set.
     pub fn solve(&mut self) -> Result<(), Reason> {
         let from = self.present.clone();
+        let went = self.go();
+        if self.present != from {
+            self.look_back();
+        }
+        went
+    }
+
+    fn go(&mut self) -> Result<(), Reason> {
+        let from = self.present.clone();
         let (mut at, mut part) = (0.0, 1.0);
         while at < 1.0 {
             let next = f64::min(at + part, 1.0);
@@ -146,30 +201,60 @@ impl Live {
 
     /// Goes to values nearby; false where no equilibrium of the same stability is there.
     fn step(&mut self, row: Vec<f64>) -> Result<bool, Reason> {
-        let problem = &self.problem;
-        let model = problem.model(&row)?;
-        let (structure, steps) = discretize(&model, &mesh::fitted(&problem.mesh, &problem.middle, &model));
+        let Design { model, structure, steps } = self.problem.whole_design(&row)?;
         let Some(state) = self.track.step(structure, steps) else { return Ok(false) };
-        let values = if problem.mesh.grading.is_empty() || state.sections.is_empty() {
-            model.probes.evaluate(&state, &self.after)
-        } else {
-            let mut history: History = neighbour::history_of(&self.record, state);
-            problem.mesh.name_segments(&model, &mut history);
-            model.probes.evaluate(&history.steps[0].increments[0].state, &self.after)
-        };
-        self.values = self.outputs(&values);
+        self.evaluate(&model, state);
         self.present = row;
         Ok(true)
     }
 
-    /// The outputs among the probes; not a number where they are those of a step before the last.
+    /// Reads the outputs in a state.
+    fn evaluate(&mut self, model: &Model, state: Equilibrium) {
+        let problem = &self.problem;
+        let values = if problem.mesh.grading.is_empty() || state.sections.is_empty() {
+            model.probes.evaluate(&state, &self.after)
+        } else {
+            let mut history: History = neighbour::history_of(&self.record, state);
+            problem.mesh.name_segments(model, &mut history);
+            model.probes.evaluate(&history.steps[0].increments[0].state, &self.after)
+        };
+        self.values = self.outputs(&values);
+    }
+
+    /// Solves the steps before the last one again, where outputs ask for them and the parameters made others of them.
+    fn look_back(&mut self) {
+        let Some(earlier) = &self.earlier else { return };
+        let Ok(design) = self.problem.whole_design(&self.present) else { return };
+        if earlier.is_of(&design) {
+            return;
+        }
+        self.earlier = Some(Earlier::of(&design));
+        let Design { model, structure, steps } = design;
+        let count = steps.len() - 1;
+        self.after = vec![vec![f64::NAN; model.probes.len()]; count];
+        if let Ok(mut history) = pennate_solver::solve(&structure, &steps[..count], &Options::default(), &mut |_| true)
+        {
+            self.problem.mesh.name_segments(&model, &mut history);
+            let table = ProbeTable::new(&model, &history);
+            let ends = history.steps.iter().zip(&table.steps).take_while(|(step, _)| step.status == Status::Converged);
+            for (after, (_, values)) in self.after.iter_mut().zip(ends) {
+                if let Some(last) = values.last() {
+                    *after = last.to_vec();
+                }
+            }
+        }
+        let state = self.track.read();
+        self.evaluate(&model, state);
+    }
+
+    /// The outputs among the probes, and among those after the steps before.
     fn outputs(&self, probes: &[f64]) -> Vec<f64> {
-        let last = self.after.len();
-        let value = |output: &super::Output| if output.step == last { probes[output.probe] } else { f64::NAN };
+        let value = |output: &super::Output| self.after.get(output.step).map_or(probes, Vec::as_slice)[output.probe];
         self.problem.outputs.iter().map(value).collect()
     }
 
-    /// The outputs in the present state; not a number where they are those of a step before the last.
+    /// The outputs: in the present state, or those of a step before the last one on a way to it from the beginning; not a
+    /// number where that way does not reach the end of such a step.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -193,6 +278,7 @@ impl Live {
             track,
             record: self.record.clone(),
             after: self.after.clone(),
+            earlier: self.earlier.clone(),
             wanted: self.wanted.clone(),
             present: self.present.clone(),
             values: self.values.clone(),
@@ -205,6 +291,13 @@ impl Followable {
         match self {
             Self::Plane(track) => track.step(structure, steps).then(|| track.read()),
             Self::Space(track) => track.step(structure, steps).then(|| track.read()),
+        }
+    }
+
+    fn read(&mut self) -> Equilibrium {
+        match self {
+            Self::Plane(track) => track.read(),
+            Self::Space(track) => track.read(),
         }
     }
 }

@@ -33,6 +33,10 @@ pub(super) struct Nearby {
     pub owners: Vec<Option<usize>>,
 }
 
+fn numbers_of(design: &Design, controls: &[f64]) -> Numbers {
+    Numbers::of(&design.model, &design.structure, &design.steps, controls)
+}
+
 /// By how much a parameter of this value is moved.
 pub(super) fn apart(value: f64) -> f64 {
     APART * size(value)
@@ -47,8 +51,8 @@ impl Reach {
     pub(super) fn of(problem: &Problem) -> Option<Self> {
         let row = problem.middle();
         let design = problem.design(&row).ok()?;
-        let controls = controls(&design);
-        let numbers = Numbers::of(&design, &controls);
+        let controls = controls(&design.structure, &design.steps);
+        let numbers = numbers_of(&design, &controls);
         let reached: Vec<Vec<bool>> =
             (0..row.len()).map(|input| reached_by(problem, &row, input, &numbers, &controls)).collect();
         let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -72,7 +76,7 @@ fn reached_by(problem: &Problem, row: &[f64], input: usize, numbers: &Numbers, c
         let mut moved = row.to_vec();
         moved[input] += part * size(row[input]);
         let Ok(design) = problem.design(&moved) else { continue };
-        let other = Numbers::of(&design, controls);
+        let other = numbers_of(&design, controls);
         for (place, reached) in reached.iter_mut().enumerate() {
             *reached |= numbers.differs(&other, place);
         }
@@ -85,8 +89,8 @@ impl Problem {
     /// edge of what makes a network.
     pub(super) fn nearby(&self, row: &[f64], design: &Design) -> Option<Vec<Nearby>> {
         let reach = self.reach.get_or_init(|| Reach::of(self)).as_ref()?;
-        let controls = controls(design);
-        let numbers = Numbers::of(design, &controls);
+        let controls = controls(&design.structure, &design.steps);
+        let numbers = numbers_of(design, &controls);
         let around = Around { problem: self, row, controls: &controls, numbers: &numbers };
         let mut all = Vec::with_capacity(reach.groups.len());
         for group in &reach.groups {
@@ -156,7 +160,7 @@ impl Around<'_> {
             row[input] += times(input) * apart(self.row[input]);
         }
         let design = self.problem.design(&row).ok()?;
-        let numbers = Numbers::of(&design, self.controls);
+        let numbers = numbers_of(&design, self.controls);
         (numbers.len() == self.numbers.len()).then_some((design, numbers))
     }
 }

@@ -3,8 +3,6 @@
 use pennate_models::Model;
 use pennate_solver::structure::{Change, Drive, Release, SectionLaw, Spring, Step, Structure};
 
-use super::design::Design;
-
 /// A second difference larger than this part of the first one is a corner: over so short a distance no curve bends so much.
 const CORNER: f64 = 0.05;
 /// Part of the numbers of a part that rounding may change.
@@ -43,10 +41,10 @@ impl Places {
     }
 }
 
-/// Values of controls at which the sections of a design are looked at: all that its steps set.
-pub(super) fn controls(design: &Design) -> Vec<f64> {
-    let targets = design.steps.iter().flat_map(|step| &step.targets);
-    let set = targets.filter(|(drive, _)| design.structure.drives[*drive] == Drive::Control);
+/// Values of controls at which sections are looked at: all that these steps set.
+pub(super) fn controls(structure: &Structure, steps: &[Step]) -> Vec<f64> {
+    let targets = steps.iter().flat_map(|step| &step.targets);
+    let set = targets.filter(|(drive, _)| structure.drives[*drive] == Drive::Control);
     let mut all: Vec<f64> = set.map(|&(_, value)| value).chain([0.0]).collect();
     all.sort_by(f64::total_cmp);
     all.dedup();
@@ -55,8 +53,7 @@ pub(super) fn controls(design: &Design) -> Vec<f64> {
 
 impl Numbers {
     /// Those of a design; sections at these values of their control.
-    pub(super) fn of(design: &Design, controls: &[f64]) -> Self {
-        let Design { model, structure, steps } = design;
+    pub(super) fn of(model: &Model, structure: &Structure, steps: &[Step], controls: &[f64]) -> Self {
         let mut numbers = Self::default();
         for node in &structure.nodes {
             numbers.part(node.iter().copied());

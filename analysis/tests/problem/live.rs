@@ -74,3 +74,28 @@ fn many_states_are_followed_side_by_side() {
     }
     assert_eq!(all.stable(), [Some(true); 3]);
 }
+
+/// Outputs of steps before the last one are those of a solve from the beginning, whatever the parameter changes.
+#[test]
+fn outputs_of_earlier_steps_follow_too() {
+    let text = DYAD
+        .replace("L = 130", "p = 20\ndown = 0\nL = 130")
+        .replace("left = \"25 psi\", pair = 25", "all = \"= p\"")
+        .replace("uy = 0.0", "uy = \"= down\"")
+        .replace("[probes]", "[probes]\nboth = \"= holding + stroke@inflate\"");
+    let document = Document::from_text("dyad.toml", &text);
+    let probes = ["stroke@inflate", "holding", "both"];
+    let problem = Problem::new(&document, &[], &["p", "down", "beta"], &probes, 1e-6).unwrap();
+    let mut live = problem.live().unwrap();
+    is_near(&live, &problem);
+    for (parameter, value) in [(1, -1.0), (0, 22.0), (2, 25.0), (1, 0.5)] {
+        live.set(parameter, value);
+        live.solve().unwrap();
+        is_near(&live, &problem);
+    }
+    let mut other = live.another();
+    other.set(0, 18.0);
+    other.solve().unwrap();
+    is_near(&other, &problem);
+    is_near(&live, &problem);
+}
