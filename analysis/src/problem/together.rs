@@ -18,6 +18,10 @@ use pennate_solver::system::{State, System};
 use super::neighbour;
 use super::track::Kind;
 
+/// How many times as far as the step before a step may go to be foretold, and by what part the directions of their loads may
+/// differ.
+const FARTHEST: f64 = 2.0;
+const PARALLEL: f64 = 1e-12;
 /// So many iterations are no short way to the next state.
 const MANY: usize = 7;
 /// A state that moved farther than this (radians, or lengths), and by so much more than was foreseen, may be another one.
@@ -58,7 +62,8 @@ pub(super) fn solve<const D: usize>(
     let topology = path::topology(&structure, steps);
     let chains = (kind.packs)(&structure, 0);
     let system = System::new(Arc::clone(&structure), topology, chains, active, false);
-    let mut walk = Walk { system, held: BTreeMap::new(), lateral: None, last: State::default() };
+    let states = [State::default(), State::default(), State::default()];
+    let mut walk = Walk { system, held: BTreeMap::new(), lateral: None, states, way: None };
     walk.begin(steps, kind, analysed)?;
     let mut states = Vec::with_capacity(steps.len());
     for (index, step) in steps.iter().enumerate() {
@@ -74,8 +79,10 @@ struct Walk<const D: usize> {
     system: System<D>,
     held: BTreeMap<(usize, usize), Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
-    /// The equilibrium that a step begins with.
-    last: State,
+    /// The last equilibrium, the one before it, and what they foretell.
+    states: [State; 3],
+    /// By how much the last step moved the drives, where it moved nothing else.
+    way: Option<Vec<f64>>,
 }
 
 impl<const D: usize> Walk<D> {
@@ -148,22 +155,33 @@ impl<const D: usize> Walk<D> {
         analysed.push(known);
     }
 
-    /// Goes to the end of a step in one increment.
+    /// Goes to the end of a step in one increment; where loads go on as in the step before, from what its ends foretell.
     fn step(&mut self, step: &Step) -> Option<()> {
         let system = &mut self.system;
+        let mut way: Vec<f64> = system.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in &step.targets {
             system.drives[drive] = value;
         }
+        way.iter_mut().zip(&system.drives).for_each(|(way, drive)| *way += drive);
+        let way = step.changes.is_empty().then_some(way);
+        let last = std::mem::replace(&mut self.way, way);
+        let times = last.zip(self.way.as_ref()).and_then(|(last, way)| times(&last, way));
         system.fraction = 1.0;
         system.apply_drives();
         if !system.loads_have_potential() {
             return None;
         }
-        system.save(&mut self.last);
-        let start =
-            Start { predicted: false, rest: Some(&self.last), negative_limit: 0, aim: Aim::Result, may_wander: false };
+        let [last, before, ahead] = &mut self.states;
+        std::mem::swap(last, before);
+        system.save(last);
+        if let Some(times) = times {
+            system.predict(before, last, times);
+            system.save(ahead);
+        }
+        let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
+        let start = Start { predicted, rest, negative_limit: 0, aim: Aim::Result, may_wander: false };
         let found = Newton::default().solve(system, start).ok()?;
-        let moved = system.distances(&self.last);
+        let moved = system.distances(if predicted { ahead } else { last });
         let leapt = moved.iter().zip(&system.first_moves).any(|(&moved, &foreseen)| leapt(moved, foreseen));
         let inertia = found.inertia;
         if found.iterations >= MANY || leapt || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {
@@ -187,6 +205,14 @@ impl<const D: usize> Walk<D> {
         }
         results::equilibrium(&mut self.system)
     }
+}
+
+/// How many times one way another one goes; nothing where it goes elsewhere, back, or much farther.
+fn times(way: &[f64], other: &[f64]) -> Option<f64> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (own, times) = (dot(way, way), dot(way, other) / dot(way, way));
+    let off = way.iter().zip(other).fold(0.0, |off: f64, (way, other)| off.max((other - times * way).abs()));
+    (own > 0.0 && times > 0.0 && times <= FARTHEST && off <= PARALLEL * own.sqrt()).then_some(times)
 }
 
 /// Whether a part of the network moved much farther than its first increment foresaw.
