@@ -8,8 +8,12 @@ use pennate_models::Document;
 fn check(text: &str, parameters: &[&str], probes: &[&str]) {
     let document = Document::from_text("network.toml", text);
     let problem = Problem::new(&document, &[], parameters, probes, 1e-6).unwrap();
-    let x = problem.middle();
-    let found = problem.gradient(&x);
+    check_at(&problem, &problem.middle(), probes);
+}
+
+/// The same at other values.
+fn check_at(problem: &Problem, x: &[f64], probes: &[&str]) {
+    let found = problem.gradient(x);
     assert!(found.reasons[0].is_none(), "{:?}", found.reasons);
     let (k, m) = (x.len(), probes.len());
     assert_eq!(found.jacobian.len(), k * m);
@@ -179,4 +183,87 @@ fn next_to_a_limit_point_there_is_a_reason() {
     let near = problem.gradient(&[low * (1.0 - 1e-4)]);
     assert!(matches!(near.reasons[0], Some(Reason::Singular { step: 0 })), "{near:?}");
     assert!(near.values[0].is_finite() && near.jacobian[0].is_nan());
+}
+
+/// A plate on wires in space: weight, arms of a rigid body, a line load, what the plate is turned by, and reactions.
+#[test]
+fn weight_arms_and_line_loads() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { span = 60, side = 20, mass = 1.2e-5, push = 0.05, w = 2e-4, fall = -1 }
+        [nodes]
+        plate = [0, 0, 0]
+        P1 = ["= side", 0, 0]
+        P2 = [0, "= side", 0]
+        P3 = ["= -side", 0, 0]
+        G1 = ["= side + span", 0, 0]
+        G2 = [0, "= side + span", 0]
+        G3 = ["= -side - span", 0, 0]
+        [materials]
+        steel = { youngs_modulus = 2e5, poissons_ratio = 0.3, density = 7.85e-9 }
+        [sections]
+        wire = { circle = { radius = 0.4 } }
+        [members]
+        w1 = { nodes = ["G1", "P1"], section = "wire", material = "steel" }
+        w2 = { nodes = ["G2", "P2"], section = "wire", material = "steel" }
+        w3 = { nodes = ["G3", "P3"], section = "wire", material = "steel" }
+        [rigid_bodies]
+        body = { nodes = ["P1", "P2", "P3"], reference = "plate", mass = "= mass" }
+        [supports]
+        G1 = "clamped"
+        G2 = "clamped"
+        G3 = "clamped"
+        [[steps]]
+        name = "hang"
+        gravity = [0, 0, -9810]
+        [[steps]]
+        name = "push"
+        force = { P1 = ["= push", "= 0.3 * push", 0] }
+        distributed = { w2 = [0, 0, "= -w"] }
+        [[steps]]
+        name = "fall"
+        displacement = { plate = { uz = "= fall" } }
+        [probes]
+        sink = { node = "plate", displacement = "uz" }
+        corner = { node = "P1", displacement = "uz" }
+        gap = { nodes = ["P1", "G2"], distance = true }
+        tilt = { body = "body", normal = [0, 0, 1] }
+        lift = { node = "plate", reaction = "uz" }
+        root = { node = "G1", reaction = "ry" }
+        both = "= lift * side + root@push"
+    "#;
+    let probes = ["sink@hang", "corner@push", "gap", "tilt@push", "lift", "root@push", "both"];
+    check(text, &["span", "side", "mass", "push", "w", "fall"], &probes);
+}
+
+/// Parameters that reach nothing in common at the values of the file may do so elsewhere.
+#[test]
+fn what_parameters_reach_may_be_other_things_elsewhere() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { a = 100, b = 80, F = 1, k = 2, E = 2000 }
+        nodes = { A = [0, 0], B = ["= max(a, b)", 0] }
+        materials.polymer = { youngs_modulus = "= E", poissons_ratio = 0.4 }
+        sections.rod = { circle = { radius = 1.5 } }
+        members.rod = { nodes = ["A", "B"], section = "rod", material = "polymer" }
+        supports = { A = "clamped" }
+        springs.s = { node = "B", stiffness = { uy = "= min(k, E / 1000)" } }
+        steps = [{ name = "push", force = { B = [0, "= F"] } }]
+        probes = { drop = { node = "B", displacement = "uy" }, root = { node = "A", reaction = "rz" } }
+    "#;
+    let probes = ["drop", "root"];
+    let problem =
+        Problem::new(&Document::from_text("rod.toml", text), &[], &["a", "b", "F", "k", "E"], &probes, 1e-6).unwrap();
+    check_at(&problem, &[100.0, 80.0, 1.0, 1.0, 2500.0], &probes);
+    check_at(&problem, &[80.0, 120.0, 1.0, 1.5, 1200.0], &probes);
+    let found = problem.gradient(&[80.0, 120.0, 1.0, 1.5, 1200.0]);
+    assert_eq!((found.jacobian[0], found.jacobian[3]), (0.0, 0.0), "{found:?}");
+}
+
+/// Probes that the adjoint does not serve are those of equilibria nearby.
+#[test]
+fn forces_along_members() {
+    let text = DYAD.replace("[probes]", "[probes]\npull = { member = \"left\", axial_force = \"end\" }");
+    check(&text, &["L", "beta"], &["pull@inflate", "holding"]);
 }
