@@ -14,6 +14,7 @@ use pennate_models::probes::Operand;
 use pennate_models::slopes::Weights;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::HeldKind;
+use pennate_solver::packs::{self, Auxiliary};
 use pennate_solver::system::System;
 
 use super::Reason;
@@ -32,6 +33,8 @@ const CHANGED: f64 = 0.1;
 /// A second difference larger than this part of the first one is a corner.
 const CORNER: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
+/// The second of two auxiliary stiffnesses over the first one.
+const SOFTER: f64 = packs::MODERATE.member / packs::EXACTING.member;
 /// Slot of the state while the tangent is looked at.
 const ASIDE: usize = 2;
 
@@ -51,7 +54,7 @@ impl Slopes<'_> {
     pub(super) fn adjoint<const D: usize>(
         &mut self,
         system: &mut System<D>,
-        packs: Packs<D>,
+        chains: Packs<D>,
         (index, state): (usize, &Equilibrium),
         kept: &[Component],
     ) -> Option<Result<Vec<f64>, Reason>> {
@@ -73,7 +76,7 @@ impl Slopes<'_> {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, packs, (index, state), (&needed, &read), (&all, kept.len()));
+        let found = self.slopes_of(system, chains, (index, state), (&needed, &read), (&all, kept.len()));
         self.nearby = Some(Some(all));
         found
     }
@@ -81,45 +84,62 @@ impl Slopes<'_> {
     fn slopes_of<const D: usize>(
         &self,
         system: &mut System<D>,
-        packs: Packs<D>,
+        chains: Packs<D>,
         (index, state): (usize, &Equilibrium),
         (needed, read): (&BTreeSet<usize>, &[(usize, Weights)]),
         (all, kept): (&[Nearby], usize),
     ) -> Option<Result<Vec<f64>, Reason>> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
-        let explicit = self.explicit(system, packs, index, all)?;
-        let moves = explicit.iter().any(|explicit| explicit.moves);
         let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
-        system.transpose();
-        for (quantity, weights) in read {
-            let Some((mu, pull)) = adjoint_of(system, weights, moves) else {
-                system.transpose();
-                return Some(Err(Reason::Singular { step: index }));
+        let mut explicit = Vec::new();
+        // Where strains are held, derivatives differ from those with rigid strains in proportion to the compliance that an
+        // auxiliary stiffness stands for: from two of them follow those without.
+        let both = [packs::EXACTING, packs::MODERATE];
+        let auxiliaries: &[Auxiliary] = if system.holds_strains() { &both } else { &[packs::AUXILIARY] };
+        for (round, &auxiliary) in auxiliaries.iter().enumerate() {
+            set_auxiliary(system, auxiliary);
+            let Some(found) = self.explicit(system, chains, index, all) else {
+                set_auxiliary(system, packs::AUXILIARY);
+                return None;
             };
-            for (input, explicit) in explicit.iter().enumerate() {
-                let of = |a: &Joints, b: &Joints| a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum::<f64>();
-                let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
-                slopes[quantity * inputs + input] = of(&mu, &explicit.forces) + held;
+            explicit = found;
+            let moves = explicit.iter().any(|explicit| explicit.moves);
+            system.transpose();
+            for (quantity, weights) in read {
+                let Some((mu, pull)) = adjoint_of(system, weights, moves) else {
+                    system.transpose();
+                    set_auxiliary(system, packs::AUXILIARY);
+                    return Some(Err(Reason::Singular { step: index }));
+                };
+                for (input, explicit) in explicit.iter().enumerate() {
+                    let of = |a: &Joints, b: &Joints| a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum::<f64>();
+                    let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
+                    let found = of(&mu, &explicit.forces) + held;
+                    let slope = &mut slopes[quantity * inputs + input];
+                    *slope = if round == 0 { found } else { *slope + (*slope - found) * SOFTER / (1.0 - SOFTER) };
+                }
             }
+            system.transpose();
         }
-        system.transpose();
         for nearby in all {
             for &input in &nearby.inputs {
                 self.add_own(system, state, read, (nearby, input), &mut slopes);
             }
         }
-        self.combine(index, all, needed, &mut slopes)?;
-        if system.equations.size > 0 && !self.is_regular(system, index, &explicit) {
-            return Some(Err(Reason::Singular { step: index }));
+        if self.combine(index, all, needed, &mut slopes).is_none() {
+            set_auxiliary(system, packs::AUXILIARY);
+            return None;
         }
-        Some(Ok(slopes))
+        let regular = system.equations.size == 0 || self.is_regular(system, index, &explicit);
+        set_auxiliary(system, packs::AUXILIARY);
+        Some(if regular { Ok(slopes) } else { Err(Reason::Singular { step: index }) })
     }
 
-    /// Whether forces and motions are all that there is: no multipliers along members, no rows that turn with their joint.
+    /// Whether forces and motions are all that there is: no rows that turn with their joint.
     fn is_linear<const D: usize>(&self, system: &System<D>) -> bool {
         let equations = &system.equations;
         let general = |joint: usize| equations.is_general(joint) && !equations.holds_nothing(joint);
-        !system.holds_strains() && !(0..equations.joints.len()).any(general)
+        !(0..equations.joints.len()).any(general)
     }
 
     /// The probes whose derivatives are asked for at a step, or go into others that are.
@@ -147,7 +167,7 @@ impl Slopes<'_> {
     fn explicit<const D: usize>(
         &self,
         system: &System<D>,
-        packs: Packs<D>,
+        chains: Packs<D>,
         index: usize,
         all: &[Nearby],
     ) -> Option<Vec<Explicit>> {
@@ -172,7 +192,7 @@ impl Slopes<'_> {
                 self.hold_along(system, (nearby, input), &places, &mut explicit[input])?;
             }
         }
-        let forces = moved::forces(system, packs, moved);
+        let forces = moved::forces(system, chains, moved);
         for (forces, input) in forces.chunks_exact(PARTS.len()).zip(whose) {
             let far = size(self.row[input]);
             for (joint, total) in explicit[input].forces.iter_mut().enumerate() {
@@ -347,6 +367,15 @@ fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {
         for (sum, x) in sum.iter_mut().zip(joint) {
             *sum += times * x;
         }
+    }
+}
+
+/// Takes another stiffness for held strains, and linearizes with it.
+fn set_auxiliary<const D: usize>(system: &mut System<D>, auxiliary: Auxiliary) {
+    if system.auxiliary != auxiliary {
+        system.auxiliary = auxiliary;
+        system.apply_drives();
+        system.assemble(false);
     }
 }
 

@@ -197,6 +197,7 @@ pub(super) fn forces<const D: usize>(system: &System<D>, packs: Packs<D>, all: V
     let Some((structure, ..)) = join::join(parts) else { return Vec::new() };
     let chains = packs(&structure, 0);
     let mut moved = System::new(Arc::new(structure), Arc::new(topology), chains, system.equations.active, false);
+    moved.auxiliary = system.auxiliary;
     moved.stand_in(system, &members, &drives);
     moved.exert().chunks_exact(joints).map(<[_]>::to_vec).collect()
 }
