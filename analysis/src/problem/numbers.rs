@@ -126,7 +126,7 @@ impl Numbers {
     /// Whether a part of another design is another one.
     pub(super) fn differs(&self, other: &Self, part: usize) -> bool {
         let (a, b) = (self.of_part(part), other.of_part(part));
-        a.len() != b.len() || a.iter().zip(b).any(|(a, b)| a.to_bits() != b.to_bits())
+        a.len() != b.len() || a.iter().zip(b).any(|(a, b)| !same(*a, *b))
     }
 
     /// Whether a part changes as smoothly as a curve does from one design over the present one to another one as far away.
@@ -151,10 +151,15 @@ impl Numbers {
         let rounding = ROUNDING * largest(middle);
         (0..middle.len()).all(|n| {
             let way = 0.5 * (high[n] - low[n]);
-            let same = low[n] == high[n] && other[n] == middle[n];
-            same || (middle[n] + times * way - other[n]).abs() <= CORNER * way.abs() + rounding
+            let stays = same(low[n], high[n]) && same(other[n], middle[n]);
+            stays || (middle[n] + times * way - other[n]).abs() <= CORNER * way.abs() + rounding
         })
     }
+}
+
+/// Numbers that are not there are the same too.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits()
 }
 
 fn largest(numbers: &[f64]) -> f64 {
