@@ -7,7 +7,8 @@
 //!
 //!     cargo run --release --example designs -- campaign 1000
 //!
-//! compares so many random designs of every network with solves one by one, and prints the largest difference.
+//! compares so many random designs of each of eleven networks with solves one by one, and prints how many of them have an
+//! answer, and the largest difference over the largest value.
 //!
 //!     cargo run --release --example designs -- repeat gradient dyad 100
 //!
@@ -16,13 +17,13 @@
 
 use std::time::Instant;
 
-use pennate_analysis::problem::Problem;
+use pennate_analysis::problem::{Evaluation, Problem, Reason};
 use pennate_models::{Document, discretize};
 use pennate_solver::options::Options;
 
 mod networks;
 
-use networks::{Network, all};
+use networks::{Network, all, topologies};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -135,37 +136,50 @@ fn live(problem: &Problem) -> f64 {
 
 /// Random designs against solves one by one.
 fn campaign(count: usize) {
-    for network in all() {
+    println!("| network | designs | with an answer | refused | stopped on the way | largest difference |");
+    println!("|---|---:|---:|---:|---:|---:|");
+    let mut total = [0; 4];
+    let mut worst = 0.0_f64;
+    for network in topologies() {
         let problem = network.problem();
-        let width = network.parameters.len();
         let rows = network.rows(&problem, count);
         let answers = problem.evaluate(&rows);
-        let outputs = network.probes.len();
-        let scales: Vec<f64> = (0..outputs)
-            .map(|output| {
-                answers
-                    .values
-                    .iter()
-                    .skip(output)
-                    .step_by(outputs)
-                    .filter(|v| v.is_finite())
-                    .fold(0.0, |m: f64, v| m.max(v.abs()))
-            })
-            .collect();
-        let (mut worst, mut unsolved) = (0.0f64, 0);
-        for (design, row) in rows.chunks_exact(width).enumerate() {
-            let (single, reason, _) = problem.evaluate_alone(row);
-            assert_eq!(reason.is_none(), answers.reasons[design].is_none(), "{}: {row:?}", network.name);
-            unsolved += usize::from(reason.is_some());
-            for (output, value) in single.iter().enumerate() {
-                let other = answers.values[design * outputs + output];
-                if value.is_finite() || other.is_finite() {
-                    worst = worst.max((value - other).abs() / scales[output]);
-                }
+        let refused = |reason: &Reason| matches!(reason, Reason::Refused(_));
+        let reasons: Vec<&Reason> = answers.reasons.iter().flatten().collect();
+        let refusals = reasons.iter().filter(|reason| refused(reason)).count();
+        let counts = [count, count - reasons.len(), refusals, reasons.len() - refusals];
+        let largest = largest_difference(&network, &problem, &rows, &answers);
+        let [all, answered, refused, stopped] = counts;
+        println!("| {} | {all} | {answered} | {refused} | {stopped} | {largest:.1e} |", network.name);
+        total.iter_mut().zip(counts).for_each(|(total, count)| *total += count);
+        worst = worst.max(largest);
+    }
+    let [all, answered, refused, stopped] = total;
+    println!("| all | {all} | {answered} | {refused} | {stopped} | {worst:.1e} |");
+}
+
+/// The largest difference of an output from that of the ordinary solver, over the largest of its values.
+fn largest_difference(network: &Network, problem: &Problem, rows: &[f64], answers: &Evaluation) -> f64 {
+    let (width, outputs) = (network.parameters.len(), network.probes.len());
+    let scales: Vec<f64> = (0..outputs)
+        .map(|output| {
+            let values = answers.values.iter().skip(output).step_by(outputs).filter(|value| value.is_finite());
+            values.fold(0.0, |largest: f64, value| largest.max(value.abs()))
+        })
+        .collect();
+    let mut worst = 0.0f64;
+    for (design, row) in rows.chunks_exact(width).enumerate() {
+        let (single, reason, _) = problem.evaluate_alone(row);
+        assert_eq!(reason.is_none(), answers.reasons[design].is_none(), "{}: {row:?}", network.name);
+        for (output, value) in single.iter().enumerate() {
+            let other = answers.values[design * outputs + output];
+            assert_eq!(value.is_finite(), other.is_finite(), "{}: {row:?}", network.name);
+            if value.is_finite() {
+                worst = worst.max((value - other).abs() / scales[output]);
             }
         }
-        println!("{}: {count} designs, {unsolved} without answer, largest difference {worst:.1e}", network.name);
     }
+    worst
 }
 
 impl Network {

@@ -12,15 +12,64 @@ pub(crate) struct Network {
 
 const DYAD: &str = include_str!("../../models/networks/dyad.toml");
 const STAGE: &str = include_str!("../../models/networks/tip_tilt_stage.toml");
+const CANTILEVER: &str = include_str!("../../models/networks/muscle_cantilever.toml");
+const TRIPOD: &str = include_str!("../../models/networks/tripod.toml");
 const ARM: &str = include_str!("br2.toml");
 
-/// All of them.
+/// Those of the table.
 pub(crate) fn all() -> Vec<Network> {
     vec![dyad(), stage(), arm(), mechanism()]
 }
 
+/// Those of the campaign: most of their designs have an answer. Some go through a limit point, or buckle.
+pub(crate) fn topologies() -> Vec<Network> {
+    let mut networks = all();
+    networks.extend([cantilever(), tripod(), pressed_dyad(), arch(), frame(), follower(), suspension()]);
+    networks
+}
+
+fn of(name: &'static str, text: &str, parameters: &[&'static str], probes: &[&'static str], spread: f64) -> Network {
+    Network { name, text: text.to_owned(), parameters: parameters.to_vec(), probes: probes.to_vec(), spread }
+}
+
+/// A muscle with a load on its tip.
+fn cantilever() -> Network {
+    let muscles = DYAD.find("[muscles.silicone]").unwrap_or_default();
+    let members = DYAD.find("[members]").unwrap_or_default();
+    let file = "[muscles]\nsilicone = { file = \"../muscles/silicone.toml\" }\n";
+    let text = CANTILEVER.replace(file, &DYAD[muscles..members]);
+    of("muscle cantilever", &text, &["L", "load", "p"], &["x", "y", "slope", "stroke"], 0.2)
+}
+
+fn tripod() -> Network {
+    of("tripod", TRIPOD, &["side", "foot"], &["lift", "tilt", "pull of leg 1"], 0.1)
+}
+
+/// The dyad under pressures beyond its table too: some designs are refused, and it may buckle.
+fn pressed_dyad() -> Network {
+    Network { name: "dyad beyond its table", text: dyad().text.replace("p = 22\n", "p = 25\n"), ..dyad() }
+}
+
+fn arch() -> Network {
+    of("flat arch", include_str!("arch.toml"), &["F", "h", "EA"], &["drop", "thrust"], 0.2)
+}
+
+fn frame() -> Network {
+    let parameters = ["height", "width", "radius", "k", "F"];
+    of("portal", include_str!("frame.toml"), &parameters, &["sway", "sway under the push", "pull"], 0.2)
+}
+
+fn follower() -> Network {
+    of("follower loads", include_str!("follower.toml"), &["L", "F", "M", "r"], &["x", "z", "root"], 0.15)
+}
+
+fn suspension() -> Network {
+    let parameters = ["span", "side", "mass", "push"];
+    of("suspended plate", include_str!("suspension.toml"), &parameters, &["sink", "shift", "tilt"], 0.2)
+}
+
 fn dyad() -> Network {
-    let text = DYAD.replace("L = 130", "p = 25\nL = 130").replace("left = \"25 psi\", pair = 25", "all = \"= p\"");
+    let text = DYAD.replace("L = 130", "p = 22\nL = 130").replace("left = \"25 psi\", pair = 25", "all = \"= p\"");
     Network {
         name: "dyad",
         text,
