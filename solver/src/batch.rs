@@ -10,8 +10,9 @@ use rayon::prelude::*;
 
 use crate::error::SolveError;
 use crate::history::{Cause, Equilibrium, History, Increment, MemberState, NodeState, Status, StepHistory};
+use crate::join::join;
 use crate::options::{Options, Progress};
-use crate::structure::{Change, Drive, Method, Spring, Step, Structure};
+use crate::structure::{Drive, Method, Step, Structure};
 
 /// Designs that are solved together: as many as the widest lanes hold of one member.
 pub const TOGETHER: usize = 8;
@@ -128,7 +129,7 @@ fn solve_group(group: &[Design]) -> Vec<Outcome> {
 
 /// The history of several designs in one structure, where it tells what becomes of each.
 fn together(group: &[Design], options: &Options, observe: &mut dyn FnMut(&Progress) -> bool) -> Option<History> {
-    let (structure, steps) = join(group);
+    let (structure, steps) = join(group.iter().map(|design| (design.structure.clone(), design.steps.clone())))?;
     let options = Options { stop_unstable: true, ..options.clone() };
     let history = crate::solve(&structure, &steps, &options, observe).ok()?;
     (history.inside.is_empty() && history.steps.iter().all(clean)).then_some(history)
@@ -206,76 +207,4 @@ fn ends_of(history: &History) -> Vec<EndState> {
     let last = history.steps.iter().filter_map(|step| step.increments.last());
     last.map(|Increment { state, .. }| EndState { nodes: state.nodes.clone(), members: state.members.clone() })
         .collect()
-}
-
-/// One structure of several designs that have nothing in common.
-fn join(group: &[Design]) -> (Structure, Vec<Step>) {
-    let mut all = Structure {
-        nodes: Vec::new(),
-        members: Vec::new(),
-        laws: Vec::new(),
-        supports: Vec::new(),
-        bodies: Vec::new(),
-        springs: Vec::new(),
-        drives: Vec::new(),
-        compliances: Vec::new(),
-        sections: Vec::new(),
-        dimension: group[0].structure.dimension,
-        stability: group[0].structure.stability,
-    };
-    let mut steps = vec![Step::default(); group[0].steps.len()];
-    for Design { structure, steps: own } in group {
-        let (node, member) = (all.nodes.len(), all.members.len());
-        let (law, drive) = (all.laws.len(), all.drives.len());
-        all.nodes.extend_from_slice(&structure.nodes);
-        all.laws.extend_from_slice(&structure.laws);
-        all.members.extend(structure.members.iter().cloned().map(|mut moved| {
-            moved.nodes = moved.nodes.map(|n| n + node);
-            moved.segments.iter_mut().for_each(|segment| segment.law += law);
-            moved.control = moved.control.map(|control| control + drive);
-            moved
-        }));
-        all.sections.extend(structure.sections.iter().map(|moved| moved + member));
-        all.supports.extend(structure.supports.iter().cloned().map(|mut moved| {
-            moved.node += node;
-            moved
-        }));
-        all.bodies.extend(structure.bodies.iter().cloned().map(|mut moved| {
-            moved.nodes.iter_mut().for_each(|n| *n += node);
-            moved.reference += node;
-            moved
-        }));
-        all.springs.extend(structure.springs.iter().cloned().map(|mut moved| {
-            match &mut moved {
-                Spring::Ground { node: at, .. } => *at += node,
-                Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => *nodes = nodes.map(|n| n + node),
-            }
-            moved
-        }));
-        all.drives.extend(structure.drives.iter().map(|&moved| match moved {
-            Drive::Force(at, component) => Drive::Force(at + node, component),
-            Drive::Moment(at, component) => Drive::Moment(at + node, component),
-            Drive::FollowerForce(at, component) => Drive::FollowerForce(at + node, component),
-            Drive::FollowerMoment(at, component) => Drive::FollowerMoment(at + node, component),
-            Drive::Distributed(at, component) => Drive::Distributed(at + member, component),
-            Drive::Control | Drive::Gravity(_) => moved,
-        }));
-        for (step, own) in steps.iter_mut().zip(own) {
-            step.targets.extend(own.targets.iter().map(|&(target, value)| (target + drive, value)));
-            step.changes.extend(own.changes.iter().map(|&change| moved_change(change, node)));
-            step.min_increments = step.min_increments.max(own.min_increments);
-            step.branch = own.branch;
-        }
-    }
-    (all, steps)
-}
-
-fn moved_change(mut change: Change, by: usize) -> Change {
-    match &mut change {
-        Change::Prescribe { node, .. }
-        | Change::Hold { node, .. }
-        | Change::MoveBy { node, .. }
-        | Change::Free { node, .. } => *node += by,
-    }
-    change
 }

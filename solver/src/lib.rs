@@ -14,6 +14,7 @@ pub mod error;
 mod flutter;
 mod held;
 pub mod history;
+pub mod join;
 pub mod joints;
 pub mod lateral;
 mod linear;

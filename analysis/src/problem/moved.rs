@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use pennate_elements::section::Section;
 use pennate_elements::small::sub;
+use pennate_solver::join;
 use pennate_solver::joints::{EndKind, Link, Topology};
 use pennate_solver::structure::{
     Drive, Fibres, Member, MemberId, Release, RigidBody, SectionLaw, SectionState, Segment, Spring, Structure,
@@ -11,7 +12,6 @@ use pennate_solver::structure::{
 use pennate_solver::system::System;
 
 use super::design::Design;
-use super::join;
 use super::nearby::Nearby;
 use super::neighbour::Packs;
 use super::numbers::Places;
@@ -193,8 +193,8 @@ pub(super) fn forces<const D: usize>(system: &System<D>, packs: Packs<D>, all: V
     let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
     let drives: Vec<f64> = all.iter().flat_map(|moved| moved.drives.iter().copied()).collect();
     let topology = topology(&system.topology, &all);
-    let parts = all.into_iter().map(|moved| (moved.structure, Vec::new())).collect();
-    let Some((structure, ..)) = join::join(parts) else { return Vec::new() };
+    let parts = all.into_iter().map(|moved| (moved.structure, Vec::new()));
+    let Some((structure, _)) = join::join(parts) else { return Vec::new() };
     let chains = packs(&structure, 0);
     let mut moved = System::new(Arc::new(structure), Arc::new(topology), chains, system.equations.active, false);
     moved.auxiliary = system.auxiliary;
