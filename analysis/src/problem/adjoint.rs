@@ -35,8 +35,6 @@ const CORNER: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
 /// The second of two auxiliary stiffnesses over the first one.
 const SOFTER: f64 = packs::MODERATE.member / packs::EXACTING.member;
-/// Slot of the state while the tangent is looked at.
-const ASIDE: usize = 2;
 
 /// Values for every joint.
 type Joints = Vec<[f64; 6]>;
@@ -348,13 +346,13 @@ impl Slopes<'_> {
         if first < neighbour::NOTHING {
             return true;
         }
-        system.save(ASIDE);
+        let here = system.snapshot();
         system.move_by(&step, false);
         system.gather(false);
         let mut left: Vec<f64> = wanted.iter().zip(&system.rhs).map(|(wanted, force)| wanted - force).collect();
         let solved = system.solve_in_place(&mut left);
         let regular = solved && neighbour::size_of(system, &left) <= CHANGED * first;
-        system.restore(ASIDE);
+        system.restore(&here);
         if index + 1 < self.design.steps.len() {
             system.gather(false);
         }
