@@ -305,7 +305,8 @@ class Picture:
             self.ghost.visible = self.with_ghost
 
     def _ghost_mesh(self, unloaded: Mapping[str, Any]) -> Mesh:
-        tubes = shapes.tubes(unloaded, self.parts)
+        # Cylinders one behind the other are seen where they let light through; straight tubes have as few as can be.
+        tubes = shapes.tubes(unloaded, min(self.parts, shapes.smooth(unloaded)))
         points, triangles = round_mesh(5 if self.many else 12, 1.0, closed=False)
         start, end = self.scaled(tubes.start), self.scaled(tubes.end)
         along = end - start
