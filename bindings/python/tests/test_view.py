@@ -255,6 +255,12 @@ def test_a_file_is_read_again_and_a_mistake_leaves_the_last_good_network(tmp_pat
         page.settle()
         exact = pennate.load(path).solve()
         assert page.probes()["down"].value == pytest.approx(float(exact["down"][0]), abs=1e-6)
+        # Colours have the units of the file as it is now.
+        assert page.panel.shown_field.unit == "N" and page.fields["displacement"].unit == "mm"
+        path.write_text(SNAP.replace('format = "pennate/1"', 'format = "pennate/1"\nunits = "m-N-Pa"'))
+        wait_for(lambda: page.network.units == "m-N-Pa")
+        page.settle()
+        assert page.fields["displacement"].unit == "m" and page.panel.fields is page.fields
 
 
 def test_a_network_that_cannot_be_followed_is_solved_anew() -> None:

@@ -19,7 +19,7 @@ from .._look.fields import Array, Scale
 from .._network import EDITED, Network, load
 from . import save
 from .follow import Follow, Now, Probe
-from .handles import Handle, moving
+from .handles import Handle, moving, pressure_units
 from .panel import GRID, Panel
 from .picture import Picture, line_values
 from .server import LOOPBACK, Server
@@ -64,8 +64,7 @@ class Session:
         network, self.handles = moving(network, self.ranges)
         self._take(network, self.handles)
         self.server = Server(port, self.name, bind, hosts)
-        length, force = UNITS[network.units]
-        self.fields = fields.fields(length, force, self._pressure_unit())
+        self.fields = self._fields()
         self.panel = Panel(self.server, self.name, self.fields)
         self.panel.on_values, self.panel.on_step = self._values_moved, self._ask
         self.panel.on_look, self.panel.on_action = self._look, self._act
@@ -93,11 +92,10 @@ class Session:
         self.judged = "space"
         self.snapped = False
 
-    def _pressure_unit(self) -> str:
-        from .handles import pressure_units
-
+    def _fields(self) -> dict[str, fields.Field]:
+        """What can be shown, in the units of the network."""
         units = pressure_units(self.network.to_dict())
-        return units.pop() if len(units) == 1 else ""
+        return fields.fields(*UNITS[self.network.units], units.pop() if len(units) == 1 else "")
 
     def _about(self) -> str:
         """The file and what it holds, in a line."""
@@ -107,6 +105,7 @@ class Session:
         return f"{name} · {kind}, {len(self.network.nodes)} nodes, {count} {'member' if count == 1 else 'members'}"
 
     def _show_network(self) -> None:
+        self.fields = self.panel.fields = self._fields()
         self.panel.title(self.name, self._about())
         self.panel.set_handles(self.handles, self.network.steps)
         self.panel.set_probes(tuple(self.network.probes))
