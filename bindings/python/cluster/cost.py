@@ -65,6 +65,9 @@ def ticks() -> tuple[float, float]:
 class Timed:
     """How long something took, its processor time, and what part of the processors others used meanwhile."""
 
+    idle = 0.0
+    """Processor time that this process needs in each second for clusters that do nothing."""
+
     def __init__(self, client: distributed.Client | None = None) -> None:
         self.client = client
 
@@ -82,6 +85,7 @@ class Timed:
         self.seconds = time.perf_counter() - self.begin
         self.here, self.there, used, could = (after - before for after, before in zip(self.now(), self.before))
         self.others = max(used - self.here - self.there, 0.0) / max(could, 1e-9)
+        self.here -= Timed.idle * self.seconds
 
     def __str__(self) -> str:
         parts = f"{self.here:.2f} s here" + (f", {self.there:.2f} s in workers" if self.client else "")
@@ -117,6 +121,10 @@ def scale(repeat: int, patience: float, count: int) -> None:
         ways: dict[str, tuple[distributed.Client | None, Callable[[], object]]]
         ways = {"one process": (None, alone), "one worker": (one, swept(one)), "two workers": (two, swept(two))}
         rounds: list[dict[str, Timed]] = []
+        # Two clusters that do nothing are no part of what a sweep costs, and cost more the slower the machine is.
+        with Timed() as still:
+            time.sleep(10.0)
+        Timed.idle = still.here / still.seconds
         for _ in range(repeat):
             found: dict[str, Timed] = {}
             for name, (client, work) in ways.items():

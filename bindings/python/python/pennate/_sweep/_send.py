@@ -72,9 +72,6 @@ class Sender:
         self.executor, self.retries, self.timeout = executor, retries, timeout
         self.key, self.packed = job.packed()
         self._losses: collections.Counter[str] = collections.Counter()
-        self.bytes_sent = 0
-        """Numbers and jobs, without what the executor adds."""
-        self.jobs_sent = 0
         self.sent = self.answered = 0
         """Chunks so far, of all runs."""
         self._attempts = itertools.count()
@@ -97,8 +94,6 @@ class Sender:
 
     def submit(self, run: str, x: Array, with_job: bool) -> concurrent.futures.Future[Heard]:
         """Sends a chunk."""
-        self.bytes_sent += x.nbytes + (len(self.packed) if with_job else 0)
-        self.jobs_sent += with_job
         packed = self.packed if with_job else None
         return self.executor.submit(_job.answer, self.key, run, f"{run}-{next(self._attempts)}", x, packed)
 
