@@ -28,6 +28,8 @@ import pennate
 def main() -> int:
     """Each mishap in turn, and the exit status."""
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    # Who ends this ends the workers with it.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     network = pennate.scene("stage")
     with tempfile.TemporaryDirectory() as folder:
         pennate.sweep(network, FEWER, output=folder, threads=1)
