@@ -164,8 +164,8 @@ impl Yardsticks {
 }
 
 fn row(what: &str, [must, should]: [f64; 2], (measured, dense): (f64, f64), write: fn(f64) -> String, remark: &str) {
-    // A size is no multiple of a time.
-    let multiple = if what.starts_with("memory") { String::new() } else { format!("{:.2}", measured / dense) };
+    // A size is no multiple of a time, and a campaign one that says nothing.
+    let multiple = if measured >= 1.0 { String::new() } else { format!("{:.2}", measured / dense) };
     let (of, must, should, measured) = (measured / must, write(must), write(should), write(measured));
     println!("| {what} | {must} | {should} | {measured} | {of:.2} | {multiple} | {remark} |");
 }
