@@ -254,7 +254,8 @@ fn remarks(solution: &Solution) -> String {
     if solution.steps().any(|(_, step)| open(step)) {
         let _ = writeln!(
             out,
-            "Whether a state under loads without a potential is stable is told by small vibrations: give every member a density."
+            "Whether a state under loads without a potential is stable is told by small vibrations, where every member has a \
+             density and the mesh has no more than 120 unknowns."
         );
     }
     for (name, step) in solution.steps() {
@@ -323,7 +324,7 @@ fn note_in_words(model: &Model, note: &Note) -> String {
     match note {
         Note::EndlessMoment { node } => format!(
             "the moment on node {} has no potential: a node that turns over and over takes energy from it without end, so \
-             the energy falls without bound and the equilibrium found is one of many; whether it is stable is not defined.",
+             the energy falls without bound and the equilibrium found is one of many.",
             shown(&model.nodes[*node].name)
         ),
         Note::TouchedSingular { fraction } => {

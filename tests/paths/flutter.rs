@@ -90,6 +90,23 @@ fn the_pendulum_of_ziegler_flutters_at_its_critical_load() {
     }
 }
 
+/// A round rod flutters under however small a twisting moment at its free end, an oval one does not (Nikolai 1928).
+#[test]
+fn the_rod_of_nikolai_flutters_where_it_is_round() {
+    for (ei2, moment, flutters) in
+        [(1.0, 0.01, true), (1.0, 0.5, true), (1.5, 0.01, false), (1.5, 0.5, false), (1.5, 2.0, true)]
+    {
+        let text = format!(
+            "format = \"pennate/1\"\nunits = \"m-N-Pa\"\n[nodes]\nA = [0, 0, 0]\nB = [1, 0, 0]\n\
+             [sections]\nrod = {{ stiffness = {{ EA = 1e5, GA2 = 1e5, GA3 = 1e5, GJ = 1, EI2 = {ei2}, EI3 = 1, mass_per_length = 1 }} }}\n\
+             [members]\nrod = {{ nodes = [\"A\", \"B\"], section = \"rod\" }}\n[supports]\nA = \"clamped\"\n\
+             [[steps]]\nname = \"twist\"\nmoment = {{ B = [{moment}, 0, 0] }}\n"
+        );
+        let found = growth(network::solve(&text).step("twist"));
+        assert_eq!(matches!(found, Growth::Flutter { .. }), flutters, "{ei2} {moment}: {found:?}");
+    }
+}
+
 /// Without masses there is no verdict, and no guess at one.
 #[test]
 fn without_masses_nothing_is_said() {

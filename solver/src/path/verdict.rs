@@ -10,6 +10,8 @@ use crate::structure::Dimension;
 /// Part of the ramp before the end of a step where a motion that needs no force needs none either; the stiffness that a load
 /// is about to take away is there, by a thousandth of what the load takes in all.
 const BEFORE_END: f64 = 1e-3;
+/// Unknowns of a mesh up to which vibrations are looked at: on elements of the highest order they take a tenth of a second.
+const FEW: usize = 120;
 
 impl<const D: usize> Path<'_, D> {
     /// Takes back the verdict on the end of a step where rounding hides the sign of the lowest stiffness.
@@ -50,7 +52,7 @@ impl<const D: usize> Path<'_, D> {
 
     /// Judges the end of a step whose loads have no potential by how small vibrations go on about it, where masses are known.
     fn judge_vibration(&mut self, record: &mut StepHistory) {
-        if flutter::known_mass(&self.system.structure).is_none() {
+        if flutter::known_mass(&self.system.structure).is_none() || self.mesh_size().unknowns > FEW {
             return;
         }
         record.vibration = self.vibration.and_then(|judge| judge(&self.system, record.stability));
