@@ -27,8 +27,9 @@ const RAISED: [usize; 2] = [1, 4];
 const MODES: [usize; 2] = [32, 20];
 /// Responses to a force: the static one, and so many times the one to the inertia of the last.
 const RESPONSES: usize = 3;
-/// Lowest frequencies that are judged.
+/// Lowest frequencies that are judged, and how many of them have to be known.
 const JUDGED: usize = 10;
+const LEAST: usize = 4;
 /// Energy, over that of a motion of length one, below which a combination of the motions is rounding.
 const DEPENDENT: f64 = 1e-11;
 /// Part by which 1/ω² may differ between both spaces for it to be known.
@@ -163,7 +164,7 @@ fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growt
     let mut found = None;
     let mut fastest = 0.0;
     let largest = values.first().map_or(0.0, size_of);
-    for value in values.iter().take(JUDGED) {
+    for (index, value) in values.iter().take(JUDGED).enumerate() {
         let size = size_of(value);
         if size <= MASSLESS * largest {
             break;
@@ -171,13 +172,15 @@ fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growt
         let apart = |other: &[f64; 2]| size_of(&[value[0] - other[0], value[1] - other[1]]);
         let error = smaller.iter().map(apart).fold(f64::INFINITY, f64::min) + ROUNDING * largest;
         if !(error <= KNOWN * size) {
+            if index < LEAST {
+                return None;
+            }
             break;
         }
         found.get_or_insert(Growth::None);
         // ω² = 1/μ − s
         let (real, imaginary) = (value[0] / (size * size) - shift, -value[1] / (size * size));
-        let complex = value[1].abs() > CLEAR * error + EQUAL * size;
-        if complex {
+        if value[1].abs() > CLEAR * error + EQUAL * size {
             // The root of −ω² with a positive real part.
             let length = real.hypot(imaginary);
             let rate = (0.5 * (length - real)).max(0.0).sqrt();
@@ -186,6 +189,9 @@ fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growt
                 fastest = rate;
                 found = Some(Growth::Flutter { frequency, rate });
             }
+        } else if value[1].abs() > CLEAR * ROUNDING * largest + EQUAL * size {
+            // Complex by less than the spaces differ: it may be one or the other.
+            return None;
         } else if real < -ZERO * shift - CLEAR * error / (size * size) && (-real).sqrt() > fastest {
             fastest = (-real).sqrt();
             found = Some(Growth::Divergence { rate: fastest });

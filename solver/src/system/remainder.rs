@@ -19,15 +19,7 @@ impl<const D: usize> System<D> {
 
     /// Part without a potential of the loads of the last assembly: equations of a joint that it couples, two by two.
     pub fn without_potential(&self) -> Vec<(usize, usize)> {
-        let mut pairs = Vec::new();
-        for (joint, block) in &self.skew.joints {
-            let equations = &self.equations.joints[*joint];
-            for a in 0..equations.count {
-                let others = (0..equations.count).filter(|&b| block[(a, b)] != 0.0);
-                pairs.extend(others.map(|b| (equations.first + a, equations.first + b)));
-            }
-        }
-        pairs
+        self.skew_part().into_iter().filter(|entry| entry.2 != 0.0).map(|(row, column, _)| (row, column)).collect()
     }
 
     /// The part of the tangent that is not symmetric, by pairs of equations.
