@@ -269,10 +269,10 @@ impl Beginning {
                 let own = Evaluated::of(&state, &response.stressings[member][e], None);
                 scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);
                 if e == 0 {
-                    ends[0] = own.forces[0];
+                    ends[0] = own.ends[0];
                 }
                 if e + 1 == pack.elements() {
-                    ends[1] = own.forces[pack.order()];
+                    ends[1] = own.ends[1];
                 }
             }
             end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));

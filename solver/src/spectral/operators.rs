@@ -9,8 +9,8 @@ use pennate_elements::corotational::Corotational;
 use pennate_elements::interpolation::Table;
 use pennate_elements::local_law::{Exact, LocalLaw};
 use pennate_elements::mass::{self, Inertia};
-use pennate_elements::rotation::turn;
-use pennate_elements::small::{V3, add, scale, sub};
+use pennate_elements::rotation::{self, turn};
+use pennate_elements::small::{V3, add, axpy, scale, sub, tapply, tmul};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
 use pennate_elements::{beam::Beam, beam::Formulation, beam::Moduli};
@@ -72,6 +72,17 @@ impl Form {
         let product = |i: usize, j: usize| dot(&strains[i], &strains[j]) + dot(&motions[i], &rests[j]);
         (0..motions.len()).map(|i| (0..motions.len()).map(|j| product(i, j)).collect()).collect()
     }
+
+    /// (Eᵀ E + R) x
+    pub fn image(&self, x: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.rest.rows()];
+        multiply(&self.rest, x, &mut out);
+        for row in self.strains.outer_iterator() {
+            let strain: f64 = row.iter().map(|(column, value)| value * x[column]).sum();
+            row.iter().for_each(|(column, value)| out[column] += value * strain);
+        }
+        out
+    }
 }
 
 /// out = M x
@@ -93,7 +104,15 @@ pub fn multiply_columns<const W: usize>(matrix: &CsMat<f64>, x: &[[f64; W]], out
 
 /// xᵀ y
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
+    // Several sums at once: one alone waits for each addition.
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<8>(), y.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (x, y) in x.iter().zip(y) {
+        for k in 0..8 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum::<f64>()
 }
 
 /// Entries of a square matrix over all unknowns.
@@ -258,8 +277,8 @@ pub struct Evaluated {
     pub mass: Rows,
     /// Strains at its integration points by the motions of its nodes.
     pub rows: StrainRows,
-    /// Forces and moments of the stresses on the nodes.
-    pub forces: Vec<[f64; 6]>,
+    /// Forces and moments of the stresses on both ends.
+    pub ends: [[f64; 6]; 2],
 }
 
 impl Evaluated {
@@ -311,19 +330,48 @@ impl Evaluated {
             }
             None => {
                 own.stiffness = whole::tangent::<L, P>(&at, &nodes, load);
-                own.forces = whole::forces::<L, P>(&at, &nodes);
-                let force = scale(state.piece.length, stressing.load);
-                let rest = 1.0 - table.integrals.iter().sum::<f64>();
-                for (i, target) in own.forces.iter_mut().enumerate() {
-                    let share = if i == 0 { rest } else { table.integrals[i - 1] };
-                    for c in 0..3 {
-                        target[c] -= share * force[c];
-                    }
-                }
+                own.ends = if P == 1 {
+                    on_ends(&whole::forces::<L, P>(&at, &nodes), state, stressing)
+                } else {
+                    at_ends(&table, state, stressing)
+                };
             }
         }
         own
     }
+}
+
+/// What stresses and the load on an element put on its end nodes.
+fn on_ends(forces: &[[f64; 6]], state: &ElementState<6>, stressing: &Stressing) -> [[f64; 6]; 2] {
+    let half = scale(0.5 * state.piece.length, stressing.load);
+    let mut ends = [forces[0], forces[forces.len() - 1]];
+    for end in &mut ends {
+        for c in 0..3 {
+            end[c] -= half[c];
+        }
+    }
+    ends
+}
+
+/// Forces and moments on the sections at both ends of an element: the polynomials through those at its Gauss points.
+///
+/// Rates of stresses at a frozen shape are not in balance, so that what they put on an end as a node has a part of the
+/// element in it, and is off by as much as that is long.
+fn at_ends<const P: usize>(table: &Table<P>, state: &ElementState<6>, stressing: &Stressing) -> [[f64; 6]; 2] {
+    std::array::from_fn(|end| {
+        let s = end as f64;
+        let other = |g: usize| (0..P).filter(move |&other| other != g).map(|other| table.points[other]);
+        let mut stress = [0.0; 6];
+        for (g, own) in stressing.stress.iter().enumerate() {
+            axpy(&mut stress, other(g).map(|other| (s - other) / (table.points[g] - other)).product(), *own);
+        }
+        let bend = rotation::matrix(rotation::exp(scale(s * state.piece.length, state.curvature)));
+        let axes = tmul(&bend, &state.piece.axes).map(|axis| turn(state.ends[end].rotation, axis));
+        let sign = 2.0 * s - 1.0;
+        let [force, moment] = [[stress[0], stress[1], stress[2]], [stress[3], stress[4], stress[5]]]
+            .map(|part| scale(sign, tapply(&axes, &part)));
+        [force[0], force[1], force[2], moment[0], moment[1], moment[2]]
+    })
 }
 
 /// Geometric stiffness of axial springs for changes of the displacement of their ends.
