@@ -151,6 +151,17 @@ fn free_contraction_has_no_factor() {
     assert_eq!(factors(&found), Vec::<f64>::new());
 }
 
+/// A rigid body turns the forces of its members with it: their rates are those at the ends, not at the nearest nodes, so that the
+/// factors of a coarse mesh are as near as its elements are good.
+#[test]
+fn levers_of_rigid_bodies_do_not_cost_the_order_of_convergence() {
+    let path = std::path::Path::new("models/networks/tripod.toml");
+    let [coarse, fine] = ["1e-4", "1e-7"].map(|accuracy| factors(&buckling(path, &["--accuracy", accuracy])));
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        assert!((coarse / fine - 1.0).abs() < 1e-5, "{coarse} {fine}");
+    }
+}
+
 /// The first factor of a frame times its loads, and the estimated part that it is off.
 fn first_factor(directory: &tempfile::TempDir, frame: &Frame, times: f64, more: &[&str]) -> (f64, f64) {
     let path = directory.path().join("frame.toml");

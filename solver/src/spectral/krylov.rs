@@ -5,9 +5,7 @@
 //! into itself ends the search instead of breaking it down. A restart keeps the motions of the largest eigenvalues (K. Wu and
 //! H. Simon, SIAM J. Matrix Anal. Appl. 22, 2000); those at the other end of the spectrum cost a part of the basis, no more.
 
-use faer::{Mat, Side};
-
-use super::operators::dot;
+use faer::{Mat, MatMut, MatRef, Scale, Side};
 
 /// Vectors that the space grows by at once: multiple eigenvalues of that many are found together.
 const BLOCK: usize = 4;
@@ -45,8 +43,9 @@ pub(crate) struct Largest {
 }
 
 /// Searches for the `count` largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.
+/// So many `extra` ones are given too, where they have been found by then.
 ///
-/// `apply` gives the images of vectors.
+/// `apply` gives the images of vectors, which are columns.
 ///
 /// A pair is found when its residual is below `tolerance` times the size of the operator, or has settled; only those are
 /// given. Where a restart changes no eigenvalue any more, rounding leaves no better ones, and all are given with their residuals.
@@ -54,39 +53,39 @@ pub(crate) struct Largest {
 /// without positive eigenvalues makes no end to a search for the one that is nearest to zero.
 pub(crate) fn largest(
     size: usize,
-    count: usize,
+    [count, extra]: [usize; 2],
     seed: usize,
     tolerance: f64,
     apply: &mut Images,
     any_above: &dyn Fn(f64) -> bool,
 ) -> Largest {
-    let most = (2 * count + BLOCKS * BLOCK).min(size);
-    let mut space = Space { vectors: Vec::new(), images: Vec::new(), product: Vec::new() };
+    let most = (2 * (count + extra) + BLOCKS * BLOCK).min(size);
+    let mut space = Space::new(size, most);
     let mut scale = 0.0f64;
-    let mut fresh = apply(&(0..BLOCK).map(|k| start(size, seed * BLOCK + k)).collect::<Vec<_>>());
+    let starts: Vec<Vec<f64>> = (0..BLOCK).map(|k| start(size, seed * BLOCK + k)).collect();
+    let mut fresh = apply(Mat::from_fn(size, BLOCK, |i, k| starts[k][i]).as_ref());
     let mut before: Vec<f64> = Vec::new();
     for _ in 0..RESTARTS {
         let mut ritz;
         loop {
-            let known = space.vectors.len();
-            fresh.truncate(most - known);
-            space.add(std::mem::take(&mut fresh), apply);
+            let known = space.count;
+            space.add(fresh, apply);
             ritz = space.ritz();
-            scale = ritz.iter().fold(scale, |scale, (value, _)| scale.max(value.abs()));
-            let invariant = space.vectors.len() == known;
-            let wanted = &ritz[..count.min(ritz.len())];
+            scale = ritz.values.iter().fold(scale, |scale, value| scale.max(value.abs()));
+            let invariant = space.count == known;
+            let wanted = count.min(ritz.values.len());
             let floor = tolerance * scale;
             // From the smallest on, which is found last.
-            let found = wanted.len() == count && wanted.iter().rev().all(|pair| space.settled(pair, floor).is_some());
+            let found = wanted == count && (0..wanted).rev().all(|k| space.settled(&ritz, k, floor).is_some());
             if found || invariant {
-                return Largest { pairs: wanted.iter().filter_map(|pair| space.settled(pair, floor)).collect(), scale };
+                return Largest { pairs: space.pairs(&ritz, count + extra, floor), scale };
             }
-            if space.vectors.len() == most {
+            if space.count == most {
                 break;
             }
-            fresh = space.images[known..].to_vec();
+            fresh = space.images.subcols(known, space.count - known).to_owned();
         }
-        let values: Vec<f64> = ritz.iter().take(count).map(|(value, _)| *value).collect();
+        let values: Vec<f64> = ritz.values.iter().take(count).copied().collect();
         let still = |(now, before): (&f64, &f64)| {
             let nothing = now.abs().max(before.abs()) <= ROUNDING * scale;
             nothing || (now - before).abs() <= STILL * now.abs()
@@ -96,93 +95,144 @@ pub(crate) fn largest(
             return Largest { pairs: Vec::new(), scale };
         }
         if !before.is_empty() && values.iter().zip(&before).all(still) {
-            let all = ritz.iter().take(count);
-            return Largest { pairs: all.filter_map(|pair| space.settled(pair, f64::INFINITY)).collect(), scale };
+            return Largest { pairs: space.pairs(&ritz, count + extra, f64::INFINITY), scale };
         }
         before = values;
-        let kept = (count + BLOCK).min(most.saturating_sub(BLOCK)).max(1);
-        let residuals = ritz.iter().take(kept).map(|(value, weights)| space.residual(*value, weights));
-        fresh = residuals.filter(|residual| norm(residual) > tolerance * scale).take(BLOCK).collect();
-        space = space.restarted(&ritz[..kept]);
+        let kept = (count + extra + BLOCK).min(most.saturating_sub(BLOCK)).max(1);
+        fresh = space.residuals(&ritz, kept, tolerance * scale);
+        space.restart(&ritz, kept);
     }
-    let floor = tolerance * scale;
-    Largest { pairs: space.ritz().iter().take(count).filter_map(|pair| space.settled(pair, floor)).collect(), scale }
+    let ritz = space.ritz();
+    Largest { pairs: space.pairs(&ritz, count + extra, tolerance * scale), scale }
 }
 
-/// The images of vectors.
-type Images<'a> = dyn FnMut(&[Vec<f64>]) -> Vec<Vec<f64>> + 'a;
+/// The images of vectors, which are columns.
+type Images<'a> = dyn FnMut(MatRef<'_, f64>) -> Mat<f64> + 'a;
 
-/// An orthonormal basis with its image.
+/// An orthonormal basis with its image: the first `count` columns.
 struct Space {
-    vectors: Vec<Vec<f64>>,
-    images: Vec<Vec<f64>>,
-    /// The lower triangle of Vᵀ A V, by rows.
-    product: Vec<Vec<f64>>,
+    vectors: Mat<f64>,
+    images: Mat<f64>,
+    /// Vᵀ A V, the lower triangle.
+    product: Mat<f64>,
+    count: usize,
+}
+
+/// Eigenvalues of the operator in a space by falling size, with their weights in the basis as columns.
+struct Ritz {
+    values: Vec<f64>,
+    weights: Mat<f64>,
 }
 
 impl Space {
+    fn new(size: usize, most: usize) -> Self {
+        Self {
+            vectors: Mat::zeros(size, most),
+            images: Mat::zeros(size, most),
+            product: Mat::zeros(most, most),
+            count: 0,
+        }
+    }
+
     /// The pair of a Ritz value that has been found.
-    fn settled(&self, (value, weights): &(f64, Vec<f64>), floor: f64) -> Option<Pair> {
-        let residual = norm(&self.residual(*value, weights));
-        let pair = || Pair { value: *value, vector: combine(&self.vectors, weights), residual };
+    fn settled(&self, ritz: &Ritz, k: usize, floor: f64) -> Option<Pair> {
+        let value = ritz.values[k];
+        let weights = ritz.weights.subcols(k, 1);
+        let vector = self.vectors.subcols(0, self.count) * weights;
+        let mut left = self.images.subcols(0, self.count) * weights;
+        left -= Scale(value) * &vector;
+        let residual = left.norm_l2();
+        let pair = || Pair { value, vector: vector.col(0).iter().copied().collect(), residual };
         (residual <= floor.max(SETTLED * value.abs())).then(pair)
     }
 
-    /// Adds what vectors have beside the basis.
-    fn add(&mut self, fresh: Vec<Vec<f64>>, apply: &mut Images) {
-        let known = self.vectors.len();
-        for mut vector in fresh {
-            let before = norm(&vector);
-            // Twice is enough (Kahan and Parlett).
+    /// Those of the first `count` pairs that are found.
+    fn pairs(&self, ritz: &Ritz, count: usize, floor: f64) -> Vec<Pair> {
+        (0..count.min(ritz.values.len())).filter_map(|k| self.settled(ritz, k, floor)).collect()
+    }
+
+    /// Adds what vectors have beside the basis, as far as there is room.
+    fn add(&mut self, mut fresh: Mat<f64>, apply: &mut Images) {
+        let known = self.count;
+        let before: Vec<f64> = fresh.col_iter().map(|column| column.norm_l2()).collect();
+        let basis = self.vectors.subcols(0, known);
+        // Twice is enough (Kahan and Parlett).
+        take_out(basis, fresh.as_mut());
+        take_out(basis, fresh.as_mut());
+        for (column, before) in fresh.col_iter().zip(before) {
+            if self.count == self.vectors.ncols() {
+                break;
+            }
+            let mut vector = column.to_owned();
             for _ in 0..2 {
-                for known in &self.vectors {
-                    let along = dot(&vector, known);
-                    vector.iter_mut().zip(known).for_each(|(x, k)| *x -= along * k);
-                }
+                take_out(self.vectors.subcols(known, self.count - known), vector.as_mat_mut());
             }
-            let left = norm(&vector);
-            if left > NOTHING * before {
-                vector.iter_mut().for_each(|x| *x /= left);
-                self.vectors.push(vector);
+            let left = vector.norm_l2();
+            if left <= NOTHING * before {
+                continue;
             }
+            vector /= Scale(left);
+            // Of what is little beside its neighbours, more lies in the basis than rounding.
+            take_out(self.vectors.subcols(0, self.count), vector.as_mat_mut());
+            let length = vector.norm_l2();
+            self.vectors.col_mut(self.count).copy_from(Scale(1.0 / length) * vector);
+            self.count += 1;
         }
-        for image in apply(&self.vectors[known..]) {
-            let row = &self.vectors[..=self.images.len()];
-            self.product.push(row.iter().map(|known| dot(known, &image)).collect());
-            self.images.push(image);
+        let fresh = self.count - known;
+        if fresh == 0 {
+            return;
         }
+        let images = apply(self.vectors.subcols(known, fresh));
+        let product = images.transpose() * self.vectors.subcols(0, self.count);
+        self.product.submatrix_mut(known, 0, fresh, self.count).copy_from(product);
+        self.images.subcols_mut(known, fresh).copy_from(images);
     }
 
-    /// Eigenvalues of the operator in this space by falling size, with their weights in the basis.
-    fn ritz(&self) -> Vec<(f64, Vec<f64>)> {
-        let size = self.vectors.len();
-        let product = Mat::from_fn(size, size, |i, j| self.product[i.max(j)][i.min(j)]);
-        let Ok(eigen) = product.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
+    fn ritz(&self) -> Ritz {
+        let product = self.product.submatrix(0, 0, self.count, self.count);
+        let Ok(eigen) = product.self_adjoint_eigen(Side::Lower) else {
+            return Ritz { values: Vec::new(), weights: Mat::new() };
+        };
         let (values, weights) = (eigen.S().column_vector(), eigen.U());
-        (0..size).rev().map(|k| (values[k], (0..size).map(|i| weights[(i, k)]).collect())).collect()
+        Ritz { values: values.iter().rev().copied().collect(), weights: weights.reverse_cols().to_owned() }
     }
 
-    /// A y − θ y
-    fn residual(&self, value: f64, weights: &[f64]) -> Vec<f64> {
-        let mut residual = combine(&self.images, weights);
-        for (vector, weight) in self.vectors.iter().zip(weights) {
-            residual.iter_mut().zip(vector).for_each(|(r, x)| *r -= value * weight * x);
-        }
-        residual
+    /// A y − θ y of the first pairs that are longer than `least`, a block of them.
+    fn residuals(&self, ritz: &Ritz, count: usize, least: f64) -> Mat<f64> {
+        let weights = ritz.weights.subcols(0, count.min(ritz.values.len()));
+        let mut left = self.images.subcols(0, self.count) * weights;
+        let scaled = Mat::from_fn(self.count, weights.ncols(), |i, k| weights[(i, k)] * ritz.values[k]);
+        left -= self.vectors.subcols(0, self.count) * scaled;
+        let long: Vec<usize> = (0..left.ncols()).filter(|&k| left.col(k).norm_l2() > least).take(BLOCK).collect();
+        Mat::from_fn(left.nrows(), long.len(), |i, k| left[(i, long[k])])
     }
 
-    fn restarted(&self, ritz: &[(f64, Vec<f64>)]) -> Self {
-        let row = |k: usize| (0..=k).map(|i| if i == k { ritz[k].0 } else { 0.0 }).collect();
-        Self {
-            vectors: ritz.iter().map(|(_, weights)| combine(&self.vectors, weights)).collect(),
-            images: ritz.iter().map(|(_, weights)| combine(&self.images, weights)).collect(),
-            product: (0..ritz.len()).map(row).collect(),
+    /// Keeps the motions of the first pairs.
+    fn restart(&mut self, ritz: &Ritz, kept: usize) {
+        let kept = kept.min(ritz.values.len());
+        let weights = ritz.weights.subcols(0, kept);
+        let vectors = self.vectors.subcols(0, self.count) * weights;
+        let images = self.images.subcols(0, self.count) * weights;
+        self.vectors.subcols_mut(0, kept).copy_from(vectors);
+        self.images.subcols_mut(0, kept).copy_from(images);
+        self.product.fill(0.0);
+        for k in 0..kept {
+            self.product[(k, k)] = ritz.values[k];
         }
+        self.count = kept;
+    }
+}
+
+/// Takes out of vectors what lies in an orthonormal basis.
+pub(crate) fn take_out(basis: MatRef<'_, f64>, mut vectors: MatMut<'_, f64>) {
+    if basis.ncols() > 0 {
+        let along = basis.transpose() * &vectors;
+        vectors -= basis * along;
     }
 }
 
 /// A vector without any pattern that a network may share.
-fn start(size: usize, seed: usize) -> Vec<f64> {
+pub(crate) fn start(size: usize, seed: usize) -> Vec<f64> {
     // SplitMix64.
     let mut state = seed as u64;
     let mut next = || {
@@ -195,18 +245,6 @@ fn start(size: usize, seed: usize) -> Vec<f64> {
     (0..size).map(|_| next()).collect()
 }
 
-fn combine(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
-    for (vector, weight) in vectors.iter().zip(weights) {
-        sum.iter_mut().zip(vector).for_each(|(s, x)| *s += weight * x);
-    }
-    sum
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,13 +253,14 @@ mod tests {
     #[test]
     fn an_operator_of_low_rank_ends_the_search() {
         let size = 400;
-        let image = |x: &Vec<f64>| {
-            let mut out = vec![0.0; size];
-            (out[3], out[7], out[9]) = (2.0 * x[3], 0.5 * x[7], -300.0 * x[9]);
-            out
+        let weight = |i: usize| match i {
+            3 => 2.0,
+            7 => 0.5,
+            9 => -300.0,
+            _ => 0.0,
         };
-        let mut apply = |xs: &[Vec<f64>]| xs.iter().map(image).collect();
-        let found = largest(size, 5, 0, 1e-12, &mut apply, &|_| true);
+        let mut apply = |xs: MatRef<'_, f64>| Mat::from_fn(size, xs.ncols(), |i, k| weight(i) * xs[(i, k)]);
+        let found = largest(size, [5, 0], 0, 1e-12, &mut apply, &|_| true);
         let values: Vec<f64> = found.pairs.iter().map(|pair| pair.value).filter(|value| *value > 1e-9).collect();
         assert_eq!(values.len(), 2);
         assert!((values[0] - 2.0).abs() < 1e-10 && (values[1] - 0.5).abs() < 1e-10, "{values:?}");
@@ -233,9 +272,8 @@ mod tests {
     fn the_other_end_of_the_spectrum_does_not_count() {
         let size = 900;
         let value = |i: usize| if i.is_multiple_of(2) { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
-        let image = |x: &Vec<f64>| (0..size).map(|i| value(i) * x[i]).collect();
-        let mut apply = |xs: &[Vec<f64>]| xs.iter().map(image).collect();
-        let found = largest(size, 6, 1, 1e-12, &mut apply, &|_| true);
+        let mut apply = |xs: MatRef<'_, f64>| Mat::from_fn(size, xs.ncols(), |i, k| value(i) * xs[(i, k)]);
+        let found = largest(size, [6, 0], 1, 1e-12, &mut apply, &|_| true);
         assert_eq!(found.pairs.len(), 6);
         for (k, pair) in found.pairs.iter().enumerate() {
             let (found, exact) = (pair.value, value(2 * k + 1));

@@ -30,32 +30,41 @@ use super::operators::{Form, dot, multiply, multiply_columns};
 
 /// Unknowns up to which the whole spectrum is computed.
 const SMALL: usize = 200;
-/// Searches with what was found taken out, at most.
+/// Searches with what was found taken out, at most, and how many of them in a row may bring nothing larger than what is known.
 const SEARCHES: usize = 40;
+const IN_VAIN: usize = 4;
 /// Pairs beyond those wanted.
 const EXTRA: usize = 2;
 /// By how much the limit of a count lies above an eigenvalue.
 const FINE: f64 = 1.0 + 1e-6;
 const COARSE: f64 = 1.01;
+/// Part of the last pair that the next one is taken for where none is known.
+const APART: f64 = 0.97;
 /// Residual of a pair over the largest eigenvalue.
 const TOLERANCE: f64 = 1e-12;
 /// Corrections of the multipliers at most, and the part of a vector at which they are done.
 const CORRECTIONS: usize = 30;
 const CORRECTED: f64 = 1e-14;
+/// The same in a search. Its motions are corrected when it is over, and eigenvalues are off by the square of what they were.
+const NEARLY: f64 = 1e-3;
 
 /// Vectors that go through the factors side by side.
 const WIDTH: usize = 4;
 
+/// Part of an eigenvalue that rounding may be without a correction.
+const EXACT: f64 = 1e-12;
 /// Part of an eigenvalue by which its motion may fail for a count of pivots to say anything.
 const COUNTABLE: f64 = 0.05;
 /// By how much the limit of a count lies above an eigenvalue, over the part that rounding makes of it.
 const CLEAR: f64 = 10.0;
 
-/// Part of the smallest positive 1/θ that the shift is, and how near that has to be known for it.
+/// Part of what is known to be below the smallest positive 1/θ that the shift is, and how near that has to be known for it.
 const SHIFT: f64 = 0.9;
-const ROUGH: f64 = 1e-3;
-/// A shift that is too large by what was not known of that is halved so often at most.
-const HALVED: usize = 4;
+const ROUGH: f64 = 1.5;
+/// Where nothing limits it, it is looked for from so many times K over B on, down by such strides, so many of them at most.
+const FARTHEST: f64 = 1e6;
+const STRIDE: f64 = 30.0;
+const STRIDES: usize = 20;
 /// Least part that is left of a stiffness by the shift.
 const LEFT: f64 = 1e-12;
 
@@ -98,7 +107,7 @@ impl Pencil<'_> {
         if least > 0.0 && self.count_above(least) == Some(0) {
             return Pairs { complete: true, ..Pairs::default() };
         }
-        let mut pairs = self.shifted().largest(count);
+        let mut pairs = self.shifted(least).largest(count);
         let kept = pairs.values.iter().take_while(|value| **value > least).count();
         pairs.values.truncate(kept);
         pairs.rounding.truncate(kept);
@@ -106,23 +115,43 @@ impl Pencil<'_> {
         pairs
     }
 
-    /// The same pencil with the factors of a shift, where it is large and the largest eigenvalue is positive.
-    fn shifted(self) -> Self {
+    /// The same pencil with the factors of a shift, where it is large and has an eigenvalue above `least`.
+    ///
+    /// The smallest positive 1/θ lies between a shift that leaves all pivots positive and one that does not, which few
+    /// factorizations tell far sooner than a search among large negative eigenvalues.
+    fn shifted(self, least: f64) -> Self {
         if self.factor.size() <= SMALL {
             return self;
         }
-        let rough = self.search(&[], 1, 0, ROUGH);
-        let Some(first) = rough.pairs.first().filter(|pair| pair.value > 0.0) else { return self };
-        let mut shift = SHIFT / first.value;
-        for _ in 0..HALVED {
+        let trace = |matrix: &CsMat<f64>| matrix.diag().iter().map(|(_, value)| value.abs()).sum::<f64>();
+        let definite = |shift: f64| {
             let shifted = self.stiffness - &self.other.map(|value| value * shift);
-            match Factor::new(&shifted).filter(|factor| factor.negative == 0 && factor.neutral == 0) {
-                Some(factor) => return Self { factor, shift, ..self },
-                // There are larger ones than that.
-                None => shift *= 0.5,
+            Factor::new(&shifted).filter(|factor| factor.negative == 0 && factor.neutral == 0)
+        };
+        let mut high = if least > 0.0 { 1.0 / least } else { FARTHEST * trace(self.stiffness) / trace(self.other) };
+        if !high.is_finite() || definite(high).is_some() {
+            return self;
+        }
+        let mut low = high / STRIDE;
+        for _ in 0..STRIDES {
+            if definite(low).is_some() {
+                break;
+            }
+            (low, high) = (low / STRIDE, low);
+        }
+        while high > ROUGH * low {
+            let between = (low * high).sqrt();
+            if definite(between).is_some() {
+                low = between;
+            } else {
+                high = between;
             }
         }
-        self
+        let shift = SHIFT * low;
+        match definite(shift) {
+            Some(factor) => Self { factor, shift, ..self },
+            None => self,
+        }
     }
 
     /// θ of an eigenvalue μ of the shifted pencil.
@@ -143,8 +172,9 @@ impl Pencil<'_> {
         }
         let mut found: Vec<Pair> = Vec::new();
         let mut largest = 0.0f64;
+        let mut in_vain = 0;
         for search in 0..SEARCHES {
-            let Largest { pairs: fresh, scale } = self.search(&found, count + EXTRA, search, TOLERANCE);
+            let Largest { pairs: fresh, scale } = self.search(&found, count, search);
             largest = fresh.iter().fold(largest.max(scale), |largest, pair| largest.max(pair.value.abs()));
             let exhausted = fresh.iter().all(|pair| pair.value.abs() <= ROUNDING * largest);
             let known = found.len();
@@ -156,6 +186,11 @@ impl Pencil<'_> {
             }
             if let Some(complete) = self.is_complete(&found, count, next) {
                 return self.pairs(&found, count, complete);
+            }
+            let more = found.get(count - 1).is_none_or(|last| next > last.value * FINE) || known < count;
+            in_vain = if more { 0 } else { in_vain + 1 };
+            if in_vain == IN_VAIN {
+                break;
             }
         }
         self.pairs(&found, count, false)
@@ -170,11 +205,18 @@ impl Pencil<'_> {
         let mut pairs = Pairs { complete, ..Pairs::default() };
         match self.combined(&motions) {
             Some(combined) => {
-                for (pair, (value, vector)) in kept.iter().zip(combined) {
-                    // The motion is off by this part, its eigenvalue by the square.
-                    let off = (pair.value / value - 1.0).abs().max(pair.residual / pair.value);
+                // The motion is off by this part, its eigenvalue by the square.
+                let off = |(pair, found): (&&Pair, &(f64, _))| {
+                    (pair.value / found.0 - 1.0).abs().max(pair.residual / pair.value)
+                };
+                let rounding: Vec<f64> = kept.iter().zip(&combined).map(off).map(|off| off * off).collect();
+                let better = if rounding.iter().any(|part| *part > EXACT) { self.corrected(&combined) } else { None };
+                let better = better.unwrap_or_else(|| combined.clone());
+                for ((before, (value, vector)), rounding) in combined.iter().zip(better).zip(rounding) {
+                    // What a correction was of the first order leaves one of the second.
+                    let change = (value / before.0 - 1.0).abs();
                     pairs.values.push(value);
-                    pairs.rounding.push(off * off);
+                    pairs.rounding.push(if change > 0.0 { change.min(rounding) } else { rounding });
                     pairs.vectors.push(vector);
                 }
             }
@@ -191,9 +233,28 @@ impl Pencil<'_> {
         pairs
     }
 
+    /// The same pairs in the space of their motions and of what the factors make of the forces that these leave: B x − θ K x, with
+    /// K as the form has it. What rounding the factors hold enters squared once more.
+    fn corrected(&self, pairs: &[(f64, Vec<f64>)]) -> Option<Vec<(f64, Vec<f64>)>> {
+        let mut motions: Vec<Vec<f64>> = pairs.iter().map(|pair| pair.1.clone()).collect();
+        for (value, motion) in pairs {
+            let mut left = vec![0.0; motion.len()];
+            multiply(self.other, motion, &mut left);
+            left.iter_mut().zip(self.form.image(motion)).for_each(|(left, held)| *left -= value * held);
+            let change = self.response(&left);
+            let length = self.form.products(std::slice::from_ref(&change))[0][0].sqrt();
+            if length > 0.0 {
+                motions.push(change.iter().map(|x| x / length).collect());
+            }
+        }
+        let mut better = self.combined(&motions)?;
+        better.truncate(pairs.len());
+        Some(better)
+    }
+
     /// The motion of a pair, with xᵀ K x = 1.
     fn motion(&self, pair: &Pair) -> Vec<f64> {
-        let mut motion = self.project(pair.vector.as_chunks::<1>().0).1.into_flattened();
+        let mut motion = self.project(pair.vector.as_chunks::<1>().0, CORRECTIONS).1.into_flattened();
         // What is of length one has xᵀ (K − σ B) x = 1.
         let part = (1.0 - self.shift * pair.value).max(LEFT).sqrt();
         motion.iter_mut().for_each(|x| *x *= part);
@@ -237,6 +298,12 @@ impl Pencil<'_> {
         if !(off <= COUNTABLE) {
             return Some(false);
         }
+        // A limit between the last pair and the next one leaves none out, where they are far enough apart.
+        let below = found.get(count).map_or(APART * last.value, |pair| pair.value.max(0.0));
+        let between = 0.5 * (last.value + below);
+        if between * COARSE <= last.value && self.count_above(between) == Some(count) {
+            return Some(true);
+        }
         // An auxiliary stiffness in place of a rigid one makes eigenvalues a little larger than they are: the count is
         // coarse there, and a search that brings nothing larger has to agree.
         let rigid = self.constraints.rows() > 0;
@@ -253,13 +320,20 @@ impl Pencil<'_> {
     }
 
     /// The largest pairs of the shifted pencil beside those that are known, with eigenvalues μ.
-    fn search(&self, known: &[Pair], count: usize, search: usize, tolerance: f64) -> Largest {
-        let operator = Deflated { pencil: self, known };
+    fn search(&self, known: &[Pair], count: usize, search: usize) -> Largest {
+        let operator = Deflated::new(self, known);
         let any_above = |limit: f64| {
             let limit = self.unshifted(limit);
             self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count())
         };
-        krylov::largest(self.factor.size(), count, search, tolerance, &mut |ys| operator.act(ys), &any_above)
+        krylov::largest(
+            self.factor.size(),
+            [count, EXTRA],
+            search,
+            TOLERANCE,
+            &mut |ys| operator.act(ys.to_owned()),
+            &any_above,
+        )
     }
 
     /// All pairs of a small network, by falling eigenvalues.
@@ -272,7 +346,7 @@ impl Pencil<'_> {
             for j in columns.clone() {
                 units[j][j - first] = 1.0;
             }
-            let images = self.apply(&units);
+            let images = self.apply(&units, CORRECTIONS);
             for j in columns {
                 for (i, image) in images.iter().enumerate() {
                     dense[(i, j)] += 0.5 * image[j - first];
@@ -291,21 +365,34 @@ impl Pencil<'_> {
 
     /// The motion that forces lead to, among those that the constraints allow.
     pub(crate) fn response(&self, forces: &[f64]) -> Vec<f64> {
-        self.project(&self.factor.forward(forces.as_chunks::<1>().0)).1.into_flattened()
+        self.project(&self.factor.forward(forces.as_chunks::<1>().0), CORRECTIONS).1.into_flattened()
     }
 
-    /// A y
-    fn apply<const W: usize>(&self, y: &[[f64; W]]) -> Vec<[f64; W]> {
-        // Vectors of a search are images, and in need of no projection but for rounding; that is made large where little of
-        // an image is new.
-        let (_, x) = self.project(y);
+    /// So many corrections that a motion nearly meets the constraints.
+    fn corrections(&self) -> usize {
+        if self.constraints.rows() == 0 {
+            return 0;
+        }
+        let start: Vec<[f64; 1]> = krylov::start(self.factor.size(), 0).into_iter().map(|y| [y]).collect();
+        let length = lengths(&start)[0];
+        let left = |corrections: &usize| {
+            let mut strains = vec![[0.0]; self.constraints.rows()];
+            multiply_columns(self.constraints, &self.project(&start, *corrections).1, &mut strains);
+            lengths(&strains)[0]
+        };
+        (1..CORRECTIONS).find(|corrections| left(corrections) <= NEARLY * length).unwrap_or(CORRECTIONS)
+    }
+
+    /// A y, with so many corrections in place of each Π: an operator as symmetric as A.
+    fn apply<const W: usize>(&self, y: &[[f64; W]], corrections: usize) -> Vec<[f64; W]> {
+        let (_, x) = self.project(y, corrections);
         let mut b = vec![[0.0; W]; x.len()];
         multiply_columns(self.other, &x, &mut b);
-        self.project(&self.factor.forward(&b)).0
+        self.project(&self.factor.forward(&b), corrections).0
     }
 
-    /// Π y, and L⁻ᵀ Π y.
-    fn project<const W: usize>(&self, y: &[[f64; W]]) -> (Vec<[f64; W]>, Vec<[f64; W]>) {
+    /// Π y, and L⁻ᵀ Π y, by so many corrections at most.
+    fn project<const W: usize>(&self, y: &[[f64; W]], corrections: usize) -> (Vec<[f64; W]>, Vec<[f64; W]>) {
         let mut y = y.to_vec();
         let mut x = self.factor.backward(&y);
         if self.constraints.rows() == 0 {
@@ -313,7 +400,7 @@ impl Pencil<'_> {
         }
         let lengths = lengths(&y);
         let mut before = [f64::INFINITY; W];
-        for _ in 0..CORRECTIONS {
+        for _ in 0..corrections {
             let mut strains = vec![[0.0; W]; self.constraints.rows()];
             multiply_columns(self.constraints, &x, &mut strains);
             let left = self::lengths(&strains);
@@ -366,34 +453,31 @@ fn combine(vectors: &[Vec<f64>], weight: &dyn Fn(usize) -> f64) -> Vec<f64> {
 #[derive(Debug)]
 struct Deflated<'a> {
     pencil: &'a Pencil<'a>,
-    known: &'a [Pair],
+    known: Mat<f64>,
+    corrections: usize,
 }
 
-impl Deflated<'_> {
-    fn act(&self, ys: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut images = Vec::with_capacity(ys.len());
-        for ys in ys.chunks(WIDTH) {
-            let mut columns = vec![[0.0; WIDTH]; self.pencil.factor.size()];
-            for (w, y) in ys.iter().enumerate() {
-                let mut y = y.clone();
-                self.take_out(&mut y);
-                columns.iter_mut().zip(y).for_each(|(row, y)| row[w] = y);
-            }
-            let out = self.pencil.apply(&columns);
-            for w in 0..ys.len() {
-                let mut image: Vec<f64> = out.iter().map(|row| row[w]).collect();
-                self.take_out(&mut image);
-                images.push(image);
-            }
-        }
-        images
+impl<'a> Deflated<'a> {
+    fn new(pencil: &'a Pencil<'a>, known: &[Pair]) -> Self {
+        let known = Mat::from_fn(pencil.factor.size(), known.len(), |i, k| known[k].vector[i]);
+        Self { pencil, known, corrections: pencil.corrections() }
     }
 
-    fn take_out(&self, y: &mut [f64]) {
-        for known in self.known {
-            let along = dot(y, &known.vector);
-            y.iter_mut().zip(&known.vector).for_each(|(y, k)| *y -= along * k);
+    fn act(&self, mut ys: Mat<f64>) -> Mat<f64> {
+        krylov::take_out(self.known.as_ref(), ys.as_mut());
+        for first in (0..ys.ncols()).step_by(WIDTH) {
+            let count = WIDTH.min(ys.ncols() - first);
+            let mut columns = vec![[0.0; WIDTH]; ys.nrows()];
+            for w in 0..count {
+                columns.iter_mut().zip(ys.col(first + w).iter()).for_each(|(row, y)| row[w] = *y);
+            }
+            let out = self.pencil.apply(&columns, self.corrections);
+            for w in 0..count {
+                ys.col_mut(first + w).iter_mut().zip(&out).for_each(|(y, row)| *y = row[w]);
+            }
         }
+        krylov::take_out(self.known.as_ref(), ys.as_mut());
+        ys
     }
 }
 
