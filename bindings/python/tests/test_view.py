@@ -149,8 +149,8 @@ def test_what_a_slider_leads_to_is_what_the_solver_says(page: Session, dyad: pen
             assert shown is not None and float(shown[1]) == probe.value
         assert "Stable" in page.panel.verdict.content
         # The picture too: its nodes are where the solver has them.
-        assert page.shown is not None
-        nodes = shapes.places(page.shown[0])[: len(dyad.nodes)]
+        assert page.display.shown is not None
+        nodes = shapes.places(page.display.shown[0])[: len(dyad.nodes)]
         np.testing.assert_allclose(nodes, exact.network.positions + exact.displacement[-1], atol=1e-2)
     page.set(L=130, beta=22, pressure=25).settle()
 
@@ -170,12 +170,12 @@ def test_the_step_slider_goes_through_all_steps(page: Session, dyad: pennate.Net
 
 def test_a_click_finds_the_member_that_is_seen_there(page: Session, dyad: pennate.Network) -> None:
     page.settle()
-    assert page.shown is not None
-    nodes = page.picture.scaled(shapes.places(page.shown[0])[:3])
+    assert page.display.shown is not None
+    nodes = page.display.picture.scaled(shapes.places(page.display.shown[0])[:3])
     for index, foot in enumerate(nodes[:2]):
         above = (foot + nodes[2]) / 2 + [0.0, 0.0, 5.0]
-        assert page.picture.member_along(above, np.array([0.0, 0.0, -1.0])) == index
-    assert page.picture.member_along(np.array([0.0, 9.0, 5.0]), np.array([0.0, 0.0, -1.0])) is None
+        assert page.display.picture.member_along(above, np.array([0.0, 0.0, -1.0])) == index
+    assert page.display.picture.member_along(np.array([0.0, 9.0, 5.0]), np.array([0.0, 0.0, -1.0])) is None
 
 
 def test_every_pressure_and_every_free_parameter_has_a_slider() -> None:
@@ -204,8 +204,8 @@ def test_a_limit_is_shown_and_the_jump_is_played() -> None:
         page.set(F=20).settle()
         assert page.probes()["down"].value < -15
         followed = page.follows[1]
-        assert followed.whole and page.shown is not None
-        at = shapes.places(page.shown[0])[:3]
+        assert followed.whole and page.display.shown is not None
+        at = shapes.places(page.display.shown[0])[:3]
         assert at[2, 1] == pytest.approx(10 + page.probes()["down"].value, abs=1e-2)
 
 
@@ -256,11 +256,11 @@ def test_a_file_is_read_again_and_a_mistake_leaves_the_last_good_network(tmp_pat
         exact = pennate.load(path).solve()
         assert page.probes()["down"].value == pytest.approx(float(exact["down"][0]), abs=1e-6)
         # Colours have the units of the file as it is now.
-        assert page.panel.shown_field.unit == "N" and page.fields["displacement"].unit == "mm"
+        assert page.panel.shown_field.unit == "N" and page.display.fields["displacement"].unit == "mm"
         path.write_text(SNAP.replace('format = "pennate/1"', 'format = "pennate/1"\nunits = "m-N-Pa"'))
         wait_for(lambda: page.network.units == "m-N-Pa")
         page.settle()
-        assert page.fields["displacement"].unit == "m" and page.panel.fields is page.fields
+        assert page.display.fields["displacement"].unit == "m" and page.panel.fields is page.display.fields
 
 
 def test_a_network_that_cannot_be_followed_is_solved_anew() -> None:

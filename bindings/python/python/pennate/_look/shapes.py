@@ -81,24 +81,41 @@ def extent(*drawings: Drawing) -> Extent:
     return Extent((low + high) / 2, float(np.linalg.norm(high - low)) or 1.0)
 
 
-def tubes(drawing: Drawing, parts: int | None = None) -> Cylinders:
-    """The members as cylinders; each line makes so many, or as many as look smooth."""
-    kinds, lines = drawing["cell_data"]["kind"], drawing["lines"]
-    own = np.flatnonzero(kinds != RIGID)
-    lines = lines[own]
+def tubes(drawing: Drawing, parts: int | None = None, runs: Integers | None = None) -> Cylinders:
+    """The members as cylinders; each line makes so many, or as many as look smooth, and each of `runs` makes so many."""
+    if runs is None:
+        own = np.flatnonzero(drawing["cell_data"]["kind"] != RIGID)
+        runs = np.stack([own, own], axis=1)
+    first_lines, last_lines = drawing["lines"][runs[:, 0]], drawing["lines"][runs[:, 1]]
+    begin, end = first_lines[:, 0], last_lines[:, 1]
     at, first = places(drawing), drawing["point_data"]["frame_e1"]
     parts = smooth(drawing) if parts is None else parts
-    a, b = at[lines[:, 0]], at[lines[:, 1]]
+    a, b = at[begin], at[end]
     chord = np.linalg.norm(b - a, axis=1)[:, None]
     # A cubic through both ends along the tangents there.
-    tangents = first[lines[:, 0]] * chord, first[lines[:, 1]] * chord
+    tangents = first[begin] * chord, first[end] * chord
     stations = np.linspace(0.0, 1.0, parts + 1)
     rows = [cubic(a, tangents[0], b, tangents[1], float(s)) for s in stations]
     rows[0], rows[-1] = a, b
-    line = np.tile(own, parts)
-    radius = drawing["point_data"]["radius"][lines].mean(axis=1)
+    line = np.tile(runs.mean(axis=1).astype(np.int64), parts)
+    radius = drawing["point_data"]["radius"][first_lines].mean(axis=1)
     member = drawing["cell_data"]["member_id"][line]
     return Cylinders(np.concatenate(rows[:-1]), np.concatenate(rows[1:]), np.tile(radius, parts), line, member)
+
+
+def runs(drawing: Drawing, length: int) -> Integers:
+    """(n, 2), first and last line of pieces of members, each of at most so many lines in a row and of one radius."""
+    own = np.flatnonzero(drawing["cell_data"]["kind"] != RIGID)
+    lines, ids = drawing["lines"][own], drawing["cell_data"]["member_id"][own]
+    radius = drawing["point_data"]["radius"][lines].mean(axis=1)
+    follows = (ids[1:] == ids[:-1]) & (lines[1:, 0] == lines[:-1, 1]) & np.isclose(radius[1:], radius[:-1])
+    fresh = np.concatenate([[True], ~follows]) if len(own) else np.zeros(0, dtype=bool)
+    # How far each line is from the beginning of its row.
+    count = np.arange(len(own))
+    place = count - np.maximum.accumulate(np.where(fresh, count, 0))
+    starts = np.flatnonzero(place % length == 0)
+    ends = np.append(starts[1:], len(own)) - 1
+    return np.stack([own[starts], own[ends]], axis=1)
 
 
 def shoulders(drawing: Drawing, joined: Integers, nodes: int) -> tuple[Array, Array, Array, Integers]:

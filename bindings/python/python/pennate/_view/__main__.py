@@ -10,7 +10,8 @@ import threading
 import webbrowser
 from collections.abc import Sequence
 
-from .._settings import setting
+from .. import _commands
+from .._commands import setting
 
 EXAMPLES = """examples:
   pennate view dyad.toml
@@ -25,16 +26,14 @@ The page is for this machine alone, and its address has a random key. From anoth
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; returns the exit status."""
     parsed = parser().parse_args(arguments)
-    from .. import load
     from .._errors import Error
 
     try:
         from . import Session
     except ImportError as error:
-        print(f"error: {error}\nhelp: pip install 'pennate[view]' installs what shows pages", file=sys.stderr)
-        return 1
+        return _commands.missing(error, "shows pages")
     try:
-        network = load(parsed.source).set(**dict(parsed.settings))
+        network = _commands.network(parsed)
         network.check()
         session = Session(
             network,
@@ -47,9 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             hosts=parsed.hosts,
         )
     except (Error, OSError, RuntimeError) as error:
-        text = str(error)
-        print(text if text.startswith("error") else f"error: {text}", file=sys.stderr)
-        return 2
+        return _commands.wrong(error)
     print(f"{session.address}\nThe file is watched. Ctrl-C ends the page.", flush=True)
     if parsed.browser:
         webbrowser.open(session.address)
@@ -81,17 +78,10 @@ def limits(text: str) -> tuple[str, tuple[float, float]]:
 
 def parser() -> argparse.ArgumentParser:
     """What the command line understands."""
-    found = argparse.ArgumentParser(
-        prog="pennate view",
-        description="A network file as a local page with sliders, which follows the file as it changes.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    description = "A network file as a local page with sliders, which follows the file as it changes."
+    found = _commands.parser("view", description, EXAMPLES)
     add = found.add_argument
-    add("source", type=pathlib.Path, help="a network file")
-    add("--set", dest="settings", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a parameter")
     add("--range", dest="ranges", type=limits, action="append", default=[], metavar="NAME=LOW:HIGH", help="of a slider")
-    add("--accuracy", type=float, default=1e-6, help="discretization error asked for")
     add("--port", type=int, default=8080, help="8080, or the next one that is free")
     add("--no-browser", dest="browser", action="store_false", help="open no browser")
     add(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from .._errors import Error, NetworkError, SolveError
 from .._look import carry
 from .._look.shapes import Array, Integers
 from .._network import Network
-from .._problem import Live
+from .._problem import Live, Problem
 from .._solution import Solution
 
 # Of the mesh of shapes, relative: pictures need no more.
@@ -93,11 +93,23 @@ class Follow:
             live = self.problem.live()
             assert isinstance(live, Live)
             self.live = live
+            self._sort(self.problem)
         except NetworkError as error:
             # A parameter that sets a count: networks are read anew.
             self.refused = str(error)
         except SolveError as error:
             self.refused = str(error)
+
+    def _sort(self, problem: Problem) -> None:
+        """Where the probes of the file are among all, and those of places and turns of nodes."""
+        own = np.array([OWN in name for name in problem.probes], dtype=bool)
+        self.own, units = np.flatnonzero(own), problem.network.probes
+        errors = problem.error.tolist()
+        self.named = [
+            (name, place, errors[place], units.get(name, ""))
+            for place, name in enumerate(problem.probes)
+            if not own[place]
+        ]
 
     @staticmethod
     def user_probes(network: Network) -> dict[str, Any]:
@@ -121,25 +133,25 @@ class Follow:
     def _now(self, failure: str, lost: bool) -> Now:
         live = self.live
         assert live is not None and self.problem is not None
-        errors = dict(zip(self.problem.probes, self.problem.error.tolist(), strict=True))
-        found = dict(zip(self.problem.probes, live.values.tolist(), strict=True))
-        units = self.problem.network.probes
-        probes = {
-            name: Probe(value, errors[name], units.get(name, "")) for name, value in found.items() if OWN not in name
-        }
+        probes = {name: Probe(float(live.values[place]), error, unit) for name, place, error, unit in self.named}
+        displacement, vectors = self._motion(live.values)
+        if self.relative:
+            probes |= self._from_the_beginning(live.present, displacement)
+        return Now(live.present, probes, live.stable, failure, lost, displacement, carry.rotations(vectors))
+
+    def _motion(self, values: Array) -> tuple[Array, Array]:
+        """(nodes, 3) displacements and rotation vectors in radians, of the values of all probes."""
         count = len(self.network.nodes)
-        motion = np.array([value for name, value in found.items() if OWN in name]).reshape(count, -1)
+        motion = values[self.own].reshape(count, -1)
         displacement, vectors = np.zeros((count, 3)), np.zeros((count, 3))
         if self.plane:
             displacement[:, :2], vectors[:, 2] = motion[:, :2], np.deg2rad(motion[:, 2])
         else:
             displacement, vectors = motion[:, :3], np.deg2rad(motion[:, 3:])
-        if self.relative:
-            probes |= self._from_the_beginning(live.present, displacement, probes)
-        return Now(live.present, probes, live.stable, failure, lost, displacement, carry.rotations(vectors))
+        return displacement, vectors
 
     def _from_the_beginning(
-        self, values: dict[str, float], displacement: Array, probes: Mapping[str, Probe]
+        self, values: dict[str, float], displacement: Array
     ) -> dict[str, Probe]:
         """Probes that look back at earlier steps: a live state knows these at its own beginning alone.
 
@@ -148,13 +160,11 @@ class Follow:
         """
         assert self.problem is not None
         y = self.problem(np.array([values[name] for name in self.problem.parameters]))
-        found = dict(zip(self.problem.probes, y.tolist(), strict=True))
-        motion = np.array([value for name, value in found.items() if OWN in name]).reshape(len(displacement), -1)
-        wide = motion[:, : 2 if self.plane else 3]
-        there = bool(np.abs(wide - displacement[:, : wide.shape[1]]).max(initial=0.0) <= SAME * self.size)
+        there = bool(np.abs(self._motion(y)[0] - displacement).max(initial=0.0) <= SAME * self.size)
         return {
-            name: Probe(found[name] if there else math.nan, probes[name].error, probes[name].unit)
-            for name in self.relative
+            name: Probe(float(y[place]) if there else math.nan, error, unit)
+            for name, place, error, unit in self.named
+            if name in self.relative
         }
 
     def _anew(self, values: Mapping[str, float]) -> Now:
@@ -190,15 +200,20 @@ class Follow:
         turn = now.turn @ np.swapaxes(self.at, 1, 2)
         return carry.carried(self.drawing, self.joined, now.displacement, turn)
 
-    def shape(self, now: Now) -> bool:
-        """Solves for the shape of the present state, which `sketch` gives from then on; whether it is one that was computed."""
+    def shape(self, now: Now, is_stale: Callable[[], bool] = lambda: False) -> bool | None:
+        """Solves for the shape of the present state, which `sketch` gives from then on; whether it is one that was computed.
+
+        Nothing, and nothing is changed, where nobody waits for it any longer.
+        """
         if self.live is None or now.displacement is None:
             return self.drawing is not None
         for network in self._ways(now.values):
             try:
-                solution = network.solve(accuracy=DRAFT)
+                solution = network.solve(accuracy=DRAFT, progress=lambda *_: not is_stale())
             except Error:
                 continue
+            if is_stale():
+                return None
             if solution.status != "converged" or not self._same(solution, now.displacement):
                 continue
             self._keep(solution)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import viser
 import viser.uplot
-from viser._messages import RunJavascriptMessage
 
 from .._look.fields import Array, Field, Scale, number, ticks, with_error
 from .follow import Probe
@@ -24,18 +23,14 @@ STYLE = (
     "font-size:11px;margin:0}.pn-bar{height:10px;border-radius:2px}.pn-marks{display:flex;justify-content:space-between;"
     "font-size:11px}</style>"
 )
-# viser turns the picture by arrow keys wherever they are pressed; on a slider they move the slider alone.
-KEYS = """document.body.addEventListener('keydown', (event) => {
-  if (event.target.closest && event.target.closest('[role=slider], input')) event.stopPropagation(); });"""
-# Curves of so many places of the slider.
-GRID = 41
 
 
 class Panel:
     """Everything that is not the picture; `ask` is called with what a person does."""
 
-    def __init__(self, server: viser.ViserServer, title: str, fields: Mapping[str, Field]) -> None:
-        self.server, self.gui, self.fields = server, server.gui, fields
+    def __init__(self, server: viser.ViserServer, title: str) -> None:
+        self.server, self.gui = server, server.gui
+        self._fields: Mapping[str, Field] = {}
         self.on_values: Callable[[str], None] = lambda name: None
         self.on_step: Callable[[], None] = lambda: None
         self.on_look: Callable[[], None] = lambda: None
@@ -43,7 +38,6 @@ class Panel:
         gui = self.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         gui.main_panel.dock_right()
-        gui._websock_interface.queue_message(RunJavascriptMessage(source=KEYS))
         self.head = gui.add_html("")
         self.mistake = gui.add_html("", visible=False)
         self.verdict = gui.add_html("")
@@ -68,7 +62,7 @@ class Panel:
                 padding=(10, 16, 0, 0),
             )
         with gui.add_folder("Look"):
-            self.field = gui.add_dropdown("Colour", tuple(field.words for field in self.fields.values()))
+            self.field: Any = gui.add_dropdown("Colour", ("–",))
             self.legend = gui.add_html("")
             self.ghost = gui.add_checkbox("Unloaded shape", True)
             self.names: Any = gui.add_checkbox("Names", True)
@@ -182,9 +176,21 @@ class Panel:
             self.probe.options = wanted
 
     @property
+    def fields(self) -> Mapping[str, Field]:
+        """What can be shown."""
+        return self._fields
+
+    @fields.setter
+    def fields(self, fields: Mapping[str, Field]) -> None:
+        self._fields = fields
+        wanted = tuple(field.words for field in fields.values())
+        if tuple(self.field.options) != wanted:
+            self.field.options = wanted
+
+    @property
     def shown_field(self) -> Field:
         """What the colours are to show."""
-        return next(field for field in self.fields.values() if field.words == self.field.value)
+        return next(field for field in self._fields.values() if field.words == self.field.value)
 
     def show_curve(
         self,

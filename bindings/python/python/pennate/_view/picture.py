@@ -10,142 +10,24 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from .._look import fields, shapes
 from .._look.fields import Array, Bytes, Scale
 from .._look.shapes import Integers
+from .detail import Detail, detail_of
+from .meshes import Mesh, across, ball, cap, cone, rod, tube
+from .solids import Instances, Solids
 
 GROUND, BODY, JOINT, GHOST = (163, 172, 182), (102, 117, 138), (158, 168, 180), (170, 179, 191)
 LOADS = {"force": (11, 122, 59), "moment": (122, 64, 158), "held by": (190, 115, 13)}
 # Names are shown of networks of so many nodes; of more they would be a thicket.
 NAMED = 60
-# Networks of more lines than this are drawn more coarsely.
-MANY = 400
 # The thinnest tube that is seen, in parts of the size.
 THIN = 0.0012
 
 # A direction for what is round.
 UP = np.array([0.0, 0.0, 1.0])
-
-Mesh = tuple[Array, Integers]
-
-
-@dataclasses.dataclass
-class Instances:
-    """Copies of one mesh: (n, 3) places, (n, 3) directions of its third axis, (n, 3) sizes, (n, 3) colours."""
-
-    place: list[Array] = dataclasses.field(default_factory=list)
-    axis: list[Array] = dataclasses.field(default_factory=list)
-    size: list[Array] = dataclasses.field(default_factory=list)
-    colour: list[Bytes] = dataclasses.field(default_factory=list)
-
-    def add(self, place: Array, axis: Array, size: Array, colour: npt.ArrayLike) -> None:
-        """More of them."""
-        count = len(place)
-        self.place.append(place)
-        self.axis.append(np.broadcast_to(axis, (count, 3)))
-        self.size.append(np.broadcast_to(size, (count, 3)))
-        self.colour.append(np.broadcast_to(np.asarray(colour, dtype=np.uint8), (count, 3)))
-
-    def between(self, start: Array, end: Array, radius: npt.ArrayLike, colour: npt.ArrayLike) -> None:
-        """Pieces from one place to another."""
-        along = end - start
-        length = np.linalg.norm(along, axis=1)
-        wide = np.broadcast_to(np.asarray(radius, dtype=np.float64), length.shape)
-        axis = along / np.where(length > 0, length, 1.0)[:, None]
-        self.add((start + end) / 2, axis, np.stack([wide, wide, length], axis=1), colour)
-
-    def bodies(self, mesh: Mesh) -> tuple[Array, Integers]:
-        """(n, points, 3), the points of every copy of a mesh, and (n,) its colour as one number."""
-        if not sum(map(len, self.place)):
-            return np.zeros((0, len(mesh[0]), 3)), np.zeros(0, dtype=np.int64)
-        place, axis, size = (np.concatenate(each) for each in (self.place, self.axis, self.size))
-        colour = np.concatenate(self.colour)
-        second, third = across(axis)
-        x, y, z = mesh[0].T
-        points = (
-            place[:, None]
-            + (x * size[:, :1])[:, :, None] * second[:, None]
-            + (y * size[:, 1:2])[:, :, None] * third[:, None]
-            + (z * size[:, 2:])[:, :, None] * axis[:, None]
-        )
-        return points, colour.astype(np.int64) @ np.array([65536, 256, 1])
-
-
-@dataclasses.dataclass
-class Sent:
-    """A node of the scene, and what was sent of it."""
-
-    node: Any
-    vertices: npt.NDArray[np.float32]
-    faces: npt.NDArray[np.uint32]
-    colour: int
-
-
-class Solids:
-    """All that moves, as one mesh a colour: viser has no colours of points that move.
-
-    Copies of one mesh would need less data, but without a GPU each frame of them takes twice as long.
-    """
-
-    def __init__(self, server: viser.ViserServer) -> None:
-        self.server = server
-        self.sent: list[Sent] = []
-
-    def show(self, parts: list[tuple[Mesh, Instances]]) -> None:
-        """Sends what is different from before."""
-        groups: dict[int, list[tuple[Array, Integers]]] = {}
-        for mesh, instances in parts:
-            points, colours = instances.bodies(mesh)
-            for colour in np.unique(colours).tolist():
-                own = points[colours == colour]
-                shifts = len(mesh[0]) * np.arange(len(own))[:, None, None]
-                groups.setdefault(colour, []).append((own.reshape(-1, 3), (mesh[1] + shifts).reshape(-1, 3)))
-        free = [each for each in self.sent if each.colour not in groups]
-        known = {each.colour: each for each in self.sent}
-        for colour, found in groups.items():
-            starts = np.cumsum([0, *(len(points) for points, _ in found)])
-            vertices = np.concatenate([points for points, _ in found]).astype(np.float32)
-            faces = np.concatenate([mesh + start for (_, mesh), start in zip(found, starts)]).astype(np.uint32)
-            old = known.get(colour) or (free.pop() if free else None)
-            if old is None:
-                self._add(colour, vertices, faces)
-            else:
-                self._change(old, colour, vertices, faces)
-        for each in free:
-            if each.node.visible:
-                each.node.visible = False
-
-    def _add(self, colour: int, vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.uint32]) -> None:
-        node = self.server.scene.add_mesh_simple(
-            f"/network/{len(self.sent)}",
-            vertices,
-            faces,
-            color=rgb(colour),
-            side="double",
-            cast_shadow=False,
-            receive_shadow=False,
-        )
-        self.sent.append(Sent(node, vertices, faces, colour))
-
-    @staticmethod
-    def _change(old: Sent, colour: int, vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.uint32]) -> None:
-        if colour != old.colour:
-            old.node.color, old.colour = rgb(colour), colour
-        if not np.array_equal(vertices, old.vertices):
-            old.node.vertices, old.vertices = vertices, vertices
-        if not np.array_equal(faces, old.faces):
-            old.node.faces, old.faces = faces, faces
-        if not old.node.visible:
-            old.node.visible = True
-
-    def remove(self) -> None:
-        """Takes all of it away."""
-        for each in self.sent:
-            each.node.remove()
-        self.sent = []
 
 
 class Picture:
@@ -161,20 +43,21 @@ class Picture:
         self.ghost: Any = None
         self.ghost_of: Array | None = None
         self.names: list[Any] = []
-        self.parts, self.many = 1, False
+        self.detail: Detail | None = None
         self.with_ghost, self.with_names, self.with_loads = True, len(nodes) <= 12, True
         self.tubes: shapes.Cylinders | None = None
 
     def begin(self, drawing: Mapping[str, Any], unloaded: Mapping[str, Any]) -> None:
         """Fixes the size, and places the camera for whoever comes."""
         self.whole = shapes.extent(drawing, unloaded)
-        # Of many members each is small on the screen.
-        self.many = len(drawing["lines"]) > MANY
-        # What is straight now may bend later.
-        self.parts = 1 if self.many else max(shapes.smooth(drawing), 4 if len(drawing["lines"]) < 100 else 2)
-        sides = 6 if self.many else 24
-        tube, disc = round_mesh(sides, 1.0, closed=False), round_mesh(sides, 1.0)
-        self.meshes = {"tube": tube, "disc": disc, "ball": sphere(6 if self.many else 20), "cone": round_mesh(16, 0.0)}
+        self.detail = detail = detail_of(drawing)
+        self.meshes = {
+            "tube": tube(detail.sides),
+            "cap": cap(detail.sides),
+            "ball": ball(detail.rows),
+            "rod": rod(max(detail.sides // 2, 6)),
+            "cone": cone(12),
+        }
         self._light()
         camera = self.server.initial_camera
         self.server.scene.set_up_direction("+y" if self.plane else "+z")
@@ -192,6 +75,11 @@ class Picture:
         scene.add_light_hemisphere("/light", sky_color=(255, 255, 255), ground_color=(178, 184, 196), intensity=2.3)
         scene.add_light_directional("/sun", intensity=1.9, position=tuple(5.0 * np.array(overhead)), cast_shadow=False)
 
+    @property
+    def size(self) -> float:
+        """Of the network when it was read; zero before it was seen."""
+        return self.whole.size if self.whole is not None else 0.0
+
     def scaled(self, places: Array) -> Array:
         """Places of the network in those of the scene."""
         assert self.whole is not None
@@ -207,13 +95,14 @@ class Picture:
         """Shows a state; `values` has one entry a line."""
         if self.whole is None:
             self.begin(drawing, unloaded)
-        colours = Colours(scale, 16 if self.many else 32)
+        assert self.detail is not None
+        colours = Colours(scale, self.detail.shades)
         rest, tips = self._rest(drawing, unloaded)
         parts = [
             (self.meshes["tube"], self._members(drawing, values, colours)),
             (self.meshes["ball"], self._joints(drawing, values, colours)),
-            (self.meshes["disc"], self._shoulders(drawing, values, colours)),
-            (self.meshes["disc"], rest),
+            (self.meshes["cap"], self._shoulders(drawing, values, colours)),
+            (self.meshes["rod"], rest),
             (self.meshes["cone"], tips),
         ]
         with self.server.atomic():
@@ -223,7 +112,8 @@ class Picture:
         self.server.flush()
 
     def _members(self, drawing: Mapping[str, Any], values: Array, colours: Colours) -> Instances:
-        self.tubes = tubes = shapes.tubes(drawing, self.parts)
+        assert self.detail is not None
+        self.tubes = tubes = shapes.tubes(drawing, self.detail.parts, self.detail.runs(drawing))
         found = Instances()
         radius = np.maximum(tubes.radius * self.factor, 2 * THIN)
         found.between(self.scaled(tubes.start), self.scaled(tubes.end), radius, colours(values[tubes.line]))
@@ -305,9 +195,11 @@ class Picture:
             self.ghost.visible = self.with_ghost
 
     def _ghost_mesh(self, unloaded: Mapping[str, Any]) -> Mesh:
+        assert self.detail is not None
         # Cylinders one behind the other are seen where they let light through; straight tubes have as few as can be.
-        tubes = shapes.tubes(unloaded, min(self.parts, shapes.smooth(unloaded)))
-        points, triangles = round_mesh(5 if self.many else 12, 1.0, closed=False)
+        parts = min(self.detail.parts, shapes.smooth(unloaded))
+        tubes = shapes.tubes(unloaded, parts, self.detail.runs(unloaded))
+        points, triangles = tube(self.detail.ghost_sides)
         start, end = self.scaled(tubes.start), self.scaled(tubes.end)
         along = end - start
         second, third = across(along / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None])
@@ -374,47 +266,6 @@ class Colours:
             part = np.clip((values - low) / (high - low), 0.0, 1.0)
             values = low + (high - low) * np.round(part * (self.bands - 1)) / (self.bands - 1)
         return self.scale.colours(values)
-
-
-def rgb(colour: int) -> tuple[int, int, int]:
-    """Red, green and blue of a colour that is one number."""
-    return colour >> 16, colour >> 8 & 255, colour & 255
-
-
-def across(axes: Array) -> tuple[Array, Array]:
-    """Two unit vectors normal to each of some directions and to each other."""
-    second = np.cross(axes, np.eye(3)[np.abs(axes).argmin(axis=1)])
-    second /= np.maximum(np.linalg.norm(second, axis=1), 1e-12)[:, None]
-    return second, np.cross(axes, second)
-
-
-def round_mesh(sides: int, top: float, closed: bool = True) -> Mesh:
-    """A cylinder of radius and length 1 about the origin, or with `top` 0 a cone whose tip is up; corners are sharp."""
-    turns = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
-    circle = np.stack([np.cos(turns), np.sin(turns), np.zeros(sides)], axis=1)
-    low, high = circle + [0, 0, -0.5], np.array([top, top, 1.0]) * circle + [0, 0, 0.5]
-    index, after = np.arange(sides), (np.arange(sides) + 1) % sides
-    points = [low, high]
-    faces = [np.stack([index, after, sides + after], axis=1), np.stack([index, sides + after, sides + index], axis=1)]
-    if closed:
-        points += [low, np.array([[0.0, 0.0, -0.5]]), high, np.array([[0.0, 0.0, 0.5]])]
-        first, second = 2 * sides, 3 * sides + 1
-        faces.append(np.stack([first + after, first + index, np.full(sides, 3 * sides)], axis=1))
-        faces.append(np.stack([second + index, second + after, np.full(sides, 4 * sides + 1)], axis=1))
-    return np.concatenate(points), np.concatenate(faces)
-
-
-def sphere(sides: int) -> Mesh:
-    """A ball of radius 1."""
-    rows = max(4, sides // 2)
-    rise, turn = np.meshgrid(
-        np.linspace(0, np.pi, rows + 1), np.linspace(0, 2 * np.pi, sides, endpoint=False), indexing="ij"
-    )
-    points = np.stack([np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=-1).reshape(-1, 3)
-    index = np.arange((rows + 1) * sides).reshape(rows + 1, sides)
-    a, b, c, d = index[:-1], np.roll(index[:-1], -1, axis=1), index[1:], np.roll(index[1:], -1, axis=1)
-    faces = np.concatenate([np.stack([a, c, d], axis=-1).reshape(-1, 3), np.stack([a, d, b], axis=-1).reshape(-1, 3)])
-    return points, faces
 
 
 def line_values(drawing: Mapping[str, Any], field: fields.Field) -> Array:

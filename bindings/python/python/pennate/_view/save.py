@@ -77,13 +77,13 @@ def film(session: Session, client: viser.ClientHandle) -> bytes:
 
     way = Way(session.network.set(**session.panel.values()), session.accuracy)
     shown = np.unique(np.linspace(0, len(way.states), FRAMES).round().astype(int))
-    before, images = session.shown, []
+    before, images = session.display.shown, []
     for place in shown.tolist():
-        session._draw(way.drawing(place - 1 if place else None), way.drawing(None))
+        session.display.draw(way.drawing(place - 1 if place else None), way.drawing(None))
         pixels = client.get_render(*FILM, transport_format="png", timeout=PATIENCE)
         images.append(with_legend(Image.fromarray(pixels), session).convert("RGB"))
     if before is not None:
-        session._draw(*before)
+        session.display.draw(*before)
     # One table of colours for all frames, so that nothing flickers.
     middle = Image.new("RGB", (images[0].width, 3 * images[0].height))
     for row, image in enumerate((images[0], images[len(images) // 2], images[-1])):
@@ -100,7 +100,7 @@ def with_legend(image: Any, session: Session) -> Any:
     """The picture on white, with what the colours mean below."""
     from PIL import Image, ImageDraw, ImageFont
 
-    scale = session.scale
+    scale = session.display.scale
     size = max(13, image.height // 40)
     page = Image.new("RGB", (image.width, image.height + 4 * size), "#ffffff")
     page.paste(image, (0, 0), image if image.mode == "RGBA" else None)
@@ -127,9 +127,9 @@ def network_file(session: Session) -> tuple[str, str]:
     named = {handle.name: values[handle.name] for handle in session.handles if handle.named}
     present = session.network.set(**values)
     if not any(handle.value != values[handle.name] for handle in session.handles if not handle.named):
-        text = substituted(session.network.text, named) if not session.path or session.path.suffix != ".json" else None
-        if session.path is not None and text is None and session.path.suffix != ".json":
-            text = substituted(session.path.read_text(encoding="utf-8"), named)
+        text = substituted(session.network.text, named) if not session.source.path or session.source.path.suffix != ".json" else None
+        if session.source.path is not None and text is None and session.source.path.suffix != ".json":
+            text = substituted(session.source.path.read_text(encoding="utf-8"), named)
         if text is not None and same(text, present, session):
             return text, "toml"
     return written(present.to_dict()), "json"
@@ -150,7 +150,7 @@ def substituted(text: str, values: dict[str, float]) -> str:
 
 def same(text: str, network: Network, session: Session) -> bool:
     """Whether a text is a network with the present values."""
-    directory = session.path.parent if session.path is not None else ""
+    directory = session.source.path.parent if session.source.path is not None else ""
     try:
         found = loads(text, directory=directory)
     except NetworkError:

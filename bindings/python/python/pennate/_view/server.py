@@ -22,6 +22,8 @@ from viser._messages import ShareUrlRequest
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from .page import extended
+
 LOOPBACK = "127.0.0.1"
 # Names of this machine that a browser on it may use.
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
@@ -79,8 +81,11 @@ class Guard:
                 )
                 return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", headers, REFUSED)
             rest = request.path.strip("/").partition("/")[2] if "/" in request.path.strip("/") else ""
-            found = handler(connection, dataclasses.replace(request, path="/" + rest))
+            # The page is compressed in itself; asked for as it is, it can be added to.
+            plain = Headers(each for each in request.headers.raw_items() if each[0].lower() != "accept-encoding")
+            found = handler(connection, dataclasses.replace(request, path="/" + rest, headers=plain))
             if found is not None:
+                found = extended(found)
                 found.headers["Referrer-Policy"] = "no-referrer"
                 found.headers["X-Content-Type-Options"] = "nosniff"
                 found.headers["Cache-Control"] = "no-store"

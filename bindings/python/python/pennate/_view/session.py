@@ -3,39 +3,36 @@
 from __future__ import annotations
 
 import collections
-import os
 import pathlib
 import threading
 import time
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
 import viser
 
 from .._errors import Error
-from .._look import carry, fields, words
-from .._look.fields import Array, Scale
-from .._network import EDITED, Network, load
-from . import save
+from .._look import words
+from .._network import Network
+from . import films, save, verdicts
+from .curve import Curve
+from .display import Display, described, named
 from .follow import Follow, Now, Probe
-from .handles import Handle, moving, pressure_units
-from .panel import GRID, Panel
-from .picture import Picture, line_values
+from .handles import Handle, moving
+from .panel import Panel
 from .server import LOOPBACK, Server
+from .source import Source
 from .way import Way
 
 # Seconds between two looks at the file, and of rest before a curve is drawn.
 WATCH, REST = 0.25, 0.25
-# Shapes that take longer are shown as carried ones first, in seconds.
-QUICK = 0.015
-# A film of a snap or of a mode, in seconds and frames a second.
-SNAP, MODE, RATE = 0.6, 2.4, 25.0
-UNITS = {"mm-N-MPa": ("mm", "N"), "m-N-Pa": ("m", "N")}
-STAYED = (
-    "Shapes between nodes are carried along from the last one that was computed; the numbers are those of the state."
-)
-SNAPPED = "It lost its stability on the way and snapped: shown is where the steps of the file lead at these values if they may snap. The motion between the two states is drawn, not computed."
+# Shapes that take longer are shown as carried ones first, and solved for when nothing has moved for a while, in seconds.
+QUICK, STILL = 0.015, 0.12
+# Sending is done by another thread: without a rest the picture would hold it up, in seconds.
+SENDING = 0.002
+# While values come faster than pictures are made, pictures are at most so far apart, in seconds.
+APART = 0.1
+# For so long the equilibrium that is left is looked at before it snaps, in seconds.
+LEAVING = 0.25
 
 
 class Session:
@@ -53,23 +50,22 @@ class Session:
         bind: str = LOOPBACK,
         hosts: Sequence[str] = (),
     ) -> None:
-        self.path, self.settings, self.ranges, self.accuracy = path, dict(settings or {}), dict(ranges or {}), accuracy
+        self.source, self.accuracy = Source(path, settings or {}, ranges or {}), accuracy
         self.lock, self.wake = threading.RLock(), threading.Condition()
         self.stopped, self.dirty, self.looked, self.moved = False, True, False, ""
         # What is asked for is counted, and what is answered.
         self.asked, self.answered = 1, 0
         self.actions: collections.deque[tuple[str, viser.ClientHandle | None]] = collections.deque()
-        self.seen = self._stamp()
         self.times: dict[str, float] = {}
-        network, self.handles = moving(network, self.ranges)
-        self._take(network, self.handles)
+        self.drawn_at = 0.0
+        self._take(*moving(network, self.source.ranges))
         self.server = Server(port, self.name, bind, hosts)
-        self.fields = self._fields()
-        self.panel = Panel(self.server, self.name, self.fields)
+        self.panel = Panel(self.server, self.name)
         self.panel.on_values, self.panel.on_step = self._values_moved, self._ask
         self.panel.on_look, self.panel.on_action = self._look, self._act
+        self.curve = Curve(self.panel)
         self._show_network()
-        self.server.scene.on_click()(self._clicked)
+        self.server.scene.on_click()(lambda event: self.display.clicked(event))
         self.worker = threading.Thread(target=self._work, name="pennate view", daemon=True)
         self.worker.start()
 
@@ -78,43 +74,23 @@ class Session:
     @property
     def name(self) -> str:
         """What the page is called."""
-        return self.network.title or pathlib.PurePath(self.network.name).name.removesuffix(EDITED)
+        return named(self.network)
 
     def _take(self, network: Network, handles: list[Handle]) -> None:
         self.network, self.handles = network, handles
         self.follows: dict[int, Follow] = {}
         self.way: tuple[tuple[float, ...], Way] | None = None
         self.now: Now | None = None
-        self.scale: Scale | None = None
-        self.visited: collections.deque[tuple[float, float]] = collections.deque(maxlen=200)
-        self.curve: tuple[Any, Array, Array] | None = None
-        self.shown: tuple[dict[str, Any], dict[str, Any]] | None = None
         self.judged = "space"
         self.snapped = False
 
-    def _fields(self) -> dict[str, fields.Field]:
-        """What can be shown, in the units of the network."""
-        units = pressure_units(self.network.to_dict())
-        return fields.fields(*UNITS[self.network.units], units.pop() if len(units) == 1 else "")
-
-    def _about(self) -> str:
-        """The file and what it holds, in a line."""
-        name = pathlib.PurePath(self.network.name).name.removesuffix(EDITED)
-        kind = "plane" if self.network.dimension == "plane" else "spatial"
-        count = len(self.network.members)
-        return f"{name} · {kind}, {len(self.network.nodes)} nodes, {count} {'member' if count == 1 else 'members'}"
-
     def _show_network(self) -> None:
-        self.fields = self.panel.fields = self._fields()
-        self.panel.title(self.name, self._about())
+        self.panel.title(self.name, described(self.network))
         self.panel.set_handles(self.handles, self.network.steps)
         self.panel.set_probes(tuple(self.network.probes))
         joined = self._follow(len(self.network.steps)).joined
-        self.picture = Picture(
-            self.server, self.network.nodes, self.network.members, joined, self.network.dimension == "plane"
-        )
-        if not self.picture.with_names:
-            self.panel.names.value = False
+        self.display = Display(self.server, self.panel, self.network, joined)
+        self.curve.forget()
         self.moved = self.handles[0].name if self.handles else ""
 
     def _follow(self, step: int) -> Follow:
@@ -124,13 +100,17 @@ class Session:
             self.follows[step] = Follow(self.network, names, step - 1, self.accuracy)
         return self.follows[step]
 
+    @property
+    def _handle(self) -> Handle | None:
+        """The slider that was moved last."""
+        return next((each for each in self.handles if each.name == self.moved), None)
+
     # What a person does.
 
     def _values_moved(self, name: str) -> None:
         if name != self.moved:
             self.moved = name
-            self.visited.clear()
-            self.curve = None
+            self.curve.forget()
         self._ask()
 
     def _ask(self) -> None:
@@ -151,23 +131,6 @@ class Session:
             self.asked += 1
             self.wake.notify()
 
-    def _clicked(self, event: Any) -> None:
-        """Says all values of the member that was clicked."""
-        member = self.picture.member_along(np.array(event.ray_origin), np.array(event.ray_direction))
-        if member is None or self.shown is None:
-            return
-        drawing = self.shown[0]
-        own = drawing["cell_data"]["member_id"] == member
-        parts = []
-        for field in self.fields.values():
-            found = fields.values(drawing, field)[own]
-            low, high = float(found.min()), float(found.max())
-            if low == high == 0.0:
-                continue
-            text, least = fields.with_unit(high, field.unit), fields.number(low)
-            parts.append(f"{field.words} {text if least == fields.number(high) else f'{least} to {text}'}")
-        event.client.add_notification(self.network.members[member], "; ".join(parts), auto_close_seconds=8.0)
-
     # The worker: one thread does all that takes time.
 
     def _work(self) -> None:
@@ -175,7 +138,7 @@ class Session:
         while not self.stopped:
             with self.wake:
                 if not (self.dirty or self.looked or self.actions):
-                    self.wake.wait(WATCH if self.curve is not None else min(WATCH, REST))
+                    self.wake.wait(WATCH)
                 dirty, self.dirty = self.dirty, False
                 looked, self.looked = self.looked, False
                 action = self.actions.popleft() if self.actions else None
@@ -186,10 +149,11 @@ class Session:
                         self._update()
                         moved_at = time.monotonic()
                     if looked:
-                        self._redraw()
+                        self.display.redraw()
+                        self.curve.forget()
                     if action is not None:
                         self._do(*action)
-                    if self.curve is None and not self.waiting and time.monotonic() - moved_at >= REST:
+                    if self.curve.due and not self.waiting and time.monotonic() - moved_at >= REST:
                         self._compute_curve()
                     if time.monotonic() - looked_at >= WATCH:
                         looked_at = time.monotonic()
@@ -220,7 +184,8 @@ class Session:
             self._snap(follow, now, values)
             return
         self._numbers(now, follow)
-        self._shape(follow, now)
+        if not (self.waiting and time.monotonic() - self.drawn_at < APART):
+            self._shape(follow, now)
 
     def _numbers(self, now: Now, follow: Follow) -> None:
         """The numbers and the verdict, at once."""
@@ -228,73 +193,36 @@ class Session:
             self.panel.show_numbers(now.probes)
         self._judge(now, follow)
         self.server.flush()
+        time.sleep(SENDING)
         self.now = now
-        chosen = now.probes.get(str(self.panel.probe.value))
-        if chosen is not None and self.moved in now.values and not now.failure:
-            self.visited.append((now.values[self.moved], chosen.value))
-        if self.curve is not None:
-            kept = {name: value for name, value in now.values.items() if name != self.moved}
-            if self.curve[0] != (self.moved, self.panel.probe.value, kept, self.panel.steps.value):
-                self.curve = None
-            else:
-                self._draw_curve()
+        self.curve.visit(now, self._handle)
 
     def _judge(self, now: Now, follow: Follow) -> None:
         """The verdict in plain words."""
-        say = [words.verdict(now.stable, self.judged, self.network.dimension)] if now.probes else []
-        if now.lost and follow.live is not None:
-            stopped = ", ".join(
-                f"{handle.label} {fields.number(now.values[handle.name], 5)}"
-                for handle in self.handles
-                if abs(now.values[handle.name] - self.panel.values()[handle.name]) > 0
-            )
-            say = [
-                "Here it ends: the equilibrium, or its stability, is lost.",
-                f"Shown is the last state before, at {stopped}.",
-            ]
-        elif now.failure:
-            say = (
-                [now.failure, "The last state that was reached is shown."]
-                if follow.live
-                else [*now.failure.splitlines()]
-            )
-        elif self.snapped:
-            say.append(SNAPPED)
+        asked = self.panel.values()
+        say = verdicts.of_state(now, follow, self.judged, asked, self.handles, self.snapped)
         self.panel.say(say, "bad" if now.failure or now.stable is False else "good")
 
     def _shape(self, follow: Follow, now: Now) -> None:
-        """The shape: what is quick at once, else a carried one until nothing newer is waiting."""
-        begin = time.perf_counter()
+        """The shape: what is quick at once, else a carried one until nothing newer has come for a while."""
         if follow.drawing is not None and self.times.get("shape", 1.0) > QUICK:
-            self._draw(follow.sketch(now), follow.unloaded)
-            if self.waiting:
-                return
-        exact = follow.shape(now)
+            self.display.draw(follow.sketch(now), follow.unloaded)
+            self.drawn_at = time.monotonic()
+            with self.wake:
+                if self.wake.wait_for(lambda: self.waiting or self.stopped, STILL):
+                    return
+        begin = time.perf_counter()
+        exact = follow.shape(now, lambda: self.waiting or self.stopped)
+        if exact is None:
+            return
         self.times["shape"] = time.perf_counter() - begin
         if follow.solution is not None and follow.whole:
-            self.judged = _judged_in(follow)
-        self._draw(follow.drawing, follow.unloaded)
+            self.judged = verdicts.judged_in(follow)
+        self.display.draw(follow.drawing, follow.unloaded)
+        self.drawn_at = time.monotonic()
         if not exact and now.probes and not now.failure:
-            self.panel.say([words.verdict(now.stable, self.judged, self.network.dimension), STAYED], "wait")
-
-    def _draw(self, drawing: dict[str, Any] | None, unloaded: dict[str, Any] | None) -> None:
-        if drawing is None or unloaded is None:
-            return
-        self.shown = drawing, unloaded
-        values = line_values(drawing, self.panel.shown_field)
-        self.scale = fields.scale_of(self.panel.shown_field, values, self.scale)
-        self.picture.show(drawing, unloaded, values, self.scale)
-        self.panel.show_legend(self.scale)
-        self.server.flush()
-
-    def _redraw(self) -> None:
-        """Colours, names and loads as they are asked for."""
-        self.picture.with_ghost, self.picture.with_names = self.panel.ghost.value, self.panel.names.value
-        self.picture.with_loads = self.panel.loads.value
-        if self.shown is not None:
-            self._draw(*self.shown)
-        self.visited.clear()
-        self.curve = None
+            verdict = words.verdict(now.stable, self.judged, self.network.dimension)
+            self.panel.say([verdict, verdicts.STAYED], "wait")
 
     def _on_the_way(self, values: dict[str, float], position: float) -> None:
         """A state between the ends of steps."""
@@ -309,183 +237,84 @@ class Session:
         place = way.nearest(position)
         self.panel.show_numbers(way.probes(place))
         self.panel.say([way.label(place), way.verdict(place)])
-        self._draw(way.drawing(place), way.drawing(None))
+        self.display.draw(way.drawing(place), way.drawing(None))
 
-    # Snaps and modes.
+    # Snaps, modes and curves.
 
     def _snap(self, follow: Follow, now: Now, values: dict[str, float]) -> None:
         """Shows where stability is lost, and plays the jump from there."""
         self._numbers(now, follow)
         self._shape(follow, now)
-        before, turn = self.shown, now.turn
+        before = self.display.shown
         why = follow.snap(values)
         if why:
-            self.panel.say(
-                ["Here it ends: the equilibrium, or its stability, is lost.", f"It cannot snap from here: {why}"], "bad"
-            )
+            self.panel.say([verdicts.LOST, f"It cannot snap from here: {why}"], "bad")
             self.server.flush()
             return
         after = follow.go(values)
         self.snapped = True
-        if before is not None and now.displacement is not None and after.displacement is not None and turn is not None:
-            # The equilibrium that is left is looked at for a moment.
-            time.sleep(0.25)
-            whole = after.turn @ np.swapaxes(turn, 1, 2) if after.turn is not None else turn
-            vectors = rotation_vectors(whole)
-            for frame in np.linspace(0.0, 1.0, round(SNAP * RATE))[1:]:
-                if self.waiting:
-                    break
-                part = float(frame * frame * (3.0 - 2.0 * frame))
-                between = (1.0 - part) * now.displacement + part * after.displacement
-                self._draw(carry.carried(before[0], follow.joined, between, carry.rotations(part * vectors)), before[1])
-                time.sleep(1.0 / RATE)
+        if before is not None:
+            time.sleep(LEAVING)
+            self._play(films.snap(before[0], follow, now, after), before[1])
         self._numbers(after, follow)
         self._shape(follow, after)
 
     def _mode(self) -> None:
-        """Plays the motion in which the present state is softest, by linear buckling about it."""
-        position = max(1, round(float(self.panel.steps.value)))
-        follow = self._follow(position)
-        if self.shown is None or follow.drawing is None:
+        """Plays the motion in which the present state is softest."""
+        follow = self._follow(max(1, round(float(self.panel.steps.value))))
+        if self.display.shown is None or follow.drawing is None:
             return
-        values = self.now.values if self.now is not None else self.panel.values()
-        drawing, unloaded = self.shown
+        drawing, unloaded = self.display.shown
         try:
-            about = follow.network.set(**values)
-            found = (
-                about.buckle(1, step=about.steps[-1])
-                if follow.live is not None
-                else about.buckle(1, along=self._broken(follow))
-            )
-        except Error as error:
-            self.panel.say(["There is no mode to show:", *str(error).splitlines()], "bad")
+            mode = films.softest(follow, self.now.values if self.now is not None else self.panel.values())
+            self.panel.say([mode.words()], "wait")
+            self._play(mode.frames(drawing, follow, self.display.picture.size), unloaded)
+        except films.NothingToShow as why:
+            self.panel.say(why.sentences, why.kind)
             return
-        if not len(found):
-            self.panel.say(
-                ["No factor of the loads makes it lose its stability, as far as linear buckling can say."], "good"
-            )
-            return
-        nodes = len(self.network.nodes)
-        motion, turns = found.shapes[0][:nodes, :3], found.shapes[0][:nodes, 3:]
-        at = drawing["point_data"]["displacement"][:nodes]
-        small = carry.carried(drawing, follow.joined, at + 1e-3 * motion, carry.rotations(1e-3 * turns))
-        largest = float(
-            np.linalg.norm(small["point_data"]["displacement"] - drawing["point_data"]["displacement"], axis=1).max()
-        )
-        if largest == 0.0 or self.picture.whole is None:
-            self.panel.say(["The mode lies within a member and moves no node: it cannot be shown here."], "wait")
-            return
-        reach = 0.06 * self.picture.whole.size / (largest / 1e-3)
-        factor = fields.number(float(found.factor[0]), 4)
-        of = "all loads of this state" if follow.live is not None else "the ramp of the step"
-        self.panel.say(
-            [
-                f"How it gives way: it would at {factor} times {of}, by linear buckling about it. The size of the motion is arbitrary."
-            ],
-            "wait",
-        )
-        for frame in np.linspace(0.0, 1.0, round(MODE * RATE)):
-            if self.waiting:
-                break
-            part = reach * float(np.sin(4 * np.pi * frame))
-            self._draw(
-                carry.carried(drawing, follow.joined, at + part * motion, carry.rotations(part * turns)), unloaded
-            )
-            time.sleep(1.0 / RATE)
-        self._draw(drawing, unloaded)
+        self.display.draw(drawing, unloaded)
         if self.now is not None:
             self._judge(self.now, follow)
 
-    @staticmethod
-    def _broken(follow: Follow) -> str | None:
-        """The step that did not reach its end."""
-        if follow.solution is None:
-            return None
-        return next(
-            (step for index, step in enumerate(follow.solution.steps) if follow.solution.fraction[index] < 1.0), None
-        )
-
-    # Curves.
-
-    def _compute_curve(self) -> None:
-        """The probe over the slider that was moved last, from the unloaded network at each place."""
-        handle = next((each for each in self.handles if each.name == self.moved), None)
-        follow = self.follows.get(round(float(self.panel.steps.value)))
-        if handle is None or follow is None or follow.problem is None or self.now is None:
-            self.curve = ((), np.zeros(0), np.zeros(0))
-            return
-        kept = {name: value for name, value in self.now.values.items() if name != self.moved}
-        count = GRID if self.times.get("shape", 0.0) < 0.05 else GRID // 3
-        grid = np.linspace(handle.low, handle.high, count)
-        x = np.tile([{**self.panel.values(), **kept}[name] for name in follow.problem.parameters], (count, 1))
-        x[:, follow.problem.parameters.index(self.moved)] = grid
-        chosen = str(self.panel.probe.value)
-        if chosen not in follow.problem.probes:
-            self.curve = ((), np.zeros(0), np.zeros(0))
-            return
-        rows = []
-        for row in x:
+    def _play(self, frames: Iterable[films.Drawing], unloaded: films.Drawing) -> None:
+        """Shows drawings one after the other, until something newer is asked for."""
+        for frame in frames:
             if self.waiting:
                 return
-            rows.append(follow.problem(row)[follow.problem.probes.index(chosen)])
-        self.curve = ((self.moved, chosen, kept, self.panel.steps.value), grid, np.array(rows))
-        self._draw_curve()
+            self.display.draw(frame, unloaded)
+            time.sleep(1.0 / films.RATE)
 
-    def _draw_curve(self) -> None:
-        assert self.curve is not None and self.now is not None
-        _, grid, y = self.curve
-        chosen = self.now.probes.get(str(self.panel.probe.value))
-        if chosen is None or self.moved not in self.now.values or not len(grid):
-            return
-        label = next(handle.label for handle in self.handles if handle.name == self.moved)
-        here = self.now.values[self.moved], chosen.value
-        error = chosen.error if np.isfinite(chosen.error) else 0.0
-        self.panel.show_curve(label, chosen.unit, grid, y, list(self.visited), here, error)
+    def _compute_curve(self) -> None:
+        follow = self.follows.get(round(float(self.panel.steps.value)))
+        self.curve.compute(follow, self.now, self._handle, self.times.get("shape", 0.0), lambda: self.waiting)
 
-    # What buttons ask for.
+    # What buttons ask for, and the file.
 
     def _do(self, action: str, client: viser.ClientHandle | None) -> None:
         if action == "back":
             self.panel.set_values({handle.name: handle.value for handle in self.handles})
             self.panel.steps.value = float(len(self.network.steps))
-            self.snapped = False
             self._take(self.network, self.handles)
+            self.curve.forget()
             self._ask()
         elif action == "mode":
             self._mode()
         elif client is not None:
             save.action(self, action, client)
 
-    # The file.
-
-    def _stamp(self) -> Any:
-        if self.path is None:
-            return None
-        try:
-            found = os.stat(self.path)
-        except OSError:
-            return None
-        return found.st_mtime_ns, found.st_size
-
     def _watch(self) -> None:
         """Reads the file again where it changed; a mistake leaves the last good network."""
-        if self.path is None or (stamp := self._stamp()) == self.seen or stamp is None:
+        found = self.source.again()
+        if found is None:
             return
-        self.seen = stamp
-        try:
-            network = load(self.path).set(**self.settings)
-            network.check()
-            moved, handles = moving(network, self.ranges)
-        except Error as error:
-            self.panel.complain(str(error).replace(str(self.path), self.path.name))
-        except OSError:
-            # It is being written.
-            self.seen = None
+        if isinstance(found, str):
+            self.panel.complain(found)
         else:
-            self.picture.remove()
-            self._take(moved, handles)
-            self._show_network()
+            # Asked for first: whoever waits until all is shown waits for this network.
             self._ask()
+            self.display.picture.remove()
+            self._take(*found)
+            self._show_network()
             self.panel.complain("")
         self.server.flush()
 
@@ -539,20 +368,3 @@ class Session:
 
     def __repr__(self) -> str:
         return f"<Session {self.name!r}: {'stopped' if self.stopped else self.address}>"
-
-
-def _judged_in(follow: Follow) -> str:
-    """Whether stability was judged in space or in the plane alone."""
-    if follow.network.dimension != "plane" or follow.solution is None:
-        return "space"
-    return str(follow.solution.to_dict()["steps"][-1]["stability"])
-
-
-def rotation_vectors(matrices: Array) -> Array:
-    """(n, 3), the rotation vectors of some rotations, of norm at most π."""
-    cosine = np.clip((np.trace(matrices, axis1=1, axis2=2) - 1.0) / 2.0, -1.0, 1.0)
-    angle = np.arccos(cosine)
-    skew = matrices - np.swapaxes(matrices, 1, 2)
-    axis = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1) / 2.0
-    sine = np.linalg.norm(axis, axis=1)
-    return np.asarray(axis * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None])
