@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from .._settings import setting
+from .. import _commands
 
 EXAMPLES = """examples:
   pennate plot dyad.toml -o dyad.png
@@ -24,16 +24,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         from . import PictureError
     except ImportError as error:
-        print(f"error: {error}\nhelp: pip install 'pennate[view]' installs what draws", file=sys.stderr)
-        return 1
+        return _commands.missing(error, "draws")
     from .._errors import Error
 
     try:
         return draw(parsed)
     except (PictureError, Error, OSError) as error:
-        text = str(error)
-        print(text if text.startswith("error") else f"error: {text}", file=sys.stderr)
-        return 2
+        return _commands.wrong(error)
 
 
 def draw(parsed: argparse.Namespace) -> int:
@@ -53,12 +50,12 @@ def draw(parsed: argparse.Namespace) -> int:
         raise PictureError(f"{parsed.output}: a .png, or a film as .gif or .mp4")
     solution = None
     if parsed.source.suffix.lower() in (".toml", ".json") and not parsed.source.is_dir():
-        solution = solve(parsed)
+        solution = _commands.solution(parsed)
         if moving:
             api.animate(solution, parsed.output, view=parsed.view, **wishes)
         else:
             api.plot(solution, *steps, output=parsed.output, view=parsed.view, **wishes)
-        return 0 if solution.status == "converged" else 1
+        return _commands.status(solution)
     if parsed.settings:
         raise PictureError("parameters are set in a network file, and these are results")
     run = results.read(parsed.source)
@@ -71,30 +68,13 @@ def draw(parsed: argparse.Namespace) -> int:
     return 0
 
 
-def solve(parsed: argparse.Namespace) -> Any:
-    """The solution of a network file; what is remarkable is printed."""
-    from .. import load
-
-    network = load(parsed.source).set(**dict(parsed.settings))
-    solution = network.solve(accuracy=parsed.accuracy)
-    for finding in (*solution.warnings, *solution.failures):
-        print(finding, file=sys.stderr)
-    return solution
-
-
 def parser() -> argparse.ArgumentParser:
     """What the command line understands."""
-    found = argparse.ArgumentParser(
-        prog="pennate plot",
-        description=(__doc__ or "").split(": ", 1)[1],
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    description = (__doc__ or "").split(": ", 1)[1]
+    source = "a network file, or a folder of results with its .pvd file"
+    found = _commands.parser("plot", description, EXAMPLES, source)
     add = found.add_argument
-    add("source", type=pathlib.Path, help="a network file, or a folder of results with its .pvd file")
     add("-o", "--output", type=pathlib.Path, required=True, help="the picture: .png, or a film as .gif or .mp4")
-    add("--set", dest="settings", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a parameter")
-    add("--accuracy", type=float, default=1e-6, help="discretization error asked for")
     add("--field", default="axial_force", help="what the colours show: axial_force, bending_moment_3, displacement, …")
     add("--steps", help="steps to draw, separated by commas; 'unloaded' is the network as built")
     add("--view", help="xy, xz, yz, space, or azimuth and elevation in degrees, '--view=-60,20'")

@@ -1,4 +1,4 @@
-"""Colours: those of a theme, and those of a field, or the words for a field that has one value alone."""
+"""Colours: those of a theme, and the limits of those of a field, which the digits of the results decide."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import dataclasses
 import math
 
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap, to_rgb
-from matplotlib.ticker import MaxNLocator
+from matplotlib.colors import to_rgb
 
-from .._look import fields as _stops
+from .._look.fields import Field, Scale, ticks
 from .results import Array, PictureError, Run, Shape, State
 
 Colour = tuple[float, float, float]
@@ -69,22 +68,6 @@ DARK = Theme(
     edge_opacity=0.35,
 )
 
-# Compression blue, tension red; both ends and the middle keep clear of white and of black, so that they can be told
-# from either paper.
-SIGNED = LinearSegmentedColormap.from_list("signed", _stops.SIGNED)
-POSITIVE = LinearSegmentedColormap.from_list("positive", _stops.POSITIVE)
-
-
-@dataclasses.dataclass(frozen=True)
-class Field:
-    """A quantity that can be drawn: its name in words, its unit, and the kind of quantity whose digits it has."""
-
-    array: str
-    words: str
-    unit: str
-    kind: str
-    signed: bool
-
 
 def fields(run: Run) -> dict[str, Field]:
     """All fields that can be drawn, by the names that the command line knows."""
@@ -102,7 +85,7 @@ def fields(run: Run) -> dict[str, Field]:
         Field("pressure", "pressure", run.pressure_unit, "input", False),
         Field("displacement", "displacement", run.length_unit, "displacement", False),
     ]
-    return {field.array: field for field in every}
+    return {field.key: field for field in every}
 
 
 def field_named(run: Run, name: str) -> Field:
@@ -116,11 +99,11 @@ def field_named(run: Run, name: str) -> Field:
 def values(field: Field, shape: Shape) -> Array:
     """The value on every line between two points; NaN on the lines of rigid bodies."""
     rigid = shape.cell_data["member_id"] < 0
-    if field.array == "displacement":
+    if field.key == "displacement":
         lengths = np.linalg.norm(shape.point_data["displacement"], axis=1)
         found = lengths[shape.cells].mean(axis=1)
     else:
-        found = np.asarray(shape.cell_data[field.array], dtype=np.float64)
+        found = np.asarray(shape.cell_data[field.key], dtype=np.float64)
     return np.where(rigid, np.nan, found)
 
 
@@ -138,48 +121,19 @@ def noise(field: Field, run: Run, state: State, found: Array) -> float:
         return math.inf
     own = float(np.nanmax(np.abs(found), initial=0.0))
     # Strains and curvatures are as certain as the forces and moments that they come from.
-    derived = field.array in ("strain_axial", "curvature")
+    derived = field.key in ("strain_axial", "curvature")
     largest = own if derived else max(own, step.largest[field.kind])
     return float(largest * max(10.0**-digits, run.mesh_error))
 
 
-@dataclasses.dataclass(frozen=True)
-class Colouring:
-    """How a field is coloured: between two limits, or where they are equal in one colour, with its value in words."""
-
-    field: Field
-    low: float
-    high: float
-    # Round numbers from the lower to the upper limit.
-    marks: tuple[float, ...] = ()
-
-    @property
-    def uniform(self) -> bool:
-        """Whether there is but one value, so that a bar of colours would say nothing."""
-        return self.low == self.high
-
-    def words(self) -> str:
-        """The one value in words."""
-        text = "zero" if self.low == 0 else with_unit(self.low, self.field.unit)
-        return f"{self.field.words}: {text} throughout"
-
-    def colormap(self) -> LinearSegmentedColormap:
-        """Colours from the lower to the upper limit; zero has the colour of zero in every picture."""
-        if not self.field.signed:
-            return POSITIVE
-        reach = max(abs(self.low), abs(self.high))
-        places = np.linspace(0.5 + 0.5 * self.low / reach, 0.5 + 0.5 * self.high / reach, 256)
-        return LinearSegmentedColormap.from_list(f"part of {SIGNED.name}", SIGNED(places))
-
-    def colours(self, found: Array, default: str) -> Array:
-        """Red, green and blue, 0 to 1, of values; the default colour where there is but one value."""
-        if self.uniform:
-            return np.tile(to_rgb(default), (len(found), 1))
-        part = np.clip((found - self.low) / (self.high - self.low), 0.0, 1.0)
-        return np.asarray(self.colormap()(part))[:, :3]
+def painted(colouring: Scale, found: Array, default: str) -> Array:
+    """Red, green and blue, 0 to 1, of values; the default colour where there is but one value."""
+    if colouring.uniform:
+        return np.tile(to_rgb(default), (len(found), 1))
+    return colouring.colours(found) / 255.0
 
 
-def colouring(field: Field, run: Run, states: list[tuple[State, Shape]]) -> Colouring:
+def colouring(field: Field, run: Run, states: list[tuple[State, Shape]]) -> Scale:
     """The colours of a field in several states, with one legend for all of them."""
     lows, highs, uncertain = [], [], []
     for state, shape in states:
@@ -196,39 +150,7 @@ def colouring(field: Field, run: Run, states: list[tuple[State, Shape]]) -> Colo
     spread = max((error for error in uncertain if math.isfinite(error)), default=0.0)
     if high - low <= spread:
         middle = 0.5 * (low + high)
-        return Colouring(field, middle, middle)
+        return Scale(field, middle, middle)
     # Zero is always on the bar, so that a small variation of a large value does not look like a large one.
     marks = ticks(min(low, 0.0), max(high, 0.0))
-    return Colouring(field, marks[0], marks[-1], marks)
-
-
-def ticks(low: float, high: float) -> tuple[float, ...]:
-    """Three to six round numbers, equally far apart, of which the first and the last enclose a range."""
-    marks = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10], min_n_ticks=3).tick_values(low, high)
-    # A mark beyond the first one that encloses the range is of no use.
-    inside = [
-        float(mark)
-        for mark, after, before in zip(marks, [*marks[1:], np.inf], [-np.inf, *marks[:-1]])
-        if after > low and before < high
-    ]
-    reach = 1e-9 * (inside[-1] - inside[0])
-    return tuple(0.0 if abs(mark) < reach else mark for mark in inside)
-
-
-def number(value: float) -> str:
-    """Three digits, as a person would write them."""
-    if value == 0.0:
-        return "0"
-    if not 1e-3 <= abs(value) < 1e5:
-        mantissa, exponent = f"{value:.2e}".split("e")
-        mantissa = mantissa.rstrip("0").rstrip(".")
-        return f"${mantissa}\\times 10^{{{int(exponent)}}}$"
-    decimals = max(0, 2 - math.floor(math.log10(abs(value))))
-    text = f"{value:.{decimals}f}"
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-def with_unit(value: float, unit: str) -> str:
-    """A number and its unit, with a space that does not break."""
-    return f"{number(value)}\N{NO-BREAK SPACE}{unit}" if unit else number(value)
+    return Scale(field, marks[0], marks[-1], marks)

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from . import colours
-from .colours import Colouring, Theme
+from .._look.fields import Scale, number, with_unit
+from .colours import Theme
 from .paper import POINTS, SMALL, add_axes, write
 from .states import Options, Sheet
 
@@ -49,27 +49,24 @@ def draw_scale(
     axes.plot([0, 0, 1, 1], [1, 0.2, 0.2, 1], color=theme.ink, lw=1.2, clip_on=False, solid_joinstyle="miter")
     end = left + length * scale + 4.0
     return end + write(
-        figure, end, bottom + 1.0, colours.with_unit(length, unit_name), size=SMALL, color=theme.ink, va="bottom"
+        figure, end, bottom + 1.0, with_unit(length, unit_name), size=SMALL, color=theme.ink, va="bottom"
     )
 
 
-def draw_bar(figure: Figure, colouring: Colouring, right: float, length: float, theme: Theme) -> None:
+def draw_bar(figure: Figure, colouring: Scale, right: float, length: float, theme: Theme) -> None:
     """The legend: a bar of colours with a few round numbers, and what they are."""
     axes = add_axes(figure, right - length, 12.0, length, 5.5)
     axes.set_axis_on()
     axes.imshow(
-        np.linspace(0, 1, 512)[None],
-        cmap=colouring.colormap(),
+        colouring.colours(np.linspace(colouring.low, colouring.high, 512))[None],
         aspect="auto",
         extent=(colouring.low, colouring.high, 0, 1),
     )
     axes.set_yticks([])
     marks = colouring.marks
-    axes.set_xticks(marks, [colours.number(mark) for mark in marks])
+    axes.set_xticks(marks, [number(mark) for mark in marks])
     axes.tick_params(axis="x", labelsize=SMALL, colors=theme.ink, length=2.0, width=0.6, pad=1.5)
     for spine in axes.spines.values():
         spine.set_linewidth(0.6)
         spine.set_color(theme.ink)
-    field = colouring.field
-    title = f"{field.words}, {field.unit}" if field.unit else field.words
-    write(figure, right - length, 19.5, title, size=SMALL, color=theme.ink, va="bottom")
+    write(figure, right - length, 19.5, colouring.words(), size=SMALL, color=theme.ink, va="bottom")

@@ -9,8 +9,9 @@ import pathlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from .._look.fields import Field, Scale, with_unit
 from . import colours, figure, legend, states, symbols
-from .colours import Colouring, Field, Theme
+from .colours import Theme
 from .paper import add_axes, new_figure, save, write
 from .results import Run
 from .view import View
@@ -42,7 +43,7 @@ def draw(tiles: list[Tile], theme: Theme, transparent: bool, output: pathlib.Pat
         row, column = divmod(index, COLUMNS)
         draw_tile(page, tile, column * WIDE, height - (row + 1) * pitch + FOOT)
     relative = Field("relative", "axial force over the largest in each network", "", "force", True)
-    legend.draw_bar(page, Colouring(relative, -1.0, 1.0, (-1.0, -0.5, 0.0, 0.5, 1.0)), width - 8.0, 190.0, theme)
+    legend.draw_bar(page, Scale(relative, -1.0, 1.0, (-1.0, -0.5, 0.0, 0.5, 1.0)), width - 8.0, 190.0, theme)
     legend.draw_ghost_key(page, 8.0, theme)
     save(page, output, transparent)
 
@@ -58,7 +59,7 @@ def draw_tile(page: Figure, tile: Tile, left: float, bottom: float) -> None:
     none = sheet.colouring.uniform and sheet.colouring.low == 0.0
     largest = 0.0 if none else float(np.nanmax(found))
     # Where all is zero, any range shows it as zero.
-    sheet = dataclasses.replace(sheet, colouring=Colouring(sheet.colouring.field, -(largest or 1.0), largest or 1.0))
+    sheet = dataclasses.replace(sheet, colouring=Scale(sheet.colouring.field, -(largest or 1.0), largest or 1.0))
     scale = float((usable / sheet.frame.size).min())
     spare = (np.array([WIDE, HIGH]) / scale - sheet.frame.size) / 2
     frame = sheet.frame.grown(spare[0], spare[0], spare[1], spare[1])
@@ -70,7 +71,7 @@ def draw_tile(page: Figure, tile: Tile, left: float, bottom: float) -> None:
     symbols.draw_loads(pen, panel.scene, tile.run, states.largest_force([panel]), 0.0)
     top = bottom + HIGH + HEAD
     write(page, left + 6.0, top - 2.0, tile.title, size=6.5, weight="bold", color=theme.ink, va="top")
-    force = f"up to {colours.with_unit(largest, tile.run.force_unit)}" if largest else "no force"
+    force = f"up to {with_unit(largest, tile.run.force_unit)}" if largest else "no force"
     notes = [note for note in (tile.note, panel.note, force) if note]
     write(page, left + 6.0, top - 11.5, ", ".join(notes), size=6.0, color=theme.faint, va="top")
     legend.draw_scale(page, tile.run.length_unit, scale, left + 8.0, bottom - 8.0, 34.0, theme)

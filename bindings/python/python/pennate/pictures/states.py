@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from .._look.fields import Scale, number, with_unit
 from . import colours
-from .colours import Colouring, Theme
+from .colours import Theme
 from .paper import MILLIMETRE
 from .results import Array, Run, Shape, State
 from .scene import Scene, build
@@ -58,7 +59,7 @@ class Sheet:
     run: Run
     panels: tuple[Panel, ...]
     unloaded: Scene
-    colouring: Colouring
+    colouring: Scale
     view: View
     frame: Frame
     # Pictures of the unloaded network, which all frames of a film share.
@@ -123,8 +124,8 @@ def captions(run: Run, state: State, shape: Shape) -> tuple[str, str]:
     pressures = shape.cell_data["pressure"][shape.cell_data["kind"] == 0]
     if len(pressures) and np.any(pressures):
         low, high = float(pressures.min()), float(pressures.max())
-        text = colours.with_unit(high, run.pressure_unit)
-        parts.append(text if low == high else f"{colours.number(low)} to {text}")
+        text = with_unit(high, run.pressure_unit)
+        parts.append(text if low == high else f"{number(low)} to {text}")
     if step.status != "converged":
         parts.append(f"{step.status.replace('_', ' ')} at {100 * state.fraction:.0f}\N{NO-BREAK SPACE}%")
     return step.name, ", ".join(parts)

@@ -9,7 +9,8 @@ import pyvista
 from matplotlib.colors import to_rgb
 from scipy.spatial import ConvexHull
 
-from .colours import Colouring, Theme
+from .._look.fields import Scale
+from .colours import Theme, painted
 from .results import Array, Integers
 from .scene import ROTATIONS, TRANSLATIONS, Body, Joint, Piece, Rod, Scene, unit
 
@@ -61,12 +62,12 @@ class Surface:
         return mesh
 
 
-def network(scene: Scene, colouring: Colouring, theme: Theme, plane: bool) -> Surface:
+def network(scene: Scene, colouring: Scale, theme: Theme, plane: bool) -> Surface:
     """The whole network; in space with its supports."""
     surface = Surface.empty()
     for rod in scene.rods:
         default = theme.muscle if rod.muscle else theme.member
-        add_rod(surface, scene, rod, [colouring.colours(piece.values, default) for piece in rod.pieces])
+        add_rod(surface, scene, rod, [painted(colouring, piece.values, default) for piece in rod.pieces])
     muscles = {node for rod in scene.rods if rod.muscle for node in rod.nodes}
     for index, joint in enumerate(scene.joints):
         if closed(joint):
@@ -147,14 +148,14 @@ def add_ball(surface: Surface, centre: Array, radius: float, colours: Array) -> 
     surface.add(centre + radius * directions, directions, colours, triangles)
 
 
-def add_joint(surface: Surface, joint: Joint, colouring: Colouring, default: str) -> None:
+def add_joint(surface: Surface, joint: Joint, colouring: Scale, default: str) -> None:
     """A ball that closes the wedge between members that meet; each side has the colour of the member nearest to it."""
     directions, triangles = sphere()
     thick = joint.radii > 0.5 * joint.radius
     # The members share the ball by how near they are: a fourth power fades within some 40 degrees.
     weights = np.maximum(directions @ joint.directions[thick].T + 1.0, 1e-3) ** 4
     values = (weights @ joint.values[thick]) / weights.sum(axis=1)
-    surface.add(joint.place + joint.radius * directions, directions, colouring.colours(values, default), triangles)
+    surface.add(joint.place + joint.radius * directions, directions, painted(colouring, values, default), triangles)
 
 
 def add_bar(surface: Surface, start: Array, end: Array, radius: float, colour: Array) -> None:

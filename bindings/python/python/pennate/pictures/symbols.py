@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 
-from .colours import Theme, with_unit
+from .._look.fields import with_unit
+from .colours import Theme
 from .results import Array, Run
 from .scene import RZ, UX, UY, Joint, Rod, Scene, unit
 from .view import View
