@@ -14,22 +14,19 @@ screenshots of the book are made, and nothing is measured.
 from __future__ import annotations
 
 import argparse
-import contextlib
+import functools
 import http.server
-import io
 import os
 import pathlib
 import statistics
-import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-from PIL import Image
+from browser_page import FLAGS, changed, check, failures, numbers, opened, picture, served, slider, turned
+from browser_saves import SNAP, gives_way, pointed, saves
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import pennate
@@ -44,16 +41,6 @@ NETWORKS: dict[str, tuple[dict[str, Any], str, int, int]] = {
     "spiral": ({"cells": 12}, "pressure", 100, 10),
 }
 START = 4.0
-FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-sandbox"]
-# Counts animation frames in which something was drawn.
-COUNT = """
-window.drawn = 0; window.fresh = false;
-for (const name of ['drawElements', 'drawElementsInstanced', 'drawArrays']) {
-  const real = WebGL2RenderingContext.prototype[name];
-  WebGL2RenderingContext.prototype[name] = function (...all) { window.fresh = true; return real.apply(this, all); };
-}
-(function tick() { if (window.fresh) { window.drawn += 1; window.fresh = false; } requestAnimationFrame(tick); })();
-"""
 # From a key on the slider that has the focus to another number in the page.
 MOVE = """([probe, key]) => new Promise((done) => {
   const now = () => document.querySelector(`[data-probe="${probe}"]`)?.dataset.value;
@@ -73,118 +60,6 @@ SLIDE = """(seconds) => new Promise((done) => {
   setTimeout(() => { clearInterval(timer);
     done((window.drawn - first) / ((performance.now() - begin) / 1000)); }, 1000 * seconds);
 })"""
-
-failures: list[str] = []
-
-
-def check(good: bool, what: str) -> None:
-    """Notes what is wrong."""
-    print(f"  {'yes' if good else 'NO '}  {what}")
-    if not good:
-        failures.append(what)
-
-
-@contextlib.contextmanager
-def served(file: pathlib.Path, *options: str) -> Iterator[tuple[str, float]]:
-    """The page of a file by the command; its address, and when the command was given."""
-    command = [
-        sys.executable,
-        "-W",
-        "error",
-        "-m",
-        "pennate",
-        "view",
-        str(file),
-        "--no-browser",
-        "--port",
-        "8600",
-        *options,
-    ]
-    begin = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout is not None and process.stderr is not None
-        address = process.stdout.readline().strip()
-        if not address:
-            raise RuntimeError(process.stderr.read())
-        yield address, begin
-    finally:
-        process.terminate()
-        said = process.communicate(timeout=20)[1]
-        check(not said, f"nothing on standard error{': ' + said if said else ''}")
-
-
-def opened(
-    browser: Browser, address: str, begin: float | None = None, size: tuple[int, int] = (1280, 800)
-) -> tuple[Page, float]:
-    """The page, when its numbers and its picture are there; and the seconds since then."""
-    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
-    page.set_default_timeout(120_000)
-    page.add_init_script(COUNT)
-    outside: list[str] = []
-    page.on("request", lambda each: outside.append(each.url) if not inside(each.url, address) else None)
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.outside, page.errors = outside, errors  # type: ignore[attr-defined]
-    page.goto(address)
-    page.wait_for_function("document.querySelector('[data-probe]') && window.drawn > 2", timeout=60_000)
-    return page, time.perf_counter() - (begin or time.perf_counter())
-
-
-def inside(url: str, address: str) -> bool:
-    """Whether a request stays on the page."""
-    return url.startswith((address, "data:", "blob:", address.replace("http", "ws").rstrip("/")))
-
-
-def picture(page: Page) -> np.ndarray[Any, Any]:
-    """The pixels of the canvas."""
-    shot = page.locator("canvas").first.screenshot()
-    return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
-
-
-def changed(before: np.ndarray[Any, Any], after: np.ndarray[Any, Any]) -> float:
-    """Part of the pixels that are different."""
-    return float((np.abs(before - after).max(axis=2) > 24).mean())
-
-
-def turned(page: Page, seconds: float) -> float:
-    """Turns the picture by the mouse for some seconds; gives the frames a second."""
-    box = page.locator("canvas").first.bounding_box()
-    assert box is not None
-    x, y = box["x"] + 0.4 * box["width"], box["y"] + 0.6 * box["height"]
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 5, y, steps=2)
-    begin, first, move = time.perf_counter(), page.evaluate("window.drawn"), 0
-    while time.perf_counter() - begin < seconds:
-        move += 1
-        page.mouse.move(x + 60 * np.sin(0.12 * move), y)
-    frames = (page.evaluate("window.drawn") - first) / (time.perf_counter() - begin)
-    page.mouse.move(x + 150, y)
-    page.mouse.up()
-    return float(frames)
-
-
-def slider(page: Page, label: str) -> Any:
-    """The slider with a name."""
-    place = page.evaluate(
-        """(label) => { const all = [...document.querySelectorAll('[role=slider]')];
-        return all.findIndex((one) => { let node = one; for (let i = 0; i < 9 && node; i++, node = node.parentElement)
-          if ([...node.querySelectorAll('label')].some((each) => each.textContent.trim() === label)
-              && node.querySelectorAll('[role=slider]').length === 1) return true; return false; }); }""",
-        label,
-    )
-    if place < 0:
-        raise LookupError(f"there is no slider '{label}'")
-    return page.locator("[role=slider]").nth(place)
-
-
-def numbers(page: Page) -> dict[str, float]:
-    """What the page shows."""
-    found = page.evaluate(
-        "Object.fromEntries([...document.querySelectorAll('[data-probe]')].map((e) => [e.dataset.probe, e.dataset.value]))"
-    )
-    return {name: float(value) for name, value in found.items()}
 
 
 def solver_part(network: pennate.Network, name: str) -> float:
@@ -261,7 +136,9 @@ def measure(browser: Browser, folder: pathlib.Path, name: str) -> None:
             not page.outside and not page.errors,
             f"no request to the outside, no error in the page {page.outside or ''}{page.errors or ''}",
         )  # type: ignore[attr-defined]
+        pointed(page, name, network)
         if name == "dyad":
+            saves(page, network.set(**{moved: value}))
             mistakes(page, file)
             strangers(browser, address)
         page.close()
@@ -282,12 +159,24 @@ def mistakes(page: Page, file: pathlib.Path) -> None:
     check(True, "mended, the message is gone")
 
 
+def snapping(browser: Browser, folder: pathlib.Path) -> None:
+    """A state near its limit shows how it gives way."""
+    file = folder / "strips.toml"
+    file.write_text(SNAP)
+    print("two strips near their limit")
+    with served(file) as (address, begin):
+        page, _ = opened(browser, address, begin)
+        page.wait_for_timeout(1500)
+        gives_way(page)
+        page.close()
+
+
 def strangers(browser: Browser, address: str) -> None:
     """A page of another origin gets neither the page nor its socket, even if it knows the address."""
-    handler = type("Quiet", (http.server.SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
     with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        pathlib.Path("index.html").write_text("<p>another page</p>")
+        quiet = type("Quiet", (http.server.SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
+        handler = functools.partial(quiet, directory=folder)
+        (pathlib.Path(folder) / "index.html").write_text("<p>another page</p>")
         other = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
         threading.Thread(target=other.serve_forever, daemon=True).start()
         page = browser.new_page()
@@ -305,7 +194,6 @@ def strangers(browser: Browser, address: str) -> None:
         page.close()
         other.shutdown()
         other.server_close()
-        os.chdir("/")
 
 
 def report(browser: Browser, folder: pathlib.Path) -> None:
@@ -355,6 +243,7 @@ def main() -> int:
         else:
             for name in parsed.names or NETWORKS:
                 measure(browser, pathlib.Path(folder), name)
+            snapping(browser, pathlib.Path(folder))
             report(browser, pathlib.Path(folder))
         browser.close()
     for each in failures:

@@ -6,7 +6,8 @@ import io
 import pathlib
 from typing import Any
 
-from browser_check import opened, slider, served
+from browser_page import opened, served, slider
+from browser_saves import SNAP
 from PIL import Image
 from playwright.sync_api import Browser, Page
 
@@ -14,23 +15,6 @@ import pennate
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIZE = (1200, 760)
-# Two strips that snap where F passes 65.6 N.
-SNAP = """\
-format = "pennate/1"
-title = "two strips"
-dimension = "plane"
-parameters = { F = 50 }
-nodes = { A = [-100, 0], B = [100, 0], C = [0, 10] }
-materials.steel = { youngs_modulus = 200000, poissons_ratio = 0.3 }
-sections.strip = { rectangle = { width = 10, height = 1 } }
-members.left = { nodes = ["A", "C"], section = "strip", material = "steel" }
-members.right = { nodes = ["B", "C"], section = "strip", material = "steel" }
-supports = { A = "clamped", B = "clamped" }
-probes.down = { node = "C", displacement = "uy" }
-[[steps]]
-name = "press"
-force = { C = [0, "= -F"] }
-"""
 
 
 def draw(browser: Browser, folder: pathlib.Path, target: pathlib.Path) -> None:

@@ -124,7 +124,7 @@ def test_a_common_mesh_gives_the_same_to_its_error(dyad: pennate.Network, table:
         assert 0 < error < 1e-3
         scale = float(abs(table[probe]).max())
         np.testing.assert_allclose(runs[0][probe], table[probe], atol=2 * error + 2e-6 * scale)
-    assert (runs[0].stable == -1).all() and runs[0].status.equals(table.status)
+    assert runs[0].stable.equals(table.stable) and runs[0].status.equals(table.status)
 
 
 def test_workers_keep_a_network_and_ask_for_it_if_they_lack_it(dyad: pennate.Network) -> None:
@@ -380,11 +380,13 @@ def test_a_problem_on_an_executor_gives_the_same_bits(dyad: pennate.Network) -> 
         for executor, chunk in ((Executor(), None), (Executor(raising(OSError("lost"), 1)), 16), (pool, 24)):
             spread = problem.on(executor, chunk=chunk)
             np.testing.assert_array_equal(spread(x), y)
-            reasons = spread.reasons
+            reasons, verdicts = spread.reasons, spread.stable
             found = spread.gradient(x)
+            assert spread.stable == verdicts
             np.testing.assert_array_equal(found[0], same)
             np.testing.assert_array_equal(found[1], slopes)
     problem(x)
+    assert verdicts == problem.stable and True in verdicts and None in verdicts
     assert reasons == problem.reasons and isinstance(reasons[-1], pennate.Reason) and reasons[-1].kind == "refused"
     assert repr(spread).endswith("holding, on ProcessPoolExecutor>")
     np.testing.assert_array_equal(spread(x[3]), y[3])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import http.client
+import json
 import pathlib
 import re
 import socket
@@ -20,7 +22,7 @@ import websockets.sync.client as websocket  # noqa: E402
 from viser._messages import ShareUrlRequest  # noqa: E402
 
 from pennate._look import shapes  # noqa: E402
-from pennate._view import Session, follow, handles, save, server  # noqa: E402
+from pennate._view import Session, follow, handles, meshes, save, server  # noqa: E402
 
 # A shallow frame that snaps where F passes 65.6 N, and back.
 SNAP = """\
@@ -58,6 +60,12 @@ def page(dyad: pennate.Network) -> Iterator[Session]:
     """A page of the dyad."""
     with dyad.view(port=8470) as found:
         yield found.settle()
+
+
+@pytest.fixture(scope="module")
+def spiral() -> pennate.Solution:
+    """Many members, each of many lines."""
+    return pennate.scene("spiral", cells=4).solve(accuracy=1e-4)
 
 
 def ask(page: Session, path: str, **headers: str) -> tuple[int, bytes, http.client.HTTPMessage]:
@@ -291,3 +299,60 @@ def test_a_stated_pressure_is_saved_where_it_stands() -> None:
         saved = pennate.loads(text).solve()
         assert kind == "json"
         np.testing.assert_allclose(float(saved["holding"][-1]), page.probes()["holding"].value, rtol=1e-6)
+
+
+def test_the_page_begins_with_our_script_and_is_whole(page: Session) -> None:
+    _, body, heads = ask(page, f"/{page.server.guard.key}/", **{"Accept-Encoding": "gzip"})
+    assert int(heads["Content-Length"]) == len(body) and heads["Content-Encoding"] == "identity"
+    begin = body.index(b"<head>") + len(b"<head>")
+    assert body[begin:].startswith(b"<script>") and b"antialias: false" in body[begin : begin + 4000]
+
+
+def test_pieces_of_several_lines_end_where_sections_and_members_do(spiral: pennate.Solution) -> None:
+    drawing = spiral.drawing()
+    fine, coarse = shapes.tubes(drawing, 1), shapes.tubes(drawing, 1, shapes.runs(drawing, 4))
+    assert len(coarse.start) < 0.4 * len(fine.start)
+    for member in np.unique(fine.member):
+        own, rough = fine.member == member, coarse.member == member
+        np.testing.assert_array_equal(fine.start[own][0], coarse.start[rough][0])
+        np.testing.assert_array_equal(fine.end[own][-1], coarse.end[rough][-1])
+        np.testing.assert_array_equal(coarse.start[rough][1:], coarse.end[rough][:-1])
+        # As long as before with each radius, but for what a chord of four lines is shorter.
+        for radius in np.unique(fine.radius[own]):
+            lengths = [
+                np.linalg.norm(found.end - found.start, axis=1)[(found.member == member) & (found.radius == radius)].sum()
+                for found in (fine, coarse)
+            ]
+            assert 0.97 * lengths[0] <= lengths[1] <= lengths[0] * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("mesh", [meshes.rod(9), meshes.cone(7), meshes.ball(6), meshes.ball(0)])
+def test_meshes_are_closed_and_face_outwards(mesh: meshes.Mesh) -> None:
+    points, faces = mesh
+    places = np.unique(points.round(9), axis=0, return_inverse=True)[1].ravel()[faces]
+    edges = [tuple(pair) for face in places.tolist() for pair in zip(face, face[1:] + face[:1], strict=True)]
+    assert len(set(edges)) == len(edges) and all((b, a) in set(edges) for a, b in edges)
+    a, b, c = (points[faces[:, corner]] for corner in range(3))
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) > 0
+
+
+def test_the_page_knows_where_names_are(page: Session, dyad: pennate.Network) -> None:
+    page.settle()
+    page.display.name()
+    text = re.search(r'data-pn-places="([^"]*)"', page.panel.places.content)
+    assert text is not None and page.display.shown is not None
+    found = {each["name"].split(":")[0]: each for each in json.loads(html.unescape(text[1]))}
+    assert set(found) == {*dyad.members, *(f"node {name}" for name in dyad.nodes)}
+    at = page.display.picture.scaled(shapes.places(page.display.shown[0])[: len(dyad.nodes)])
+    for name, (first, last) in dyad.ends.items():
+        points = np.array(found[name]["points"])
+        for point, node in ((points[0], first), (points[-1], last)):
+            np.testing.assert_allclose(point, at[dyad.nodes.index(node)], atol=2e-3)
+        assert "tension" in found[name]["name"]
+
+
+def test_a_shape_that_nobody_waits_for_any_longer_changes_nothing() -> None:
+    found = follow.Follow(pennate.scene("stage", beta=32), ("beta",))
+    assert found.shape(found.go({"beta": 32.0}))
+    before = found.drawing
+    assert found.shape(found.go({"beta": 30.0}), lambda: True) is None and found.drawing is before

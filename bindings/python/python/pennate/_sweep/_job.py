@@ -197,7 +197,7 @@ class _Alone:
             None,
             [row.status for row in rows],
             {},
-            np.array([-1 if row.stable is None else int(row.stable) for row in rows], dtype=np.int8),
+            _verdicts([row.stable for row in rows]),
             np.array([row.error for row in rows], dtype=np.float64),
             {place: row.reason for place, row in enumerate(rows) if row.reason},
             name(),
@@ -216,27 +216,28 @@ class _Together:
         if is_stopped():
             raise Stopped
         begin = time.perf_counter()
-        y, slopes, found = self._answered(x)
-        kinds = {place: kind for place, (kind, _) in found.items()}
+        found = self._answered(x)
+        kinds = {place: kind for place, (kind, _) in found.reasons.items()}
         status = ["converged"] * len(x)
         for place, kind in kinds.items():
             status[place] = "wrong_input" if kind in WRONG else kind
         return Answers(
-            y,
-            slopes,
+            found.values,
+            found.slopes,
             status,
             kinds,
-            np.full(len(x), -1, dtype=np.int8),
+            _verdicts(found.stable),
             np.full(len(x), np.nan),
-            {place: text for place, (_, text) in found.items()},
+            {place: text for place, (_, text) in found.reasons.items()},
             name(),
             time.perf_counter() - begin,
         )
 
-    def _answered(self, x: Array) -> tuple[Array, Array | None, dict[int, tuple[str, str]]]:
+    def _answered(self, x: Array) -> _Found:
         try:
             y, slopes = self._asked(x)
-            reasons = self.problem.reasons
+            reasons = {place: (why.kind, str(why)) for place, why in enumerate(self.problem.reasons) if why is not None}
+            return _Found(y, slopes, self.problem.stable, reasons)
         except Exception as error:
             if len(x) > TOGETHER:
                 return self._in_parts(x, TOGETHER)
@@ -245,14 +246,32 @@ class _Together:
             # One design that the program breaks at: the others have their answers.
             shape = (1, len(self.problem.probes))
             slopes = np.full((*shape, x.shape[1]), np.nan) if self.gradient else None
-            return np.full(shape, np.nan), slopes, {0: (FAILED, _told(error))}
-        return y, slopes, {place: (why.kind, str(why)) for place, why in enumerate(reasons) if why is not None}
+            return _Found(np.full(shape, np.nan), slopes, [None], {0: (FAILED, _told(error))})
 
     def _asked(self, x: Array) -> tuple[Array, Array | None]:
         return self.problem.gradient(x) if self.gradient else (self.problem(x), None)
 
-    def _in_parts(self, x: Array, size: int) -> tuple[Array, Array | None, dict[int, tuple[str, str]]]:
+    def _in_parts(self, x: Array, size: int) -> _Found:
         parts = [(begin, self._answered(x[begin : begin + size])) for begin in range(0, len(x), size)]
-        slopes: Any = [part[1] for _, part in parts]
-        found = {begin + place: why for begin, part in parts for place, why in part[2].items()}
-        return np.concatenate([part[0] for _, part in parts]), np.concatenate(slopes) if self.gradient else None, found
+        slopes: Any = [part.slopes for _, part in parts]
+        return _Found(
+            np.concatenate([part.values for _, part in parts]),
+            np.concatenate(slopes) if self.gradient else None,
+            [verdict for _, part in parts for verdict in part.stable],
+            {begin + place: why for begin, part in parts for place, why in part.reasons.items()},
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class _Found:
+    """What a problem says of some designs: values, slopes, verdicts, and the kind and the text of reasons."""
+
+    values: Array
+    slopes: Array | None
+    stable: list[bool | None]
+    reasons: dict[int, tuple[str, str]]
+
+
+def _verdicts(stable: list[bool | None]) -> npt.NDArray[np.int8]:
+    """1 stable, 0 unstable, -1 not known."""
+    return np.array([-1 if each is None else int(each) for each in stable], dtype=np.int8)

@@ -80,6 +80,8 @@ class Spread(Problem):
             for place, reason in part.reasons.items()
         )
         self._last.found, self._last.designs = list(reasons), len(rows)
+        verdicts = np.concatenate([part.stable for part in parts]).tolist()
+        self._last.stable = [None if verdict < 0 else bool(verdict) for verdict in verdicts]
         return parts
 
     def __repr__(self) -> str:

@@ -12,6 +12,7 @@ from .._look import fields
 from .._look.fields import Scale
 from .._look.shapes import Integers
 from .._network import EDITED, Network
+from . import names
 from .handles import pressure_units
 from .panel import Panel
 from .picture import Picture, line_values
@@ -31,17 +32,32 @@ class Display:
         self.scale: Scale | None = None
         # The drawing that is seen, and that of the network without loads.
         self.shown: tuple[dict[str, Any], dict[str, Any]] | None = None
+        # Whether the page knows where names are.
+        self.named = False
 
     def draw(self, drawing: dict[str, Any] | None, unloaded: dict[str, Any] | None) -> None:
         """Shows a state."""
         if drawing is None or unloaded is None:
             return
         self.shown = drawing, unloaded
+        self.panel.show_places("[]")
+        self.named = False
         values = line_values(drawing, self.panel.shown_field)
         self.scale = fields.scale_of(self.panel.shown_field, values, self.scale)
         self.picture.show(drawing, unloaded, values, self.scale)
         self.panel.show_legend(self.scale)
         self.server.flush()
+
+    def name(self) -> None:
+        """Lets the page say what the pointer is on; it is told at rest alone."""
+        if self.shown is not None and not self.named:
+            picture, drawing = self.picture, self.shown[0]
+            text = names.places(
+                drawing, picture.nodes, picture.members, picture.joined, self.panel.shown_field, picture.scaled
+            )
+            self.panel.show_places(text)
+            self.named = True
+            self.server.flush()
 
     def redraw(self) -> None:
         """Colours, names and loads as they are asked for now."""
@@ -68,8 +84,7 @@ class Display:
             low, high = float(found.min()), float(found.max())
             if low == high == 0.0:
                 continue
-            text, least = fields.with_unit(high, field.unit), fields.number(low)
-            parts.append(f"{field.words} {text if least == fields.number(high) else f'{least} to {text}'}")
+            parts.append(f"{field.words} {names.span(low, high, field.unit)}")
         return parts
 
 

@@ -42,6 +42,7 @@ class Panel:
         self.mistake = gui.add_html("", visible=False)
         self.verdict = gui.add_html("")
         self.numbers = gui.add_html("")
+        self.places = gui.add_html("")
         self.sliders: dict[str, Any] = {}
         self.folder: Any = None
         self.steps: Any = None
@@ -168,6 +169,12 @@ class Panel:
             text += f'<div class="pn-marks">{marks}</div>'
         if self.legend.content != text + "</div>":
             self.legend.content = text + "</div>"
+
+    def show_places(self, text: str) -> None:
+        """Where what has a name is, for the page to find what the pointer is on."""
+        content = f'<div hidden data-pn-places="{html.escape(text)}"></div>'
+        if self.places.content != content:
+            self.places.content = content
 
     def set_probes(self, names: Sequence[str]) -> None:
         """Which probes have curves."""

@@ -55,7 +55,7 @@ class Picture:
             "tube": tube(detail.sides),
             "cap": cap(detail.sides),
             "ball": ball(detail.rows),
-            "rod": rod(max(detail.sides // 2, 6)),
+            "rod": rod(detail.sides),
             "cone": cone(12),
         }
         self._light()

@@ -11,6 +11,7 @@ import dataclasses
 import hmac
 import http
 import io
+import logging
 import secrets
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -126,6 +127,11 @@ def guarded(guard: Guard) -> Iterator[Stand]:
             module.websockets = real
 
 
+def heard(record: logging.LogRecord) -> bool:
+    """Whether a line of the log is more than a browser that opened a connection and did not use it."""
+    return record.getMessage() != "opening handshake failed"
+
+
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
     """viser prints a table of its own."""
@@ -140,6 +146,7 @@ class Server(viser.ViserServer):
 
     def __init__(self, port: int, label: str, bind: str = LOOPBACK, hosts: Sequence[str] = ()) -> None:
         self.guard = Guard(secrets.token_urlsafe(18), tuple(hosts))
+        logging.getLogger("websockets.server").addFilter(heard)
         with quiet(), guarded(self.guard) as stand:
             super().__init__(host=bind, port=port, label=label, verbose=False)
         if not stand.used:

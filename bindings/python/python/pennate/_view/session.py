@@ -153,8 +153,10 @@ class Session:
                         self.curve.forget()
                     if action is not None:
                         self._do(*action)
-                    if self.curve.due and not self.waiting and time.monotonic() - moved_at >= REST:
-                        self._compute_curve()
+                    if not self.waiting and time.monotonic() - moved_at >= REST:
+                        self.display.name()
+                        if self.curve.due:
+                            self._compute_curve()
                     if time.monotonic() - looked_at >= WATCH:
                         looked_at = time.monotonic()
                         self._watch()
