@@ -67,10 +67,10 @@ def served(file: pathlib.Path, *options: str) -> Iterator[tuple[str, float]]:
 
 
 def opened(
-    browser: Browser, address: str, begin: float | None = None, size: tuple[int, int] = (1280, 800)
+    browser: Browser, address: str, begin: float | None = None, size: tuple[int, int] = (1280, 800), finer: int = 1
 ) -> tuple[Page, float]:
     """The page, when its numbers and its picture are there; and the seconds since then."""
-    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page = browser.new_page(viewport={"width": size[0], "height": size[1]}, device_scale_factor=finer)
     page.set_default_timeout(120_000)
     page.add_init_script(COUNT)
     outside: list[str] = []
@@ -99,8 +99,18 @@ def changed(before: np.ndarray[Any, Any], after: np.ndarray[Any, Any]) -> float:
     return float((np.abs(before - after).max(axis=2) > 24).mean())
 
 
-def turned(page: Page, seconds: float) -> float:
-    """Turns the picture by the mouse for some seconds; gives the frames a second."""
+def spent(page: Page) -> float:
+    """Processor time that all processes of the browser have used, in seconds."""
+    assert page.context.browser is not None
+    session = page.context.browser.new_browser_cdp_session()
+    found = session.send("SystemInfo.getProcessInfo")["processInfo"]
+    session.detach()
+    return float(sum(each["cpuTime"] for each in found))
+
+
+def turned(page: Page, seconds: float) -> tuple[float, float]:
+    """Turns the picture by the mouse for some seconds; gives the frames a second, and the processor time of each in ms."""
+    before = spent(page)
     box = page.locator("canvas").first.bounding_box()
     assert box is not None
     x, y = box["x"] + 0.4 * box["width"], box["y"] + 0.6 * box["height"]
@@ -111,10 +121,11 @@ def turned(page: Page, seconds: float) -> float:
     while time.perf_counter() - begin < seconds:
         move += 1
         page.mouse.move(x + 60 * np.sin(0.12 * move), y)
-    frames = (page.evaluate("window.drawn") - first) / (time.perf_counter() - begin)
+    frames, took = page.evaluate("window.drawn") - first, time.perf_counter() - begin
+    used = spent(page) - before
     page.mouse.move(x + 150, y)
     page.mouse.up()
-    return float(frames)
+    return frames / took, 1000 * used / max(frames, 1)
 
 
 def slider(page: Page, label: str) -> Any:
