@@ -74,8 +74,9 @@ def saves(page: Page, network: pennate.Network) -> None:
 
     name, content, seconds = saved("Picture")
     image = Image.open(io.BytesIO(content)).convert("RGB")
-    drawn = float((np.asarray(image).min(axis=2) < 200).mean())
-    check(name.endswith(".png") and drawn > 0.02, f"{name}, {image.width} by {image.height}, {100 * drawn:.0f} % drawn, {seconds:.1f} s")
+    # The network alone, without the legend below.
+    drawn = float((np.asarray(image)[:1080].min(axis=2) < 200).mean())
+    check(name.endswith(".png") and drawn > 0.01, f"{name}, {image.width} by {image.height}, {100 * drawn:.0f} % drawn, {seconds:.1f} s")
     name, content, seconds = saved("GIF of the way")
     film = Image.open(io.BytesIO(content))
     frames = []
