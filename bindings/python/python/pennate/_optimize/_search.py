@@ -9,6 +9,7 @@ import numpy as np
 
 from ._evaluate import Evaluator, error
 from ._front import costs, dominated, front, hypervolume, undominated
+from ._nsga2 import NSGA2, Population
 from ._study import Study, Values
 from ._table import Design
 
@@ -34,48 +35,40 @@ def first(evaluator: Evaluator) -> Values:
 
 
 def nsga2(evaluator: Evaluator, listener: Listener) -> None:
-    """Several objectives: NSGA-II of pymoo, with constraints as it knows them."""
-    from pymoo.algorithms.moo.nsga2 import NSGA2
-    from pymoo.core.evaluator import Evaluator as Judge
-    from pymoo.core.problem import Problem
-    from pymoo.problems.static import StaticProblem
-
+    """Several objectives: NSGA-II."""
     study = evaluator.study
-    space = Problem(n_var=len(study.variables), n_obj=len(study.objectives), n_ieq_constr=1, xl=0.0, xu=1.0)
-    options: dict[str, Any] = {"pop_size": study.population}
-    given = first(evaluator)
+    given, begin = first(evaluator), None
     if len(given) > study.population:
         # All along the table: a front has one end at its top.
         given = given[np.linspace(0, len(given) - 1, study.population).round().astype(int)]
     if len(given):
         others = np.random.default_rng(study.seed).random((study.population - len(given), len(study.variables)))
-        options["sampling"] = np.vstack([given, others])
-    search = NSGA2(**options)
-    search.setup(space, termination=("n_gen", study.generations), seed=study.seed, verbose=False)
+        begin = np.vstack([given, others])
+    search = NSGA2(study.population, len(study.variables), study.seed, begin)
     volumes: list[float] = []
     best: list[Design] = []
-    while search.has_next() and not evaluator.is_spent():
-        asked: Any = search.ask()
-        designs = evaluator(np.asarray(asked.get("X"), dtype=np.float64))
-        violation = np.array([[design.violation] for design in designs])
-        cost = np.nan_to_num(costs(study, designs), nan=0.0, posinf=0.0, neginf=0.0)
-        Judge().eval(StaticProblem(space, F=cost, G=violation), asked)
-        search.tell(infills=asked)
+    for _ in range(study.generations):
+        asked = search.ask()
+        if not len(asked) or evaluator.is_spent():
+            break
+        designs = evaluator(asked)
+        violation = np.array([design.violation for design in designs])
+        search.tell(np.nan_to_num(costs(study, designs), nan=0.0, posinf=0.0, neginf=0.0), violation)
         # What was dominated stays so.
         best = front(study, best + evaluator.table.batches.get(evaluator.batch - 1, []))
         volumes.append(hypervolume(study, best))
-        note(evaluator, listener, best, hypervolume=volumes[-1], population=_population(study, search.pop))
+        note(evaluator, listener, best, hypervolume=volumes[-1], population=_held(study, search.population))
         over = int(study.stop.get("over", 50))
         gain = study.stop.get("hypervolume_gain")
         if gain is not None and len(volumes) > over and volumes[-1] <= volumes[-1 - over] * (1 + gain):
             break
 
 
-def _population(study: Study, population: Any) -> float:
+def _held(study: Study, population: Population) -> float:
     """The hypervolume of the designs that the method goes on with, without those that it has left behind."""
     if not study.reference:
         return float("nan")
-    cost = np.array([each.F for each in population if each.feas], dtype=np.float64).reshape(-1, len(study.objectives))
+    cost = population.cost[population.violation <= 0.0]
     return dominated(study, cost[undominated(cost)] if len(cost) else cost)
 
 
