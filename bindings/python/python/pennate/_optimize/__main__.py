@@ -7,9 +7,10 @@ import json
 import math
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from .._errors import Error
+from ._limits import CHANCES, unmet, unmet_by_chance
 from ._picture import can_draw
 from ._progress import Terminal
 from ._read import read
@@ -23,9 +24,9 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("study", help="study file, TOML")
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="where designs.csv and the rest are written")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="give a parameter another value")
-    parser.add_argument("--seed", type=int, metavar="N", help="in place of that of the study")
-    parser.add_argument("--threads", type=int, metavar="N", help="the files are the same with any number")
-    parser.add_argument("--budget", type=float, default=float("inf"), metavar="N", help="designs to solve at most")
+    parser.add_argument("--seed", type=_whole(0), metavar="N", help="in place of that of the study")
+    parser.add_argument("--threads", type=_whole(1, 1000), metavar="N", help="the files are the same with any number")
+    parser.add_argument("--budget", type=_whole(1), default=float("inf"), metavar="N", help="designs to solve at most")
     parser.add_argument("--first", metavar="FILE", help="designs to begin with: a table such as the front.csv of another study")
     parser.add_argument("--live", action="store_true", help="tell of every batch; front.svg or progress.svg is redrawn in any case")
     parser.add_argument("--json", action="store_true", help="print what was found as JSON")
@@ -66,13 +67,43 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
+def _whole(least: int, most: float = math.inf) -> Callable[[str], int]:
+    """Reads a whole number between two."""
+
+    def read(text: str) -> int:
+        try:
+            found = int(text)
+        except ValueError:
+            found = least - 1
+        if not least <= found <= most:
+            upto = f" to {most:.0f}" if math.isfinite(most) else " on"
+            raise argparse.ArgumentTypeError(f"a whole number from {least}{upto} expected, not {text!r}")
+        return found
+
+    return read
+
+
 def nothing(outcome: Outcome) -> str:
     """Why there is no design to show."""
     if not outcome.designs:
-        return "no design meets the constraints that need no solution; nothing was solved\nhelp: look at their limits and at the ranges"
-    counts = Counter("violates a constraint" if each.status == "solved" else each.status for each in outcome.designs)
-    kinds = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.most_common())
-    return f"no design meets all constraints: {kinds}\nhelp: designs.csv says why, design by design"
+        counts = unmet_by_chance(outcome.study)
+        what = "no design meets the constraints that need no solution; nothing was solved"
+        return f"{what}\n{limits(counts, f'{CHANCES:,} random designs')}\nhelp: look at their limits and at the ranges"
+    kinds = Counter(each.status for each in outcome.designs if each.status != "solved")
+    words = {"no_value": "an objective or target is no number", "unstable": "the end of a step is unstable"}
+    told = [(words.get(kind, kind.replace("_", " ")), count) for kind, count in kinds.most_common()]
+    lines = [f"{count} designs have no answer: {why}" for why, count in told]
+    solved = [each for each in outcome.designs if each.status == "solved"]
+    if solved:
+        lines.append(limits(unmet(outcome.study, solved), f"{len(solved)} designs with an answer"))
+    lines.append("help: look at these limits and at the ranges; designs.csv holds all designs")
+    return "\n".join(["no design meets all constraints", *lines])
+
+
+def limits(counts: dict[str, int], of: str) -> str:
+    """Which constraints how many designs violate."""
+    found = [f"{count:,} violate '{name}'" for name, count in counts.items() if count]
+    return f"of {of} {', '.join(found) or 'each meets each constraint'}"
 
 
 def words(outcome: Outcome) -> str:

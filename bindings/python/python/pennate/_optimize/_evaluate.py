@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import concurrent.futures
+import math
+import time
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -48,8 +51,10 @@ class Evaluator:
         self.solved = 0
         """Designs that were solved now."""
         self.asked = 0
-        """Designs of the batches that were asked for, and those of them without an answer."""
-        self.failed = 0
+        """Designs of the batches that were asked for."""
+        self.failures: Counter[str] = Counter()
+        """Those of them without an answer, by its kind."""
+        self.end = time.monotonic() + 60.0 * study.stop.get("minutes", math.inf)
         self.progress: list[dict[str, float]] = []
 
     def values(self, scaled: Values) -> Values:
@@ -70,13 +75,7 @@ class Evaluator:
 
     def value(self, expression: Expression, x: Values, probes: Values | None) -> Values:
         """(n,), an expression of some designs; `x` may hold what may be off behind the variables."""
-        known: dict[str, Values | float] = dict(self.parameters)
-        known.update({name: x[:, k] for k, name in enumerate(self.names[: x.shape[1]])})
-        for name, made in self.study.derived:
-            known[name] = made(known)
-        if probes is not None:
-            known.update({name: probes[:, k] for k, name in enumerate(self.study.probes)})
-        return np.broadcast_to(expression(known), (len(x),))
+        return np.broadcast_to(expression(known(self.study, self.names[: x.shape[1]], x, probes)), (len(x),))
 
     def slopes(self, expression: Expression, x: Values, probes: Values, rates: Values) -> Values:
         """(n, variables), derivatives of an expression by the variables, each over its range; `rates` are those of the probes."""
@@ -130,7 +129,7 @@ class Evaluator:
                 self.solved += len(wanted)
         designs = self.table.take(batch)
         self.asked += len(designs)
-        self.failed += sum(design.status != "solved" for design in designs)
+        self.failures.update(design.status for design in designs if design.status != "solved")
         nothing = (float("nan"),) * len(self.study.wanted)
         return [
             self.table.known.get(row)
@@ -184,7 +183,19 @@ class Evaluator:
 
     def is_spent(self) -> bool:
         """Whether no more designs are to be solved."""
-        return self.asked >= min(self.budget, self.study.stop.get("evaluations", np.inf))
+        spent = self.asked >= min(self.budget, self.study.stop.get("evaluations", np.inf))
+        return spent or time.monotonic() > self.end
+
+
+def known(study: Study, names: Sequence[str], x: Values, probes: Values | None) -> dict[str, Values | float]:
+    """What expressions may refer to: parameters, those of them that are columns of `x`, and probes."""
+    found: dict[str, Values | float] = dict(study.network.parameters)
+    found.update({name: x[:, k] for k, name in enumerate(names)})
+    for name, made in study.derived:
+        found[name] = made(found)
+    if probes is not None:
+        found.update({name: probes[:, k] for k, name in enumerate(study.probes)})
+    return found
 
 
 def error(study: Study, designs: Sequence[Design]) -> Values:

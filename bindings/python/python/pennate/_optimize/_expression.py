@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,6 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 Values = npt.NDArray[np.float64]
+
+# Stands for the @ of a probe after a step: a letter that names do not have.
+STEP = "ˑ"
 
 FUNCTIONS: dict[str, tuple[int, Callable[..., Any]]] = {
     "sqrt": (1, np.sqrt),
@@ -52,7 +56,9 @@ class Expression:
                 raise ValueError(f"'{body}' is no expression: it begins with '=', such as \"= {body}\"")
             body = body[1:].strip()
         try:
-            self._tree: ast.expr = ast.parse(body.replace("^", "**"), mode="eval").body
+            # A probe after a step binds closer than any operator of Python.
+            marked = re.sub(r"([^\W\d]\w*)\s*@\s*([^\W\d]\w*)", rf"\1{STEP}\2", body.replace("^", "**"))
+            self._tree: ast.expr = ast.parse(marked, mode="eval").body
             names = _names(self._tree)
         except SyntaxError as error:
             raise ValueError(f"'{body}' is no expression: {error.msg}") from None
@@ -69,12 +75,7 @@ class Expression:
 
 def _probe(node: ast.AST) -> str | None:
     """The name of a probe after a step, `probe@step`, or of a parameter."""
-    if isinstance(node, ast.Name):
-        return node.id
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
-        if isinstance(node.left, ast.Name) and isinstance(node.right, ast.Name):
-            return f"{node.left.id}@{node.right.id}"
-    return None
+    return node.id.replace(STEP, "@") if isinstance(node, ast.Name) else None
 
 
 def _names(node: ast.expr) -> list[str]:
@@ -94,7 +95,8 @@ def _names(node: ast.expr) -> list[str]:
         if node.keywords or len(node.args) != known[0]:
             raise ValueError(f"'{node.func.id}' takes {known[0]} value(s), not {len(node.args)}")
         return [name for each in node.args for name in _names(each)]
-    raise ValueError(f"'{ast.unparse(node)}' is no part of an expression")
+    text = ast.unparse(node).replace(STEP, "@").replace("**", "^")
+    raise ValueError(f"'{text}' is no part of an expression")
 
 
 def _value(node: ast.expr, values: Mapping[str, Values | float]) -> Any:

@@ -109,9 +109,9 @@ def _checked(
     study = Study(
         path=reader.path,
         text=reader.text,
-        title=str(tree.get("title", "")),
+        title=reader.words(tree.get("title", ""), "title"),
         network=network,
-        seed=reader.whole(tree.get("seed"), 1, 0, "seed") if seed is None else seed,
+        seed=reader.whole(tree.get("seed") if seed is None else seed, 1, 0, "seed"),
         accuracy=accuracy,
         variables=tuple(variables),
         constraints=tuple(constraints),
@@ -182,10 +182,14 @@ def _set(reader: Reader, tree: dict[str, Any], network: _network.Network, settin
             continue
         fixed[name] = value
     for name, number in settings.items():
-        if name in known:
-            fixed[name] = number
-        else:
+        if name in reader.table(tree, "variables"):
+            reader.wrong(f"'{name}' is looked for, and cannot be set", "take it out of [variables], or do not set it", "variables", name)
+        elif name not in known:
             reader.wrong(f"the network has no parameter '{name}' to set", reader.unlike(name, known, "its parameters"))
+        elif not np.isfinite(number):
+            reader.wrong(f"parameter '{name}' cannot be set to {number:g}", "give a finite number")
+        else:
+            fixed[name] = number
     reader.check()
     return network.set(**fixed) if fixed else network
 
@@ -207,6 +211,7 @@ def _variables(reader: Reader, tree: dict[str, Any], network: _network.Network) 
             continue
         reader.unknown(data, "variables", *keys)
         known = set(parameters) - set(given)
+        data = {key: _measured(network, name, value) for key, value in data.items()}
         ends = [reader.expression(data[key], known, *keys, key) for key in ("from", "to")]
         if None in ends:
             continue
@@ -219,6 +224,16 @@ def _variables(reader: Reader, tree: dict[str, Any], network: _network.Network) 
             reader.wrong(f"variable '{name}' starts at {start:g}, beyond {high:g}", "start within its range", *keys, "start")
         found.append(Variable(name, low, high, start))
     return found
+
+
+def _measured(network: _network.Network, name: str, given: Any) -> Any:
+    """The value of a parameter that is given with its unit; anything else as it is."""
+    if not isinstance(given, str) or given.strip().startswith("="):
+        return given
+    try:
+        return network.set(**{name: given}).parameters[name]
+    except (NetworkError, ValueError):
+        return given
 
 
 def _constraints(reader: Reader, tree: dict[str, Any], parameters: set[str], after: set[str]) -> list[Constraint]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -20,7 +21,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "objectives": ("maximize", "minimize"),
     "targets": ("value", "is", "weight"),
     "search": ("method", "population", "generations", "screen", "starts", "stop", "first", "reference"),
-    "stop": ("hypervolume_gain", "over", "evaluations", "error"),
+    "stop": ("hypervolume_gain", "over", "evaluations", "error", "minutes"),
     "pick": ("ends", "knee", "spread", "best"),
 }
 
@@ -88,6 +89,9 @@ class Reader:
         if isinstance(given, bool) or not isinstance(given, (int, float, str)):
             self.wrong(f"'{keys[-1]}' is no expression", 'write for example "= u@free"', *keys)
             return None
+        if isinstance(given, float) and not math.isfinite(given):
+            self.wrong(f"'{keys[-1]}' is {given}", "write a finite number", *keys)
+            return None
         try:
             found = Expression(given)
         except ValueError as error:
@@ -109,6 +113,13 @@ class Reader:
         self.wrong(f"'{keys[-1]}' is {given!r}", f"write a whole number from {least} on", *keys)
         return default
 
+    def words(self, given: Any, *keys: str) -> str:
+        """A text."""
+        if isinstance(given, str):
+            return given
+        self.wrong(f"'{keys[-1]}' is {given!r}", "write a text in quotes", *keys)
+        return ""
+
     def flag(self, given: Any, default: bool, *keys: str) -> bool:
         """`true` or `false`."""
         if given is None or isinstance(given, bool):
@@ -127,6 +138,7 @@ class Reader:
         if given is None:
             return default
         if isinstance(given, bool) or not isinstance(given, (int, float)) or not given >= least:
-            self.wrong(f"'{keys[-1]}' is {given!r}", f"write a number from {least:g} on", *keys)
+            which = f" from {least:g} on" if least > float("-inf") else ""
+            self.wrong(f"'{keys[-1]}' is {given!r}", f"write a number{which}", *keys)
             return default
         return given

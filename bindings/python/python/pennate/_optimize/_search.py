@@ -22,8 +22,9 @@ INFEASIBLE = 1e6
 
 def note(evaluator: Evaluator, listener: Listener, designs: Sequence[Design], /, **values: float) -> None:
     """One line of progress."""
-    counts = {"batch": evaluator.batch, "solved": evaluator.asked, "failed": evaluator.failed}
-    entry = {**{key: float(count) for key, count in counts.items()}, **values}
+    counts = {"batch": evaluator.batch, "solved": evaluator.asked, "failed": evaluator.failures.total()}
+    entry = {key: float(count) for key, count in counts.items()}
+    entry |= {**values, **{kind: float(count) for kind, count in evaluator.failures.items()}}
     evaluator.progress.append(entry)
     listener(entry, designs)
 

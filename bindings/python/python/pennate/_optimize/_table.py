@@ -21,6 +21,8 @@ from ._study import Study
 UNSOLVED = 1e9
 # Seconds after which what was written is brought to the disk itself: a machine that loses its power loses no more.
 SAFE = 1.0
+# Files of a search beside the table of designs.
+WRITTEN = ("study.json", "front.csv", "best.csv", "progress.csv", "picks.json", "pick_1.json", "front.svg", "progress.svg")
 VERDICTS: dict[bool | None, str] = {True: "true", False: "false", None: ""}
 
 
@@ -106,24 +108,30 @@ class Table:
         return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sources.items()}
 
     def _open(self) -> None:
-        facts = self.facts()
+        facts, earlier = self.facts(), self._earlier()
         if not self.path.exists():
+            foreign = [name for name in WRITTEN if earlier is None and (self.path.parent / name).exists()]
+            if foreign:
+                help = "give another directory with -o: a search would write over it"
+                raise StudyError(f"error: {self.path.parent / foreign[0]} is no file of a search\nhelp: {help}")
             self._write_head(facts)
             return
-        try:
-            earlier = json.loads(self.key.read_text(encoding="utf-8"))["sources"]
-        except (OSError, ValueError, KeyError, TypeError):
-            earlier = None
         if earlier != facts:
             words = {"network": "another network", "parameters": "other parameters", "wanted": "other variables, limits or wishes"}
             words["search"] = "another seed, method, population, or version of a library"
             changed = [words[name] for name, value in facts.items() if earlier is not None and earlier.get(name) != value]
-            what = " and ".join(changed) or "something else"
-            raise StudyError(
-                f"error: {self.path} was solved with {what}\n"
-                "help: give another directory with -o, or remove the one that may go"
-            )
+            what = f"was solved with {' and '.join(changed)}" if changed else "is no table of a search that could go on"
+            help = "give another directory with -o, or remove the one that may go"
+            raise StudyError(f"error: {self.path} {what}\nhelp: {help}")
         self._read()
+
+    def _earlier(self) -> dict[str, str] | None:
+        """What the directory belongs to; nothing where it is not one of a search."""
+        try:
+            sources = json.loads(self.key.read_text(encoding="utf-8"))["sources"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return sources if isinstance(sources, dict) else None
 
     def _write_head(self, facts: dict[str, str]) -> None:
         # The key comes first, and each file appears whole: a table without its key would belong to nobody.

@@ -30,11 +30,14 @@ def write(outcome: Outcome) -> None:
     name = "front.csv" if len(study.objectives) > 1 else "best.csv"
     (directory / name).write_text(_csv([head, *rows]), "utf-8", newline="")
     if outcome.progress:
-        keys = list(outcome.progress[0])
-        lines = [[digits(entry[key]).removesuffix(".0") for key in keys] for entry in outcome.progress]
+        # Kinds of failures that came up, among the columns that all lines have.
+        kinds = sorted({key for entry in outcome.progress for key in entry} - set(outcome.progress[0]))
+        keys = [*outcome.progress[0], *kinds]
+        lines = [[digits(entry.get(key, 0.0)).removesuffix(".0") for key in keys] for entry in outcome.progress]
         (directory / "progress.csv").write_text(_csv([keys, *lines]), "utf-8", newline="")
     for old in directory.glob("pick_*.json"):
-        old.unlink()
+        if old.stem.removeprefix("pick_").isdigit():
+            old.unlink()
     summary = []
     for k, design in enumerate(picks(study, outcome.designs, outcome.best), 1):
         summary.append(_pick(study, design, k, outcome))
