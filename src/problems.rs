@@ -45,6 +45,11 @@ pub fn reason(problem: &Problem, reason: &Reason) -> String {
             let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
             format!("the probe '{}' has no derivative there", shown(name))
         }
+        Reason::Edge { parameter, reason: why } => {
+            let name = problem.parameters().nth(*parameter).unwrap_or_default();
+            let why = self::reason(problem, why);
+            format!("there is no derivative by '{}' at the edge of what makes a network: beyond it {why}", shown(name))
+        }
         Reason::Lost { fraction } => {
             format!("the equilibrium, or its stability, is lost at {} of the way", percent(*fraction))
         }
@@ -61,7 +66,7 @@ pub fn kind(reason: &Reason) -> &'static str {
         Reason::Mechanism(_) => "mechanism",
         Reason::Stopped { status, .. } => status_name(*status),
         Reason::Singular { .. } => "singular",
-        Reason::NoDerivative { .. } => "no_derivative",
+        Reason::NoDerivative { .. } | Reason::Edge { .. } => "no_derivative",
         Reason::Lost { .. } => "lost",
         Reason::Interrupted => "interrupted",
     }

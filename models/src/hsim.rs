@@ -7,6 +7,8 @@
 //!
 //! Theory: docs/theory/muscles.md, Eq. 11.1.
 
+use std::sync::Arc;
+
 use pennate_elements::section::Section;
 use pennate_solver::structure::{SectionLaw, SectionState};
 
@@ -58,7 +60,12 @@ pub struct Row {
 impl Muscle {
     /// Values at a pressure; outside of the table those of its first or last row.
     pub fn at(&self, pressure: f64) -> Row {
-        let next = self.rows.partition_point(|row| row.pressure <= pressure);
+        self.before(self.rows.partition_point(|row| row.pressure <= pressure), pressure)
+    }
+
+    /// Values at a pressure on the line between a row and the one before it; those of the first row before it, and of the last
+    /// one behind it.
+    fn before(&self, next: usize, pressure: f64) -> Row {
         if next == 0 {
             return Row { pressure, ..self.rows[0] };
         }
@@ -76,6 +83,13 @@ impl Muscle {
             end_radius: between(below.end_radius, above.end_radius),
             middle_radius: between(below.middle_radius, above.middle_radius),
         }
+    }
+
+    /// The row that ends the piece of the table which a pressure lies on: at a row the piece below, at zero the one above.
+    fn piece(&self, pressure: f64) -> usize {
+        // Conversions of units round.
+        let below = |row: &Row| row.pressure < pressure * (1.0 - 1e-9) || row.pressure <= 0.0;
+        self.rows.partition_point(below).min(self.rows.len() - 1)
     }
 
     /// The muscle with lengths, stresses and density multiplied by factors, for another unit system.
@@ -114,11 +128,7 @@ impl Muscle {
 
     /// Section and shape of a part at a pressure.
     pub fn part(&self, part: Part, pressure: f64) -> (Section, Shape) {
-        let row = self.at(pressure);
-        let (radius, modulus) = match part {
-            Part::End => (row.end_radius, row.end_modulus),
-            Part::Middle => (row.middle_radius, row.youngs_modulus),
-        };
+        let (radius, modulus, _) = part.of(&self.at(pressure));
         (self.section(radius, modulus), annulus(radius, self.wall))
     }
 
@@ -144,18 +154,48 @@ pub enum Part {
 #[derive(Clone, Debug)]
 pub struct MuscleLaw {
     /// Whose segment it is.
-    pub muscle: std::sync::Arc<Muscle>,
+    pub muscle: Arc<Muscle>,
     /// An end or the middle.
     pub part: Part,
 }
 
+impl MuscleLaw {
+    fn with(&self, row: &Row) -> SectionState {
+        let (radius, modulus, strain) = self.part.of(row);
+        SectionState { section: self.muscle.section(radius, modulus), strain, curvature: [0.0; 3] }
+    }
+}
+
+impl Part {
+    /// Outer radius, modulus and contraction.
+    fn of(self, row: &Row) -> (f64, f64, f64) {
+        match self {
+            Self::End => (row.end_radius, row.end_modulus, 0.0),
+            Self::Middle => (row.middle_radius, row.youngs_modulus, row.alpha * row.pressure),
+        }
+    }
+}
+
 impl SectionLaw for MuscleLaw {
     fn at(&self, pressure: f64) -> SectionState {
-        let row = self.muscle.at(pressure);
-        let (radius, modulus, strain) = match self.part {
-            Part::End => (row.end_radius, row.end_modulus, 0.0),
-            Part::Middle => (row.middle_radius, row.youngs_modulus, row.alpha * pressure),
-        };
-        SectionState { section: self.muscle.section(radius, modulus), strain, curvature: [0.0; 3] }
+        self.with(&self.muscle.at(pressure))
+    }
+
+    fn piece(&self, pressure: f64) -> Option<Arc<dyn SectionLaw>> {
+        Some(Arc::new(PieceLaw { law: self.clone(), next: self.muscle.piece(pressure) }))
+    }
+}
+
+/// The law of a muscle on one piece of its table, which goes on beyond its ends.
+#[derive(Debug)]
+struct PieceLaw {
+    law: MuscleLaw,
+    /// The row that the piece ends at.
+    next: usize,
+}
+
+impl SectionLaw for PieceLaw {
+    fn at(&self, pressure: f64) -> SectionState {
+        self.law.with(&self.law.muscle.before(self.next, pressure))
     }
 }

@@ -66,10 +66,24 @@ impl Reading {
     /// # Errors
     /// Everything found wrong, with its place.
     pub fn model(&self, values: &[(usize, f64)]) -> Result<Model, InputErrors> {
-        match resolve::evaluate(&self.network, &self.request(values, false)) {
+        self.evaluate(values, false)
+    }
+
+    /// The same with pressures beside the tables of their muscles, where there is no such network: for derivatives at the ends of
+    /// a table.
+    ///
+    /// # Errors
+    /// Everything else found wrong, with its place.
+    pub fn model_beside(&self, values: &[(usize, f64)]) -> Result<Model, InputErrors> {
+        self.evaluate(values, true)
+    }
+
+    fn evaluate(&self, values: &[(usize, f64)], beside: bool) -> Result<Model, InputErrors> {
+        let with = |sources: bool| resolve::Request { beside, ..self.request(values, sources) };
+        match resolve::evaluate(&self.network, &with(false)) {
             Ok((model, _)) => Ok(model),
             // Once more, with the texts that messages are shown in.
-            Err(_) => resolve::evaluate(&self.network, &self.request(values, true)).map(|(model, _)| model),
+            Err(_) => resolve::evaluate(&self.network, &with(true)).map(|(model, _)| model),
         }
     }
 
@@ -84,6 +98,7 @@ impl Reading {
             settings: &self.settings,
             given: values.iter().map(given).collect(),
             known: (!sources).then(|| Arc::clone(&self.lasting)),
+            beside: false,
         }
     }
 }

@@ -121,6 +121,12 @@ pub trait SectionLaw: Debug + Send + Sync {
     fn fibres(&self) -> Fibres {
         Fibres::default()
     }
+
+    /// Where the law has corners: that of the smooth piece that a control value lies on, at a corner the one below, which goes
+    /// on beyond its ends. Derivatives are those of this piece.
+    fn piece(&self, _control: f64) -> Option<Arc<dyn SectionLaw>> {
+        None
+    }
 }
 
 /// How far the outermost fibres of a section lie from its axis.

@@ -9,6 +9,20 @@ use super::group::Answer;
 use super::{Control, Problem, Reason, mesh, outputs};
 use crate::solution::{self, ProbeTable};
 
+/// Gives every member that follows a drive the laws of the pieces that the drives lie on: they go on beyond the corners of
+/// tables.
+pub(super) fn take_pieces(structure: &mut Structure, drives: &[f64]) {
+    for member in &mut structure.members {
+        let Some(control) = member.control else { continue };
+        for segment in &mut member.segments {
+            if let Some(piece) = structure.laws[segment.law].piece(drives[control]) {
+                segment.law = structure.laws.len();
+                structure.laws.push(piece);
+            }
+        }
+    }
+}
+
 /// A design on the mesh of its problem.
 pub(super) struct Design {
     pub model: Model,
@@ -20,10 +34,18 @@ pub(super) struct Design {
 impl Problem {
     /// The design of a row of values.
     pub(super) fn design(&self, row: &[f64]) -> Result<Design, Reason> {
-        let model = self.model(row)?;
+        Ok(self.design_of(self.model(row)?))
+    }
+
+    /// A design that tells how the one beside it changes.
+    pub(super) fn design_beside(&self, row: &[f64]) -> Result<Design, Reason> {
+        Ok(self.design_of(self.model_beside(row)?))
+    }
+
+    fn design_of(&self, model: Model) -> Design {
         let (structure, mut steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
         steps.truncate(self.steps());
-        Ok(Design { model, structure, steps })
+        Design { model, structure, steps }
     }
 
     /// The outputs of a row of values, as far as its steps went, and why they went no farther.

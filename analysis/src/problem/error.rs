@@ -101,6 +101,13 @@ pub enum Reason {
         /// Place among the outputs.
         output: usize,
     },
+    /// There is no network beside the value of this parameter, and so no derivative by it.
+    Edge {
+        /// Place in the row.
+        parameter: usize,
+        /// Why there is none.
+        reason: Box<Reason>,
+    },
     /// A state that was followed lost its stability, or its equilibrium, at this part of the change that was asked for.
     Lost {
         /// Part of the change, from 0 to 1.

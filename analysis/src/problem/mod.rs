@@ -49,7 +49,7 @@ mod track;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 
-use pennate_models::{Document, Mesh, Model, Reading};
+use pennate_models::{Document, InputErrors, Mesh, Model, Reading};
 use pennate_solver::options::Options;
 
 use crate::accuracy::solve_to_accuracy;
@@ -156,12 +156,25 @@ impl Problem {
 
     /// The network with the values of the file.
     pub fn model(&self, row: &[f64]) -> Result<Model, Reason> {
+        self.evaluated(row, Reading::model)
+    }
+
+    /// A network that tells how the one beside it changes, beyond the end of a table too.
+    fn model_beside(&self, row: &[f64]) -> Result<Model, Reason> {
+        self.evaluated(row, Reading::model_beside)
+    }
+
+    fn evaluated(
+        &self,
+        row: &[f64],
+        model: fn(&Reading, &[(usize, f64)]) -> Result<Model, InputErrors>,
+    ) -> Result<Model, Reason> {
         let values: Vec<(usize, f64)> =
             self.inputs.iter().zip(row).map(|(&(_, place), &value)| (place, value)).collect();
         if let Some((index, _)) = row.iter().enumerate().find(|(_, value)| !value.is_finite()) {
             return Err(Reason::NotFinite { parameter: index });
         }
-        let model = self.reading.model(&values).map_err(|errors| Reason::Refused(Box::new(errors)))?;
+        let model = model(&self.reading, &values).map_err(|errors| Reason::Refused(Box::new(errors)))?;
         if topology::alike(&self.middle, &model) { Ok(model) } else { Err(Reason::OtherTopology) }
     }
 

@@ -90,6 +90,11 @@ impl Mover<'_> {
         let (structure, low, high) = (&self.design.structure, &self.nearby.low, &self.nearby.high);
         let between = Between { times };
         let mut laws: Vec<Arc<dyn SectionLaw>> = Vec::new();
+        // On one piece of a table: differences over a corner would be those of no piece.
+        let law = |design: &Design, own: &Member, segment: &Segment| {
+            let law = &design.structure.laws[segment.law];
+            own.control.and_then(|control| law.piece(drives[control])).unwrap_or_else(|| Arc::clone(law))
+        };
         let nodes = |node: usize| match self.moves_node(node) {
             true => between.vector(structure.nodes[node], low.structure.nodes[node], high.structure.nodes[node]),
             false => structure.nodes[node],
@@ -98,25 +103,24 @@ impl Mover<'_> {
             let own = &structure.members[member];
             if !self.owns(self.places.members + member) {
                 let segment = |segment: &Segment| {
-                    laws.push(Arc::clone(&structure.laws[segment.law]));
+                    laws.push(law(self.design, own, segment));
                     Segment { law: laws.len() - 1, ..*segment }
                 };
                 return Member { segments: own.segments.iter().map(segment).collect(), ..own.clone() };
             }
             let [low_member, high_member] = [low, high].map(|design| &design.structure.members[member]);
-            let segment = |((own, from), to): ((&Segment, &Segment), &Segment)| {
-                let law = |design: &Design, segment: &Segment| Arc::clone(&design.structure.laws[segment.law]);
-                let [middle, low, high] = [law(self.design, own), law(low, from), law(high, to)];
+            let segment = |((part, from), to): ((&Segment, &Segment), &Segment)| {
+                let [middle, low, high] = [law(self.design, own, part), law(low, own, from), law(high, own, to)];
                 laws.push(Arc::new(BetweenLaws { middle, low, high, between }));
                 Segment {
-                    length: between.number(own.length, from.length, to.length),
+                    length: between.number(part.length, from.length, to.length),
                     law: laws.len() - 1,
                     initial_curvature: between.vector(
-                        own.initial_curvature,
+                        part.initial_curvature,
                         from.initial_curvature,
                         to.initial_curvature,
                     ),
-                    ..*own
+                    ..*part
                 }
             };
             let pairs = own.segments.iter().zip(&low_member.segments).zip(&high_member.segments);

@@ -75,7 +75,7 @@ fn reached_by(problem: &Problem, row: &[f64], input: usize, numbers: &Numbers, c
     for part in MOVES {
         let mut moved = row.to_vec();
         moved[input] += part * size(row[input]);
-        let Ok(design) = problem.design(&moved) else { continue };
+        let Ok(design) = problem.design_beside(&moved) else { continue };
         let other = numbers_of(&design, controls);
         for (place, reached) in reached.iter_mut().enumerate() {
             *reached |= numbers.differs(&other, place);
@@ -159,7 +159,7 @@ impl Around<'_> {
         for &input in inputs {
             row[input] += times(input) * apart(self.row[input]);
         }
-        let design = self.problem.design(&row).ok()?;
+        let design = self.problem.design_beside(&row).ok()?;
         let numbers = numbers_of(&design, self.controls);
         (numbers.len() == self.numbers.len()).then_some((design, numbers))
     }

@@ -8,7 +8,7 @@ use pennate_solver::joints::Held;
 use pennate_solver::path::Path;
 use pennate_solver::structure::{Change, Step};
 
-use super::design::Design;
+use super::design::{Design, take_pieces};
 use super::gradient::Row;
 use super::nearby::Nearby;
 use super::neighbour::{self, NOTHING, Packs};
@@ -324,10 +324,15 @@ impl<'a> Slopes<'a> {
     ) -> Result<Neighbour, Reason> {
         let mut row = self.row.to_vec();
         row[input] += by;
-        let model = self.problem.model(&row)?;
-        let (structure, steps) = discretize(&model, &mesh::fitted(&self.problem.mesh, &self.problem.middle, &model));
+        let model = self
+            .problem
+            .model_beside(&row)
+            .map_err(|reason| Reason::Edge { parameter: input, reason: reason.into() })?;
+        let (mut structure, steps) =
+            discretize(&model, &mesh::fitted(&self.problem.mesh, &self.problem.middle, &model));
         let held = self.held(&path.system.equations.held, &steps, (input, by));
         let held = neighbour::rows(&held, &structure);
+        take_pieces(&mut structure, &path.system.drives);
         let mut drives = vec![0.0; structure.drives.len()];
         for &(drive, value) in steps.iter().take(index + 1).flat_map(|step| &step.targets) {
             drives[drive] = value;

@@ -267,3 +267,51 @@ fn forces_along_members() {
     let text = DYAD.replace("[probes]", "[probes]\npull = { member = \"left\", axial_force = \"end\" }");
     check(&text, &["L", "beta"], &["pull@inflate", "holding"]);
 }
+
+/// Tables of muscles have corners at their rows: derivatives are those of the piece below, next to a row those of their own
+/// piece, and at the ends of a table those of the side where there is a network. By the adjoint, and by neighbours.
+#[test]
+fn rows_and_ends_of_tables() {
+    let text = DYAD
+        .replace("{ left = \"25 psi\", pair = 25 }", "{ all = \"= pressure\" }")
+        .replace("beta = 22 ", "pressure = 25\nbeta = 22 ")
+        .replace("[probes]", "[probes]\npulled = { member = \"left\", axial_force = \"middle\" }");
+    for probe in ["stroke@inflate", "pulled"] {
+        let problem = Problem::new(&Document::from_text("dyad.toml", &text), &[], &["pressure"], &[probe], 1e-6);
+        let problem = problem.unwrap();
+        // Pressure, and the side that it is compared with.
+        for (pressure, side) in
+            [(25.0, -1.0), (24.99, -1.0), (20.0, -1.0), (19.99, -1.0), (20.01, 1.0), (10.0, -1.0), (0.0, 1.0)]
+        {
+            let found = problem.gradient(&[pressure]);
+            assert!(found.reasons[0].is_none(), "{probe} at {pressure}: {:?}", found.reasons);
+            // Differences of fourth order to one side.
+            let by = side * 0.05;
+            let rows: Vec<f64> = (0..5).map(|times| pressure + by * f64::from(times)).collect();
+            let y = problem.evaluate(&rows).values;
+            let slope = (-25.0 * y[0] + 48.0 * y[1] - 36.0 * y[2] + 16.0 * y[3] - 3.0 * y[4]) / (12.0 * by);
+            let miss = (found.jacobian[0] - slope).abs();
+            assert!(miss < 1e-6 * slope.abs(), "{probe} at {pressure}: {} instead of {slope}", found.jacobian[0]);
+        }
+    }
+}
+
+/// Where there is no network beside a design, values are known, and a reason says which derivative is not.
+#[test]
+fn at_the_edge_of_what_makes_a_network_there_is_a_reason() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { L = 100, nu = 0.5 }
+        nodes = { A = [0, 0], B = ["= L", 0] }
+        materials.rubber = { youngs_modulus = 1, poissons_ratio = "= nu" }
+        sections.rod = { circle = { radius = 5 } }
+        members.rod = { nodes = ["A", "B"], section = "rod", material = "rubber" }
+        supports = { A = "clamped" }
+        steps = [{ name = "push", force = { B = [0, -0.001] } }]
+        probes = { drop = { node = "B", displacement = "uy" } }
+    "#;
+    let problem = Problem::new(&Document::from_text("rod.toml", text), &[], &["L", "nu"], &["drop"], 1e-6).unwrap();
+    let found = problem.gradient(&[100.0, 0.5]);
+    assert!(found.values[0] < 0.0 && found.jacobian[1].is_nan());
+    assert!(matches!(found.reasons[0], Some(Reason::Edge { parameter: 1, .. })), "{:?}", found.reasons);
+}

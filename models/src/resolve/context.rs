@@ -31,6 +31,8 @@ pub(crate) struct Context {
     pub(crate) parameter_names: Vec<String>,
     /// Values that take the place of what the file and settings say.
     pub(crate) given: FxHashMap<String, Quantity>,
+    /// Whether pressures may lie beside the tables of their muscles.
+    pub(crate) beside: bool,
     /// Parameters that a count depends on, by itself or through others.
     pub(crate) counting: Vec<String>,
     /// The parameters that a parameter is worked out from.
@@ -133,6 +135,7 @@ impl Context {
             parameters: FxHashMap::default(),
             parameter_names: Vec::new(),
             given: FxHashMap::default(),
+            beside: false,
             counting: Vec::new(),
             sources_of: FxHashMap::default(),
             paths: FxHashMap::default(),

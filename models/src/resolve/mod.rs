@@ -60,7 +60,8 @@ pub(crate) fn read(
     settings: &[(String, String)],
 ) -> Result<Model, InputErrors> {
     let network = parse(&source, language)?;
-    let request = Request { source: Some(&source), folder, settings, given: FxHashMap::default(), known: None };
+    let request =
+        Request { source: Some(&source), folder, settings, given: FxHashMap::default(), known: None, beside: false };
     let (mut model, _) = evaluate(&network, &request)?;
     model.settings = settings.to_vec();
     Ok(model)
@@ -78,6 +79,8 @@ pub(crate) struct Request<'a> {
     pub(crate) given: FxHashMap<String, Quantity>,
     /// What an evaluation before found out for good; without one it is asked for.
     pub(crate) known: Option<Arc<Lasting>>,
+    /// Whether pressures may lie beside the tables of their muscles: in networks that only tell how a design nearby changes.
+    pub(crate) beside: bool,
 }
 
 /// What an evaluation learned about the parameters.
@@ -112,6 +115,7 @@ pub(crate) fn evaluate(network: &Network, request: &Request<'_>) -> Result<(Mode
     let mut cx = Context::new(request.folder.clone());
     cx.sources.extend(request.source.cloned());
     cx.given.clone_from(&request.given);
+    cx.beside = request.beside;
     match &request.known {
         Some(known) => cx.known = Arc::clone(known),
         None => cx.lasting = Some(Lasting::default()),

@@ -194,6 +194,9 @@ impl StepReader<'_, '_> {
         let data = self.actors.properties.muscles[muscle].as_ref()?;
         let value = self.cx.pressure(number, &data.unit)?;
         let (limit, unit) = (data.muscle.pressure_limit(), &data.muscle.pressure_unit);
+        if self.cx.beside {
+            return Some(value);
+        }
         // Conversions of units round.
         if value > limit * (1.0 + 1e-9) {
             self.cx.error(
