@@ -5,10 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use pennate_analysis::flow::{self, End, Flow, NoFlow};
+use pennate_models::model::Requirement;
 use pennate_models::{Document, InputError, InputErrors, Model};
 use pennate_solver::options::{Options, Progress};
 
-use crate::output::text::{list, shown};
+use crate::output::text::{list, number, shown};
 use crate::{Input, Refusal, on_threads, options};
 
 /// Why there is no load flow.
@@ -93,7 +94,8 @@ pub fn end(flow: &Flow) -> String {
         let names: Vec<String> = members.iter().map(|&member| shown(&flow.model.members[member].name)).collect();
         list(&names, 8)
     };
-    match &flow.end {
+    let why = match &flow.end {
+        End::Met => "ends here: all requirements are met".to_owned(),
         End::Paths if flow.steps.is_empty() => "no member of a path may be replaced".to_owned(),
         End::Paths => "all levels of all paths are treated".to_owned(),
         End::Mixed(stay) => format!("ends at a level where {} may not be replaced, and others may", named(stay)),
@@ -105,5 +107,28 @@ pub fn end(flow: &Flow) -> String {
         }
         End::Lost => "ends here: the last network has no stable equilibrium".to_owned(),
         End::NoMuscle => "the file has no muscle to replace members by, or several and does not name one".to_owned(),
+    };
+    why + &missed(flow)
+}
+
+/// What the last network falls short of, as the rest of a sentence.
+fn missed(flow: &Flow) -> String {
+    let requirements = &flow.request.requirements;
+    if requirements.is_empty() || flow.end == End::Met {
+        return String::new();
     }
+    let Some(last) = flow.steps.last() else { return "; no requirement is met".to_owned() };
+    let short = |(limits, &value): (&Requirement, &f64)| {
+        let name = shown(&flow.model.probes.names[limits.probe]);
+        let bound = match value {
+            value if limits.is_met(value) => return None,
+            value if value > limits.most => format!("at most {}", number(limits.most)),
+            _ if limits.least.is_finite() => format!("at least {}", number(limits.least)),
+            _ => format!("at most {}", number(limits.most)),
+        };
+        let value = if value.is_nan() { "not known".to_owned() } else { number(value) };
+        Some(format!("{name} is {value}, {bound} is required"))
+    };
+    let short: Vec<String> = requirements.iter().zip(&last.required).filter_map(short).collect();
+    if short.is_empty() { String::new() } else { format!("; {}", short.join(", ")) }
 }

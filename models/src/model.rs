@@ -250,6 +250,26 @@ pub struct LoadFlow {
     pub pressure: f64,
     /// Members shorter than this are not replaced.
     pub shortest: f64,
+    /// What the replacement ends at, when all of them are met; empty where nothing is required.
+    pub requirements: Vec<Requirement>,
+}
+
+/// Limits of a probe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Requirement {
+    /// Index into the probes of the network.
+    pub probe: usize,
+    /// The least value that will do, in the units of the probe; minus infinity where there is none.
+    pub least: f64,
+    /// The largest value that will do.
+    pub most: f64,
+}
+
+impl Requirement {
+    /// Whether a value will do.
+    pub fn is_met(&self, value: f64) -> bool {
+        (self.least..=self.most).contains(&value)
+    }
 }
 
 /// A unit force or moment on a node.

@@ -63,6 +63,10 @@ pub struct Replacement {
     pub stable: Option<bool>,
     /// Displacement and rotation (radians) of the outputs.
     pub outputs: Vec<[f64; 6]>,
+    /// The greatest stress of a fibre of any member, where all sections have a shape.
+    pub stress: Option<f64>,
+    /// The probes that something is required of, in the order of the requirements.
+    pub required: Vec<f64>,
 }
 
 /// Why the replacement ends.
@@ -70,6 +74,8 @@ pub struct Replacement {
 pub enum End {
     /// All levels of all paths were treated.
     Paths,
+    /// The last network meets all requirements.
+    Met,
     /// Some members of a level may be replaced and these may not: the paths cannot be treated together.
     Mixed(Vec<MemberId>),
     /// This member is shorter than the shortest muscle.

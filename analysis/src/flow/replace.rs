@@ -1,9 +1,12 @@
 //! Muscles in place of transmitters, level by level: network files, each solved.
 
+use std::collections::BTreeSet;
+
 use pennate_models::Document;
 use pennate_models::error::Span;
 use pennate_models::input::tree::{Entry, Kind, Value};
-use pennate_models::model::MemberId;
+use pennate_models::model::{MemberId, SegmentLaw};
+use pennate_models::probes::Operand;
 use pennate_solver::error::SolveError;
 use pennate_solver::history::Status;
 use pennate_solver::options::{Options, Progress};
@@ -46,10 +49,16 @@ pub(super) fn replace(
         let name = format!("level_{}.toml", level.number);
         let document = document.with_tree(&name, &with_muscles(&tree, flow, &muscles, muscle));
         let solved = solve(flow, &document, level.number, &muscles, options, observe)?;
+        let required = solved.required.iter().zip(&flow.request.requirements);
+        let met = !solved.required.is_empty() && required.into_iter().all(|(&value, limits)| limits.is_met(value));
         let lost = solved.status != Status::Converged || solved.stable == Some(false);
         flow.steps.push(solved);
         if lost {
             flow.end = End::Lost;
+            return Ok(());
+        }
+        if met {
+            flow.end = End::Met;
             return Ok(());
         }
     }
@@ -85,6 +94,14 @@ fn solve(
         let (u, r) = (node.displacement, node.rotation);
         [u[0], u[1], u[2], r[0], r[1], r[2]]
     };
+    // What is required, and the greatest stress, of a network that got to its end.
+    let last = if solution.status() == Status::Converged { solution.probes.steps.last() } else { None };
+    let value = |name: &str| {
+        let probe = solution.model.probes.names.iter().position(|known| known == name)?;
+        last?.last()?.get(probe).copied()
+    };
+    let required = flow.request.requirements.iter().map(|limits| &flow.model.probes.names[limits.probe]);
+    let required = required.map(|name| value(name).unwrap_or(f64::NAN)).collect();
     Ok(Replacement {
         level,
         muscles: muscles.to_vec(),
@@ -92,15 +109,19 @@ fn solve(
         status: solution.status(),
         stable: stable(&solution.history),
         outputs: places.iter().map(output).collect(),
+        stress: value(STRESS).filter(|_| has_shapes(flow)),
+        required,
     })
 }
 
 /// The tree of the mechanism alone: its members, its input clamped, one step that inflates all muscles, and the motion of the
 /// outputs as probes.
 fn mechanism(mut tree: Value, flow: &Flow, settings: &[(String, String)], document: &Document) -> Value {
-    for key in ["steps", "probes", "load_flow"] {
+    for key in ["steps", "load_flow"] {
         remove(&mut tree, key);
     }
+    let kept = required(flow);
+    entries(entry(&mut tree, "probes")).retain(|probe| kept.contains(probe.key.as_str()));
     for (name, value) in settings {
         let value = value.trim().parse().map_or_else(|_| text(value), number);
         set(entry(&mut tree, "parameters"), name, value);
@@ -135,10 +156,39 @@ fn mechanism(mut tree: Value, flow: &Flow, settings: &[(String, String)], docume
         let name = &flow.model.nodes[output].name;
         for component in components {
             let probe = table(vec![("node", text(name)), ("displacement", text(component))]);
-            set(entry(&mut tree, "probes"), &format!("{name}_{component}"), probe);
+            add(entry(&mut tree, "probes"), &format!("{name}_{component}"), probe);
         }
     }
+    if has_shapes(flow) {
+        let probe = table(vec![("member", text("all")), ("stress", text("max"))]);
+        set(entry(&mut tree, "probes"), STRESS, probe);
+    }
     tree
+}
+
+/// Names of the probes that something is required of, and of those that they are made of.
+fn required(flow: &Flow) -> BTreeSet<&str> {
+    let probes = &flow.model.probes;
+    let mut open: Vec<usize> = flow.request.requirements.iter().map(|limits| limits.probe).collect();
+    let mut kept = BTreeSet::new();
+    while let Some(probe) = open.pop() {
+        if kept.insert(probes.names[probe].as_str()) {
+            open.extend(probes.operands(probe).into_iter().flatten().filter_map(|operand| match *operand {
+                Operand::Probe(other) | Operand::After { probe: other, .. } => Some(other),
+                Operand::Parameter(_) => None,
+            }));
+        }
+    }
+    kept
+}
+
+/// Whether the sections of all members have a shape, so that they have stresses.
+fn has_shapes(flow: &Flow) -> bool {
+    let members = flow.request.members.iter().map(|&member| &flow.model.members[member]);
+    members.flat_map(|member| &member.segments).all(|segment| match &segment.material {
+        SegmentLaw::Fixed(law) => law.shape.is_some(),
+        SegmentLaw::MuscleEnd(_) | SegmentLaw::MuscleMiddle(_) => true,
+    })
 }
 
 /// Nodes that only members outside of the mechanism use.
@@ -185,6 +235,8 @@ fn with_muscles(tree: &Value, flow: &Flow, muscles: &[MemberId], muscle: usize) 
 /// Names of what stands for a muscle that became a wire: with a blank, so that no file has them by chance.
 const WIRE: &str = "transmitter wire";
 const STEEL: &str = "transmitter steel";
+/// The probe of the greatest stress.
+const STRESS: &str = "greatest stress";
 
 fn number(value: f64) -> Value {
     Value { span: Span::default(), kind: Kind::Number(value) }
@@ -219,6 +271,13 @@ fn entry<'a>(value: &'a mut Value, key: &str) -> &'a mut Value {
         all.len() - 1
     });
     &mut all[place].value
+}
+
+/// Sets a key that is not there yet.
+fn add(value: &mut Value, key: &str, to: Value) {
+    if !entries(value).iter().any(|entry| entry.key == key) {
+        set(value, key, to);
+    }
 }
 
 fn set(value: &mut Value, key: &str, to: Value) {

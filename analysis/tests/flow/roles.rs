@@ -1,7 +1,9 @@
 //! Roles, senses, levels and networks with muscles.
 
-use pennate_analysis::flow::{Decision, End, Flow, MemberFlow, Role};
+use pennate_analysis::flow::{Decision, End, Flow, MemberFlow, NoFlow, Role, flow};
+use pennate_models::Document;
 use pennate_solver::history::Status;
+use pennate_solver::options::Options;
 
 use crate::{of, of_text, text};
 
@@ -169,4 +171,55 @@ fn muscles_count_as_wires() {
     }
     let (a, b) = (&wires.steps[1].outputs[0], &muscles.steps[1].outputs[0]);
     assert!((a[0] - b[0]).abs() < 1e-3, "{} {}", a[0], b[0]);
+}
+
+/// The replacement ends with the first network that keeps to all requirements; where none does, with the last one.
+#[test]
+fn requirements_end_the_replacement() {
+    let probes = "
+[probes]
+worst = { member = \"all\", stress = \"max\" }
+closed = \"= abs(O_y)\"
+O_y = { node = \"O\", displacement = \"uy\" }
+idle = { node = \"G1\", reaction = \"uy\" }
+";
+    let with = |required: &str| of_text(&format!("{}requirements = {required}\n{probes}", text("gripper")), &[]);
+    let free = of("gripper");
+    let moved: Vec<f64> = free.steps.iter().map(|step| step.outputs[0][1].abs()).collect();
+    let stress: Vec<f64> = free.steps.iter().map(|step| step.stress.unwrap()).collect();
+    assert!(moved[0] < moved[1] && moved[1] < moved[2], "{moved:?}");
+    let between = 0.5 * (moved[0] + moved[1]);
+    let met = with(&format!("{{ closed = {{ least = {between} }} }}"));
+    assert_eq!((steps(&met), &met.end), (vec!["T1".to_owned(), "T3".to_owned()], &End::Met));
+    assert!((met.steps[1].required[0] - moved[1]).abs() < 1e-9 * moved[1]);
+    // Both at once: as long as one of them is not met, it goes on.
+    let most = 0.5 * stress.iter().fold(f64::INFINITY, |least: f64, stress| least.min(*stress));
+    let both = with(&format!("{{ closed = {{ least = {between} }}, worst = {{ most = {most} }} }}"));
+    assert_eq!((steps(&both).len(), &both.end), (3, &End::Paths));
+    for (step, stress) in both.steps.iter().zip(&stress) {
+        assert!((step.required[1] - stress).abs() < 1e-6 * stress, "{} {stress}", step.required[1]);
+    }
+}
+
+#[test]
+fn requirements_that_cannot_be_are_refused() {
+    let probes =
+        "[probes]\nu = { node = \"O\", displacement = \"uy\" }\nlate = \"= u@push\"\n[[steps]]\nname = \"push\"";
+    let cases = [
+        ("{ v = { least = 1 } }", "refers to probe 'v', which is not defined"),
+        ("{ u = {} }", "the requirement 'u' has no limit"),
+        ("{ u = { least = 2, most = 1 } }", "the requirement 'u' is more than its greatest value"),
+        ("{ late = { most = 1 } }", "the requirement 'late' is about a step of the file"),
+        ("{ u = { lest = 1 } }", "lest"),
+    ];
+    for (required, message) in cases {
+        let text = format!("{}requirements = {required}\n{probes}\n", text("gripper"));
+        let document = Document::from_text("case.toml", &text);
+        match flow(&document, &[], &Options::default(), &mut |_| true) {
+            Err(NoFlow::Input(errors)) => {
+                assert!(errors.errors[0].message.contains(message), "{}", errors.errors[0].message)
+            }
+            other => panic!("{required}: {other:?}"),
+        }
+    }
 }

@@ -105,6 +105,20 @@ def test_a_flow_is_written_pickled_and_drawn(flow: pennate.Flow, tmp_path: Path)
     assert "compression" in str(flow)
 
 
+def test_a_flow_ends_with_the_network_that_meets_its_requirements(flow: pennate.Flow) -> None:
+    stress = [step.stress for step in flow.steps]
+    assert all(np.isfinite(stress)) and flow.steps[0].required == {}
+    closed = [abs(step.displacement[0, 1]) for step in flow.steps]
+    least = (closed[0] + closed[1]) / 2
+    text = f"requirements = {{ closed = {{ least = {least} }} }}\n[probes]\nclosed = {{ node = \"O\", displacement = [0, -1] }}"
+    signed = text if flow.steps[0].displacement[0, 1] < 0 else text.replace("[0, -1]", "[0, 1]")
+    met = pennate.loads(GRIPPER + signed).flow()
+    assert [step.met["closed"] for step in met.steps] == [False, True] and "all requirements are met" in met.end
+    assert met.steps[1].required["closed"] == pytest.approx(closed[1]) and "closed" in str(met)
+    missed = pennate.loads(GRIPPER + signed.replace(f"least = {least}", "least = 1000")).flow()
+    assert len(missed.steps) == 3 and "at least 1000 is required" in missed.end
+
+
 def test_a_network_without_a_load_flow_is_refused() -> None:
     with pytest.raises(pennate.NetworkError, match=r"add \[load_flow\]"):
         pennate.loads(GRIPPER.partition("[load_flow]")[0]).flow()

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 
-use super::read::{Input, Number, Spanned, record};
+use super::read::{Input, Map, Number, Spanned, record};
 use super::tree::{Kind, Value};
 use crate::error::InputError;
 
@@ -21,6 +21,18 @@ record! {
         pressure: Option<Number>,
         /// Members shorter than this are not replaced; 45 mm by default.
         shortest: Option<Number>,
+        /// Limits of probes: the replacement ends with the first network that keeps all of them.
+        requirements: Option<Map<Spanned<Requirement>>>,
+    }
+}
+
+record! {
+    /// Limits of a probe of this name.
+    pub(crate) struct Requirement as "a requirement" {
+        /// The probe is to be at least this, in the units of the file.
+        least: Option<Number>,
+        /// The probe is to be at most this.
+        most: Option<Number>,
     }
 }
 

@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 
 pub use self::read::suggest;
 
-pub(crate) use self::load_flow::{FlowInput, LoadFlow};
+pub(crate) use self::load_flow::{FlowInput, LoadFlow, Requirement};
 pub(crate) use self::probe::{AxialPlace, Direction, Greatest, Probe, ProbeTable, RotationProbe};
 pub(crate) use self::step::{Branch, Method, Motion, Step, Stop};
 

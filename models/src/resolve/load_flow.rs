@@ -7,8 +7,9 @@ use super::joints::Bodies;
 use super::properties::Properties;
 use crate::error::{InputError, Span};
 use crate::input;
-use crate::input::read::Spanned;
-use crate::model::{FlowInput, LoadFlow, Units};
+use crate::input::read::{Map, Spanned};
+use crate::model::{FlowInput, LoadFlow, Requirement, Units};
+use crate::probes::{Operand, Probes};
 use crate::unit::Kind;
 
 /// Members shorter than this are not replaced unless the file says otherwise, mm: the shortest muscle that the inverters
@@ -22,6 +23,7 @@ pub(crate) struct Mechanism<'a> {
     pub(crate) member_names: &'a Names,
     pub(crate) bodies: &'a Bodies,
     pub(crate) properties: &'a Properties,
+    pub(crate) probes: &'a Probes,
     pub(crate) dimension: Dimension,
     /// Whether members are written in short: copies of patterns, parts of paths.
     pub(crate) has_copies: bool,
@@ -50,6 +52,8 @@ pub(crate) fn load_flow(
         (None, Units::MmNMpa) => Some(SHORTEST),
         (None, Units::MNPa) => Some(SHORTEST / 1e3),
     };
+    let requirements =
+        data.requirements.as_ref().map_or(Some(Vec::new()), |all| requirements(all, mechanism.probes, cx));
     let inputs: Vec<FlowInput> = inputs.into_iter().collect::<Option<_>>()?;
     let (outputs, mut members) = (outputs?, members?);
     members.sort_unstable();
@@ -66,7 +70,52 @@ pub(crate) fn load_flow(
         return None;
     }
     let (muscle, pressure) = muscle?;
-    Some(LoadFlow { span: *span, inputs, outputs, members, muscle, pressure, shortest: shortest? })
+    let (shortest, requirements) = (shortest?, requirements?);
+    Some(LoadFlow { span: *span, inputs, outputs, members, muscle, pressure, shortest, requirements })
+}
+
+/// Limits of probes that are read at the end of the one step that inflates the muscles.
+fn requirements(all: &Map<Spanned<input::Requirement>>, probes: &Probes, cx: &mut Context) -> Option<Vec<Requirement>> {
+    let names = Names::new("probe", probes.names.iter().map(String::as_str));
+    let mut found = Vec::new();
+    for entry in all {
+        let Spanned { span, value } = &entry.value;
+        let mut limit = |number: &Option<_>, none: f64| match number {
+            Some(number) => cx.number(number, Kind::Pure),
+            None => Some(none),
+        };
+        let (least, most) = (limit(&value.least, f64::NEG_INFINITY), limit(&value.most, f64::INFINITY));
+        let probe = names.find(&entry.name, entry.span, OWNER, cx);
+        let (Some(least), Some(most), Some(probe)) = (least, most, probe) else { continue };
+        let wrong = if value.least.is_none() && value.most.is_none() {
+            Some(("has no limit", "write least = 20, or most = 1200"))
+        } else if least > most {
+            Some(("is more than its greatest value", "let 'least' be below 'most'"))
+        } else if is_of_a_step(probes, probe) {
+            Some((
+                "is about a step of the file",
+                "the networks with muscles have one step of their own: leave out the @",
+            ))
+        } else {
+            None
+        };
+        match wrong {
+            Some((what, help)) => {
+                cx.error(InputError::new(format!("the requirement '{}' {what}", entry.name)).at(*span).help(help));
+            }
+            None => found.push(Requirement { probe, least, most }),
+        }
+    }
+    (found.len() == all.iter().count()).then_some(found)
+}
+
+/// Whether a probe, or one that it refers to, is read after a step.
+fn is_of_a_step(probes: &Probes, probe: usize) -> bool {
+    probes.operands(probe).into_iter().flatten().any(|operand| match *operand {
+        Operand::After { .. } => true,
+        Operand::Probe(other) => is_of_a_step(probes, other),
+        Operand::Parameter(_) => false,
+    })
 }
 
 fn find(list: &Spanned<Vec<Spanned<String>>>, names: &Names, cx: &mut Context) -> Option<Vec<usize>> {

@@ -231,6 +231,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         member_names: &member_names,
         bodies: &bodies,
         properties: &properties,
+        probes: &probes,
         dimension,
         has_copies: written.patterns.is_some() || !cx.paths.is_empty(),
     };

@@ -109,6 +109,13 @@ fn replacement(flow: &Flow, step: &pennate_analysis::flow::Replacement) -> Value
     let outputs: Map<String, Value> = moved
         .map(|(&at, motion)| (name(at), json!({ "displacement": motion[..3], "rotation_vector": motion[3..] })))
         .collect();
+    let limits = flow.request.requirements.iter().zip(&step.required);
+    let required: Map<String, Value> = limits
+        .map(|(limits, &value)| {
+            let met = limits.is_met(value);
+            (flow.model.probes.names[limits.probe].clone(), json!({ "value": value, "met": met }))
+        })
+        .collect();
     json!({
         "level": step.level,
         "muscles": names,
@@ -116,5 +123,7 @@ fn replacement(flow: &Flow, step: &pennate_analysis::flow::Replacement) -> Value
         "status": status_name(step.status),
         "stable": step.stable,
         "outputs": outputs,
+        "stress": step.stress,
+        "required": required,
     })
 }

@@ -81,6 +81,12 @@ fn steps(flow: &Flow) -> String {
         let name = shown(&flow.model.nodes[output].name);
         head.extend(components.iter().map(|(_, word)| format!("{name} {word}")));
     }
+    let [_, _, stress] = flow.model.units.symbols();
+    let stressed = flow.steps.iter().any(|step| step.stress.is_some());
+    if stressed {
+        head.push(format!("stress, {stress}"));
+    }
+    head.extend(flow.request.requirements.iter().map(|limits| shown(&flow.model.probes.names[limits.probe])));
     let mut align = vec![Align::Right, Align::Left, Align::Left, Align::Left];
     align.resize(head.len(), Align::Right);
     let mut rows = vec![head];
@@ -99,6 +105,10 @@ fn steps(flow: &Flow) -> String {
         for output in &step.outputs {
             row.extend(components.iter().map(|&(component, _)| number(output[component])));
         }
+        if stressed {
+            row.push(number(step.stress.unwrap_or(f64::NAN)));
+        }
+        row.extend(step.required.iter().map(|&value| number(value)));
         rows.push(row);
     }
     columns(&align, &rows) + "\n"

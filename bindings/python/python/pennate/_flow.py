@@ -37,6 +37,12 @@ class FlowStep:
     """(outputs, 3), length."""
     rotation: Array
     """(outputs, 3), rotation vector, radians."""
+    stress: float
+    """The greatest stress of a fibre of any member, force per area; not a number where a section has no shape."""
+    required: dict[str, float]
+    """Values of the probes that something is required of."""
+    met: dict[str, bool]
+    """Whether each of these requirements is met."""
 
     def __repr__(self) -> str:
         return f"<FlowStep level {self.level}: {' '.join(self.muscles)}, {self.status}>"
@@ -54,6 +60,11 @@ class FlowGraph:
     """Members from an input to the first output on the way."""
     levels: dict[str, int]
     """The place of a member in a path, counted from one; the nearest to the input of several."""
+
+
+def _number(value: float | None) -> float:
+    """What is no number in the file either."""
+    return np.nan if value is None else value
 
 
 class Flow:
@@ -158,13 +169,15 @@ class Flow:
         moved = list(step["outputs"].values())
 
         def rows(key: str) -> Array:
-            # What was not reached is no number in the file either.
-            values = [[np.nan if value is None else value for value in each[key]] for each in moved]
+            values = [[_number(value) for value in each[key]] for each in moved]
             return np.array(values, dtype=np.float64).reshape(len(moved), 3)
 
         muscles = tuple(step["muscles"])
         motions = rows("displacement"), rows("rotation_vector")
-        return FlowStep(step["level"], muscles, network, step["status"], step["stable"], *motions)
+        stress = _number(step["stress"])
+        required = {name: _number(each["value"]) for name, each in step["required"].items()}
+        met = {name: bool(each["met"]) for name, each in step["required"].items()}
+        return FlowStep(step["level"], muscles, network, step["status"], step["stable"], *motions, stress, required, met)
 
     @property
     def decisions(self) -> dict[int, str]:
