@@ -156,6 +156,25 @@ def test_targets_are_met_and_the_pick_is_that_design(folder: Path) -> None:
     assert abs(pick.solve()["drop"] - 5) < 2e-3
 
 
+def test_targets_out_of_reach_end_at_the_bound_where_a_table_ends(tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    dyad = pennate.scene("dyad")
+    far = 1.2 * dyad.set(pressure=25).solve()["stroke"][0]
+    text = f"""
+format = "pennate-study/1"
+network = {{ scene = "dyad" }}
+[variables]
+pressure = {{ from = 12, to = 25 }}
+[targets]
+stroke = {{ value = "= stroke", is = {far} }}
+[search]
+screen = 3
+"""
+    outcome = pennate.optimize(study(tmp_path, text), tmp_path / "out", draw=False)
+    assert outcome.best[0].x[0] == pytest.approx(25, abs=1e-6)
+    assert {design.status for design in outcome.designs} == {"solved"}
+
+
 def test_one_objective_goes_to_its_bound(folder: Path) -> None:
     pytest.importorskip("cma")
     text = VARIABLES + '[objectives]\ndrop = { minimize = "= drop" }\n[search]\ngenerations = 40\n'

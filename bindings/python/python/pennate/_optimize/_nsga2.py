@@ -99,7 +99,7 @@ class NSGA2:
 
         count, _, width = pairs.shape
         parents = np.swapaxes(pairs, 0, 1)
-        crossed = self.random.random(count) < CROSSED
+        crossed = np.less(self.random.random(count), CROSSED)
         children = parents.copy()
         if crossed.any():
             # pymoo draws whether variables are exchanged at all; they are.
@@ -117,7 +117,7 @@ class NSGA2:
         part = np.full(count, min(0.5, 1.0 / width))
         nearness, low, high = np.full(count, MUTATION), np.zeros(width), np.ones(width)
         made: Any = mut_pm(children, low, high, nearness, part, False, random_state=self.random)
-        kept = self.random.random(count) <= MUTATED
+        kept = np.less_equal(self.random.random(count), MUTATED)
         return np.where(kept[:, None], made, children)
 
     def _survivors(self, designs: Population, count: int) -> Population:
