@@ -356,7 +356,8 @@ def test_the_picture_shows_the_front(folder: Path) -> None:
     pytest.importorskip("matplotlib")
     pennate.optimize(study(folder, FRONT), folder / "out")
     picture = (folder / "out" / "front.svg").read_text()
-    assert "drop (greatest is best)" in picture and picture.rstrip().endswith("</svg>")
+    assert "drop, mm (greatest is best)" in picture and "lightness (greatest is best)" in picture and "picks" in picture
+    assert "designs within limits" in picture and picture.rstrip().endswith("</svg>")
     assert not list((folder / "out").glob("*.new"))
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ._front import costs
-from ._study import Study
+from ._study import Named, Study
 from ._table import Design
 
 # Blue, orange and grey that people who do not tell red from green can tell apart (Okabe and Ito).
@@ -80,11 +80,11 @@ def _front(
         return (costs(study, of) * signs)[:, pair]
 
     feasible = places([design for design in designs if design.violation == 0.0])
-    panel.plot(*feasible.T, ".", color=OTHER, markersize=1.5, rasterized=True, zorder=1)
+    panel.plot(*feasible.T, ".", color=OTHER, markersize=1.5, rasterized=True, zorder=1, label="designs within limits")
     line = "-" if len(study.objectives) == 2 else ""
-    panel.plot(*places(best).T, "o" + line, color=FRONT, markersize=3, linewidth=0.6, zorder=2)
+    panel.plot(*places(best).T, "o" + line, color=FRONT, markersize=3, linewidth=0.6, zorder=2, label="front")
     for number, place in enumerate(places(picks), 1):
-        panel.plot(*place, "o", color=PICK, markersize=5, zorder=3)
+        panel.plot(*place, "o", color=PICK, markersize=5, zorder=3, label="picks" if number == 1 else None)
         panel.annotate(str(number), place, textcoords="offset points", xytext=(5, 4), color=PICK)
     if len(best):
         # Designs far from the front would make it a dot in a corner.
@@ -95,7 +95,15 @@ def _front(
         panel.set_ylim(low[1] - room[1], high[1] + room[1])
     words = {-1.0: "greatest", 1.0: "least"}
     for k, label in zip(pair, (panel.set_xlabel, panel.set_ylabel)):
-        label(f"{study.objectives[k].name} ({words[study.objectives[k].sign]} is best)")
+        label(f"{named(study, study.objectives[k])} ({words[study.objectives[k].sign]} is best)")
+    panel.legend(frameon=False, fontsize=8, markerscale=1.5)
+
+
+def named(study: Study, wanted: Named) -> str:
+    """The name of what is wanted, with its unit where it is a probe."""
+    probe = wanted.value.text.strip().removeprefix("=").strip().partition("@")[0]
+    unit = study.network.probes.get(probe, "")
+    return f"{wanted.name}, {unit}" if unit else wanted.name
 
 
 def _progress(panel: Any, study: Study, progress: Sequence[dict[str, float]]) -> None:
@@ -106,6 +114,6 @@ def _progress(panel: Any, study: Study, progress: Sequence[dict[str, float]]) ->
         if study.targets and all(value > 0.0 for _, value in known):
             panel.set_yscale("log")
     sign = -1.0 if study.objectives and study.objectives[0].sign < 0 else 1.0
-    what = "error, root mean square" if study.targets else study.objectives[0].name
+    what = "error, root mean square" if study.targets else named(study, study.objectives[0])
     panel.set_ylabel(what if sign > 0 else f"minus {what}")
     panel.set_xlabel("designs solved")
