@@ -20,6 +20,8 @@ pub(super) const SHORTEST: f64 = 1e-4;
 const LONG: f64 = 0.01;
 /// A first increment larger than this (radians, or lengths of a member) foresees too much by far.
 pub(super) const WILD: f64 = 3.0;
+/// Pivots that are lost together at a point that is not singular.
+const PAIR: usize = 2;
 /// One that misses by more may lead anywhere; so may a first increment that leaves more.
 const WRONG: f64 = 0.15;
 const ALL_WRONG: f64 = 1.0;
@@ -273,9 +275,10 @@ impl<const D: usize> Path<'_, D> {
         if self.options.stop_unstable && (guarded || flipped) {
             return Judged::Unstable;
         }
-        // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
+        // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly. Where they have none,
+        // nothing else tells of another path, and each of both is a sign.
         let limit = if predicted { WRONG } else { ALL_WRONG };
-        let wrong = conservative && missed > limit && found.iterations >= MANY && !self.system.hangs();
+        let wrong = missed > limit && (!conservative || found.iterations >= MANY) && !self.system.hangs();
         let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
         let far = (guarded || doubtful || flipped) && step > BRACKET;
         let mut torn = doubtful && found.iterations >= MANY;
@@ -287,6 +290,10 @@ impl<const D: usize> Path<'_, D> {
         }
         if torn && (far || step > SHORTEST) {
             return Judged::TooLong((0.2 * step).max(0.9 * SHORTEST));
+        }
+        // One pair of pivots may be lost at once where nothing is singular; more of them hide what lies between.
+        if !conservative && count.own > self.base.own + PAIR && step > SHORTEST {
+            return Judged::TooLong((0.4 * step).max(0.9 * SHORTEST));
         }
         if far {
             return Judged::TooLong((0.4 * step).max(0.9 * BRACKET));
