@@ -149,6 +149,41 @@ def test_any_network_can_be_an_environment() -> None:
     assert not np.array_equal(environment.render(), picture)
 
 
+@pytest.mark.parametrize("table", [None, (11,)])
+@pytest.mark.parametrize("actions", [control.Levels((11,), (1, 3)), control.Changes((0.3,))])
+def test_environments_of_any_network_pass_the_checker(
+    actions: control.Levels | control.Changes, table: tuple[int, ...] | None
+) -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    rules = control.Rules(tolerance=1.0, steps=10, success=1.0)
+    given = {"actions": actions, "rules": rules, "table": table, "length": 120.0}
+    # Other modes of rendering are tried where an environment was registered.
+    check_env(control.Env(pennate.loads(BEAM), {"down": (0.0, 1.0)}, **given), skip_render_check=True)
+
+
+@pytest.mark.parametrize("side_by_side", [False, True])
+def test_actions_that_are_none_are_refused(side_by_side: bool) -> None:
+    given = {"num_envs": 2, "vectorization_mode": "vector_entry_point"} if side_by_side else {}
+    make = gymnasium.make_vec if side_by_side else gymnasium.make
+    environments = [make(name, source="table", **given) for name in NAMES]
+    for environment in environments:
+        environment.reset(seed=0)
+    wrap = (lambda action: np.array([action] * 2)) if side_by_side else np.array
+    for bad, said in ((12, "no action 12: whole numbers from 0 to 11"), (-1, "no action -1"), (np.nan, "no action nan")):
+        with pytest.raises(ValueError, match=said):
+            environments[0].step(wrap(bad))
+    for action, said in (([0.0, np.nan, 0.0], "the action for Pr is nan"), ([0.0, 0.0], "numbers from -1 to 1 for Pb")):
+        with pytest.raises(ValueError, match=said):
+            environments[1].step(wrap(action))
+    with pytest.raises(ValueError, match=r"target is \(0, nan, 0\): finite numbers"):
+        environments[0].reset(options={"target": [0.0, np.nan, 0.0]})
+    with pytest.raises(ValueError, match="start: Pb = 200 is beyond its limits, 0 to 172.36"):
+        environments[0].reset(options={"start": [200.0, 0.0]})
+    with pytest.raises(ValueError, match="farther away than twice"):
+        environments[0].reset(options={"target": [1e6, 0.0, 0.0]})
+
+
 def test_tubes_are_seen_where_a_section_has_no_radius() -> None:
     pytest.importorskip("pyvista")
     # In a process of its own, as pyvista ends it where there is no graphics library.
@@ -166,6 +201,11 @@ def test_what_is_wrong_is_said() -> None:
         control.Env(pennate.loads(BEAM), {"down": (0, 1)}, actions=control.Levels((5, 5)), rules=br2.DISCRETE)
     with pytest.raises(ValueError, match="'live' or 'table' expected"):
         gymnasium.make(NAMES[0], source="guess")
+    with pytest.raises(ValueError, match="no setting 'lod'; there are load, source, tolerance"):
+        gymnasium.make(NAMES[0], lod=6)
+    for load in (np.nan, -1.0, "heavy"):
+        with pytest.raises(ValueError, match="a number of grams, 0 or more"):
+            gymnasium.make(NAMES[0], load=load)
 
 
 # The share of pixels that are neither white nor red.

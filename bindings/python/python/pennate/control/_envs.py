@@ -78,7 +78,9 @@ class Env(gymnasium.Env[Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
         super().reset(seed=seed)
         self._task.begin(self._only, [self.np_random], **_options(options))
-        return self._task.seen(self._only)[0], self._info()
+        seen = self._task.seen(self._only)
+        _near_enough(seen, self.observation_space, options)
+        return seen[0], self._info()
 
     def step(self, action: Any) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         reward, ended, cut = self._task.step(self._only, np.asarray(action)[None])
@@ -147,10 +149,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         which = self._all if mask is None else np.flatnonzero(mask)
         self._task.begin(which, self._generators, **_options(options))
         self._done[which] = False
-        return self._task.seen(self._all), self._info()
+        seen = self._task.seen(self._all)
+        _near_enough(seen, self.single_observation_space, options)
+        return seen, self._info()
 
     def step(self, actions: Any) -> tuple[Floats, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]:
         actions = np.asarray(actions)
+        if actions.shape[:1] != (self.num_envs,):
+            raise ValueError(f"actions have the shape {actions.shape}: a row for each of {self.num_envs} arms expected")
         new = self._done if self._autoreset is AutoresetMode.NEXT_STEP else np.zeros_like(self._done)
         go = np.flatnonzero(~new)
         reward, ended, cut = np.zeros(self.num_envs), np.zeros_like(new), np.zeros_like(new)
@@ -241,3 +247,9 @@ def _options(options: dict[str, Any] | None) -> dict[str, Any]:
     if unknown:
         raise ValueError(f"options: 'start' and 'target' are known, not {', '.join(sorted(map(repr, unknown)))}")
     return given
+
+
+def _near_enough(seen: Floats, space: Space, options: dict[str, Any] | None) -> None:
+    """Refuses a target that is farther away than what can be seen."""
+    if options and "target" in options and not all(space.contains(row) for row in seen):
+        raise ValueError(f"target: {options['target']} is farther away than twice the `length` of the environment")

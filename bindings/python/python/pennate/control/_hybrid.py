@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from . import br2
+from . import _checks, br2
 from ._arms import Arm, Array
 from ._policy import Policy, follow
 from ._reach import Reach, Rows, reach
@@ -45,9 +45,9 @@ def hybrid(
         start: (k,) or (n, k) inputs to begin with.
         moves: At most so many along the plan, and as many after it from each start.
     """
-    targets = np.atleast_2d(np.asarray(target, dtype=np.float64))
+    targets = _checks.rows("target", target, 3)
     alone = np.ndim(target) == 1
-    begin = np.broadcast_to(np.asarray(start, dtype=np.float64), (len(targets), len(arm.names)))
+    begin = np.broadcast_to(_checks.rows("start", start, len(arm.names)), (len(targets), len(arm.names)))
     plan = _Plan(arm, arm if model is None else model, targets, begin, tolerance, largest)
     plan.make(policy, restarts)
     plan.follow(moves)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _checks
 from ._arms import Arm, Array
 from ._task import Changes, Levels, Rules, Task
 
@@ -36,6 +39,13 @@ class Policy:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise ValueError(f"kind: 'discrete' or 'continuous' expected, not {self.kind!r}")
+        widths = [width for weights, _ in self.layers for width in weights.shape]
+        fitting = widths[1:-1:2] == widths[2::2] and all(w.shape[1:] == b.shape for w, b in self.layers)
+        if not self.layers or len(widths) != 2 * len(self.layers) or not fitting:
+            shapes = ", ".join(f"{w.shape} and {b.shape}" for w, b in self.layers) or "none"
+            raise ValueError(f"layers: weights (in, out) and offsets (out,), each from the last one's out, expected, not {shapes}")
+        if not all(np.isfinite(part).all() for layer in self.layers for part in layer):
+            raise ValueError("layers: a weight is not a finite number")
 
     def __call__(self, seen: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         inside = seen
@@ -45,6 +55,23 @@ class Policy:
                 break
             inside = np.tanh(inside) if self.kind == "discrete" else np.maximum(inside, 0)
         return np.tanh(inside) if self.kind == "continuous" else inside
+
+    def check(self, arm: Arm, actions: Levels | Changes) -> None:
+        """Raises `ValueError` where this is no policy for an arm with such actions."""
+        seen, acts = len(self.layers[0][0]), len(self.layers[-1][1])
+        discrete, width = isinstance(actions, Levels), len(arm.names)
+        if discrete != (self.kind == "discrete"):
+            raise ValueError(f"the policy has {self.kind} actions: {'Changes' if discrete else 'Levels'} expected, not {actions}")
+        choices = len(actions.table()) if isinstance(actions, Levels) else width
+        if (seen, acts) != (3 + width, choices):
+            raise ValueError(
+                f"the policy is of another arm: it is made for {seen - 3} inputs and {acts} actions, and the arm has "
+                f"{width} ({', '.join(arm.names)}) and {choices}"
+            )
+        limits = {name: [low, high] for name, low, high in zip(arm.names, arm.lower.tolist(), arm.upper.tolist())}
+        made = self.about.get("inputs", limits)
+        if list(made) != list(limits) or not np.allclose(list(made.values()), list(limits.values()), rtol=1e-6):
+            raise ValueError(f"the policy is of another arm: its inputs are {_ranges(made)}, those of the arm {_ranges(limits)}")
 
     def halved(self) -> Policy:
         """The same with weights rounded to half precision, as files keep them."""
@@ -73,15 +100,30 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
-        """Reads what `save` wrote."""
-        with np.load(path, allow_pickle=False) as file:
+        """Reads what `save` wrote; raises `ValueError` where a file is damaged or holds no policy."""
+        with open(path, "rb") as file:
+            try:
+                return cls._read(file)
+            except (ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+                raise ValueError(f"{os.fspath(path)} holds no policy, or is damaged: {error}") from error
+
+    @classmethod
+    def _read(cls, source: IO[bytes]) -> Policy:
+        if not zipfile.is_zipfile(source):
+            raise ValueError("it is no whole .npz file")
+        source.seek(0)
+        with np.load(source, allow_pickle=False) as file:
             count = sum(name.startswith("w") for name in file)
             if "kind" not in file or not count:
-                raise ValueError(f"{os.fspath(path)} holds no policy")
+                raise ValueError("there are no layers 'w0', 'b0', ... and no 'kind'")
             layers = tuple((_whole(file[f"w{place}"]), _whole(file[f"b{place}"])) for place in range(count))
             scale = float(file["scale"]) if "scale" in file else cls.scale
             about = json.loads(str(file["about"])) if "about" in file else {}
             return cls(str(file["kind"]), layers, scale, about)
+
+
+def _ranges(limits: Mapping[str, Sequence[float]]) -> str:
+    return ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high) in limits.items())
 
 
 def _halved(array: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -130,6 +172,8 @@ def follow(
         strides: The only ones of discrete actions that may be chosen.
         again: Whether levels may be visited again.
     """
+    policy.check(arm, actions)
+    starts, targets = _checks.rows("starts", starts, len(arm.names)), _checks.rows("targets", targets, 3)
     task = Task(arm, actions, replace(rules, scale=policy.scale, rounding=0.0), len(starts))
     everyone = np.arange(len(starts))
     task.place(everyone, starts, targets)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from . import _checks
 from ._arms import Arm, Array, Bounds, Followed
 
 if TYPE_CHECKING:
@@ -92,15 +93,13 @@ def reach(
         restarts: From so many other starts the model looks for a better way where the first ends short of the target.
     """
     moved = _adapted(arm, inputs, tip)
-    targets = np.atleast_2d(np.asarray(target, dtype=np.float64))
+    targets = _checks.rows("target", target, 3)
     alone = np.ndim(target) == 1
-    if targets.shape[1:] != (3,):
-        raise ValueError(f"target has the shape {np.shape(target)}: (3,) or (n, 3) expected")
     if isinstance(moved, Followed) and len(targets) > 1:
         raise ValueError(f"a live state goes to one target at a time, not to {len(targets)}")
     if start is None:
         start = moved.inputs if isinstance(moved, Followed) else (moved.lower + moved.upper) / 2
-    begin = np.broadcast_to(np.asarray(start, dtype=np.float64), (len(targets), len(moved.names)))
+    begin = np.broadcast_to(_checks.rows("start", start, len(moved.names)), (len(targets), len(moved.names)))
     way = _Way(moved, moved if model is None else model, targets, tolerance, largest)
     way.begin(begin)
     way.go(moves)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from . import _checks
 from ._arms import Arm, Array
 from ._reach import reach
 
@@ -52,7 +53,7 @@ class Servo:
         if not 0.0 < gain <= 1.0:
             raise ValueError(f"gain: more than 0 and at most 1 expected, not {gain}")
         self.model, self.tolerance, self.gain = model, tolerance, gain
-        self.inputs: Array = np.clip(np.asarray(inputs, dtype=np.float64), model.lower, model.upper)
+        self.inputs: Array = np.clip(_checks.rows("inputs", inputs, len(model.names))[0], model.lower, model.upper)
         """(k,), in use since the last step."""
         self.offset: Array | None = None
         """(3,), how far the tip is beside that of the model; `None` before anything is measured."""
@@ -62,7 +63,7 @@ class Servo:
 
     def step(self, tip: npt.ArrayLike, target: npt.ArrayLike) -> Array:
         """(k,), the next inputs, from the (3,) tip measured with the present ones."""
-        measured, wanted = np.asarray(tip, dtype=np.float64), np.asarray(target, dtype=np.float64)
+        measured, wanted = _checks.rows("tip", tip, 3)[0], _checks.rows("target", target, 3)[0]
         beside = measured - self.model.tip(self.inputs[None])[0]
         self.offset = beside if self.offset is None else self.offset + self.gain * (beside - self.offset)
         error = float(np.linalg.norm(measured - wanted))

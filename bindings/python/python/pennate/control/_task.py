@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _checks
 from ._arms import Arm, Array
 
 Floats = npt.NDArray[np.float32]
@@ -16,6 +18,8 @@ Rows = npt.NDArray[np.intp]
 
 # How often a pair of start and target is drawn again because a state has no equilibrium.
 DRAWS = 100
+# What changes as episodes go on.
+CHANGING = ("inputs", "targets", "tips", "errors", "moves", "_levels")
 
 
 @dataclass(frozen=True)
@@ -105,12 +109,16 @@ class Task:
             target: (3,) a point instead of the tip at inputs drawn.
         """
         left = which
+        if start is not None:
+            start = _checks.within("start", start, self.arm)[0]
+        if target is not None:
+            target = _checks.rows("target", target, 3)[0]
         for _ in range(DRAWS):
             drawn = np.array([self._draw(generators[row]) for row in left]).reshape(len(left), 2, -1)
             if start is not None:
-                drawn[:, 0] = self._share(np.asarray(start, dtype=np.float64))
+                drawn[:, 0] = self._share(np.asarray(start))
             begin, goals = self.arm.lower + drawn[:, 0] * self.range, self.arm.lower + drawn[:, 1] * self.range
-            to = self.arm.tip(goals) if target is None else np.asarray(target, dtype=np.float64)
+            to = self.arm.tip(goals) if target is None else np.asarray(target)
             self.place(left, begin, to)
             left = left[np.isnan(self.errors[left])]
             if not len(left):
@@ -177,6 +185,15 @@ class Task:
         sizes = np.cumprod([1, *self._top + 1])[:-1]
         return self._levels[which] @ sizes, after @ sizes
 
+    def present(self) -> dict[str, npt.NDArray[Any]]:
+        """Where all episodes are."""
+        return {name: getattr(self, name) for name in CHANGING}
+
+    def go_on(self, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Puts all episodes where they were once."""
+        for name in CHANGING:
+            getattr(self, name)[:] = arrays[name]
+
     def _draw(self, generator: np.random.Generator) -> Array:
         """(2, k), shares of the ranges for a start and a target."""
         if isinstance(self.actions, Levels):
@@ -197,11 +214,11 @@ class Task:
     def _moved(self, which: Rows, actions: npt.ArrayLike) -> tuple[Array, Flags]:
         """Shares of the ranges after actions, within the limits, and whether the actions went beyond them."""
         if isinstance(self.actions, Levels):
-            after = self._levels[which] + self._table[np.asarray(actions, dtype=np.intp)]
+            after = self._levels[which] + self._table[_checks.strides(actions, len(self._table), len(which))]
             over: Flags = np.any((after < 0) | (after > self._top), axis=1)
             shares: Array = np.clip(after, 0, self._top) / self._top
             return shares, over
-        changes = np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0) * self.actions.largest
+        changes = _checks.changes(actions, self.arm.names, len(which)) * self.actions.largest
         wanted = self.inputs[which] + changes
         over = np.any((wanted < self.arm.lower) | (wanted > self.arm.upper), axis=1)
         return np.clip(self._share(wanted), 0.0, 1.0), over

@@ -6,13 +6,14 @@ from its numbers or assumed stands in the book, on the page on control.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pennate
 
+from . import _checks
 from ._arms import Bounds, Solved, Swivelled
 from ._leaning import Leaning
 from ._table import Table
@@ -46,13 +47,13 @@ CONTINUOUS = Rules(tolerance=15.0, steps=15, success=15.0, fine=None, late=True)
 
 def solved(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Solved | Swivelled:
     """The arm, solved for each state; where it buckles it leans to the side of its rotating actuator."""
-    made = _single(load, both)
+    made = _single(_checks.load(load), both)
     return Swivelled(made, least=-SWIVEL, greatest=SWIVEL) if swivel else made
 
 
 def table(load: float = 0.0, *, both: bool = False, swivel: bool = False) -> Table | Swivelled:
     """The arm, by a table of solved states: the lattice of `LEVELS`, with both rotating actuators twice. Tables are kept."""
-    made = _tabulated(load, both)
+    made = _tabulated(_checks.load(load), both)
     return Swivelled(made, least=-SWIVEL, greatest=SWIVEL) if swivel else made
 
 
@@ -88,6 +89,10 @@ def environment(
         raise ValueError(f"actions: 'discrete' or 'continuous' expected, not {actions!r}")
     if source not in ("live", "table"):
         raise ValueError(f"source: 'live' or 'table' expected, not {source!r}")
+    known = [field.name for field in fields(Rules)]
+    unknown = set(changes) - set(known)
+    if unknown:
+        raise ValueError(f"there is no setting '{min(unknown)}'; there are load, source, {', '.join(known)}")
     discrete = actions == "discrete"
     made = (solved if source == "live" else table)(load, both=not discrete, swivel=not discrete)
     rules = replace(DISCRETE if discrete else CONTINUOUS, **changes)  # type: ignore[arg-type]
