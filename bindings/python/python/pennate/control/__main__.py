@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ._policy import KEPT, Policy
+from ._recipes import RECIPES
 from .trials import edges, pairs, paths
 
 # Each trial by its name: what it prints, with so many cases and a seed.
@@ -37,9 +38,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     test.add_argument("--quick", action="store_true", help="a tenth of the cases")
     learn = commands.add_parser("train", help="a policy by skrl on JAX; needs pennate[train]")
     learn.add_argument("method", choices=("ddpg", "dqn", "fine"))
-    learn.add_argument("--steps", type=int, default=6000, help="moves of 64 arms at once (6000)")
+    learn.add_argument("--steps", type=int, help="moves of 64 arms at once (6000; ddpg 4800)")
     learn.add_argument("--seed", type=int, default=0, help="of arms, networks and exploration (0)")
-    learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help="where the best checkpoint is kept")
+    learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help="where the best checkpoint is kept; a training that was killed goes on")
+    trained = commands.add_parser("trained", help="what trainings came to, a row for each policy")
+    trained.add_argument("policies", nargs="+", metavar="POLICY", help="files, or policies that come along")
     score = commands.add_parser("score", help="the tests of chapter 4 for a policy, by NumPy alone")
     score.add_argument("policy", metavar="POLICY", help=f"a file, or one that comes along: {', '.join(KEPT)}")
     score.add_argument("--seed", type=int, default=1, help="of all that is drawn (1)")
@@ -53,6 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.command == "train":
         return _train(given.method, given.steps, given.seed, given.output)
+    if given.command == "trained":
+        return _trained(given.policies)
     if given.command == "report":
         return _report(given.page, given.only, 0.1 if given.quick else 1.0, given.seed)
     if given.command == "score":
@@ -70,14 +75,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _read(path: str) -> Policy | None:
+    """A policy from a file or from the package; where there is none, that is said."""
+    try:
+        return Policy.kept(path) if path in KEPT else Policy.load(path)
+    except (OSError, ValueError) as error:
+        print(f"error: no policy is read: {error}\nhelp: a file that `train` wrote, or one of {', '.join(KEPT)}", file=sys.stderr)
+        return None
+
+
+def _trained(paths: Sequence[str]) -> int:
+    """Prints what trainings came to."""
+    from .trials import trainings
+
+    policies = [_read(path) for path in paths]
+    if None in policies:
+        return 2
+    print(trainings.trained([policy for policy in policies if policy is not None and "history" in policy.about]))
+    return 0
+
+
 def _score(path: str, share: float, seed: int, live: bool) -> int:
     """Prints the tests of a policy."""
     from .trials import policies
 
-    try:
-        policy = Policy.kept(path) if path in KEPT else Policy.load(path)
-    except (OSError, ValueError) as error:
-        print(f"error: no policy is read from {path}: {error}", file=sys.stderr)
+    policy = _read(path)
+    if policy is None:
         return 2
     begin = time.perf_counter()
     if live and policy.kind != "discrete":
@@ -104,7 +127,7 @@ def _report(page: str, only: Sequence[str], share: float, seed: int) -> int:
     return 0
 
 
-def _train(method: str, steps: int, seed: int, output: str) -> int:
+def _train(method: str, steps: int | None, seed: int, output: str) -> int:
     """Trains a policy and keeps its best checkpoint, as it comes."""
     # Before JAX is imported: it would look for other devices, and take all threads.
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
@@ -113,8 +136,12 @@ def _train(method: str, steps: int, seed: int, output: str) -> int:
     except ModuleNotFoundError as error:
         print(f"error: {error.name} is not installed\nhelp: pip install 'pennate[train]'", file=sys.stderr)
         return 2
-    _, share = _train.train(method, steps, seed, keep=lambda policy: policy.save(output))
-    print(f"{output}: {100 * share:.1f} % of the validation pairs")
+    try:
+        policy, share = _train.train(method, steps or RECIPES[method].steps, seed, output=output)
+    except (OSError, ValueError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(f"{output}: {100 * share:.1f} % of the validation pairs in {policy.about['validation_moves']:.2f} moves")
     return 0
 
 

@@ -11,10 +11,10 @@ from ._arms import Arm
 from ._policy import Policy, Rollout, follow
 from ._task import Changes, Levels, Rules, Task
 
-# How many validation pairs there are, and the seed of all of them; the tests draw theirs from small seeds.
-PAIRS, SEED = 2000, 987_654_321
-# The share of pairs that one move less in the mean makes up for, where two policies are compared.
-MOVE = 0.002
+# The seed of all validation pairs; the tests draw theirs from small seeds.
+SEED = 987_654_321
+# The shares of pairs that one move less in the mean makes up for, and one millimetre, where two policies are compared.
+MOVE, MILLIMETRE = 0.002, 0.002
 
 
 def setting(
@@ -28,10 +28,16 @@ def setting(
     return br2.table(load, both=True, swivel=True), Changes(br2.LARGEST), br2.CONTINUOUS
 
 
+def setting_of(policy: Policy, load: float = 0.0) -> tuple[Arm, Levels | Changes, Rules]:
+    """The setting of a policy of the BR2 arm, with those of the strides for which it has values."""
+    # Two inputs, each up and down by each stride.
+    return setting(policy.kind, load, br2.STRIDES[: len(policy.layers[-1][1]) // 4])
+
+
 class Judge:
     """The validation pairs of a kind of policy, on the arm without load."""
 
-    def __init__(self, kind: str, count: int = PAIRS, strides: tuple[int, ...] = br2.STRIDES) -> None:
+    def __init__(self, kind: str, count: int = 2000, strides: tuple[int, ...] = br2.STRIDES) -> None:
         self.arm, self.actions, self.rules = setting(kind, strides=strides)
         task = Task(self.arm, self.actions, self.rules, count)
         task.begin(np.arange(count), [np.random.default_rng([SEED, place]) for place in range(count)])
@@ -41,7 +47,18 @@ class Judge:
         """Where the policy takes the arms."""
         return follow(policy, self.arm, self.starts, self.targets, actions=self.actions, rules=self.rules)
 
-    def mark(self, policy: Policy) -> tuple[float, float]:
-        """The share of pairs that end near enough to their targets, and the mean of the moves."""
+    @property
+    def limits(self) -> dict[str, list[float]]:
+        """The inputs of the arm, each with its least and greatest value."""
+        return {name: [low, high] for name, low, high in zip(self.arm.names, self.arm.lower, self.arm.upper)}
+
+    def mark(self, policy: Policy) -> tuple[float, float, float]:
+        """The share of pairs that end near enough to their targets, and the means of the moves and of the errors, mm."""
         found = self.follow(policy)
-        return float(np.mean(found.errors <= self.rules.success)), float(np.mean(found.moves))
+        share = float(np.mean(found.errors <= self.rules.success))
+        return share, float(np.mean(found.moves)), float(np.mean(found.errors))
+
+
+def worth(share: float, moves: float, error: float) -> float:
+    """By what policies are compared: the share of pairs, less what their moves and errors are worth."""
+    return share - MOVE * moves - MILLIMETRE * error

@@ -9,8 +9,9 @@ import numpy as np
 
 from .. import br2
 from .._arms import Array
+from .._judge import setting_of
 from .._policy import Policy, follow, visit
-from .._task import Changes, Levels
+from .._task import Changes
 from . import drawn, half, percent, spread, table, whole
 from .edges import crossings
 from .pairs import LOADS, PROTOTYPE_DDPG, PROTOTYPE_DQN, REPORTED, pairs
@@ -31,10 +32,9 @@ def _table8(policy: Policy, count: int, seed: int) -> str:
     for load in LOADS:
         starts, targets = pairs(load, count, seed)
         figures = []
+        arm, actions, rules = setting_of(policy, load)
         for again in (False, True):
-            found = follow(
-                policy, half(load), starts, targets, actions=Levels(br2.LEVELS), rules=br2.DISCRETE, again=again
-            )
+            found = follow(policy, arm, starts, targets, actions=actions, rules=rules, again=again)
             figures += [percent(found.errors <= 15.0), percent(found.errors > 30.0), f"{found.moves.mean():.1f}"]
         rows.append([f"{load} g", f"{REPORTED[load]:.2f}", f"{PROTOTYPE_DQN[load]:.2f}", *figures])
     head = ["load", "reported", "prototype", "here", "beyond 3 cm", "moves"]
@@ -48,9 +48,10 @@ def live(policy: Policy, share: float, seed: int) -> str:
     for load in LOADS:
         starts, targets = pairs(load, count, seed)
         cells, inputs = [], []
+        _, actions, rules = setting_of(policy)
         for arm in (half(load), br2.solved(load)):
             begin, used = time.perf_counter(), time.process_time()
-            found = follow(policy, arm, starts, targets, actions=Levels(br2.LEVELS), rules=br2.DISCRETE)
+            found = follow(policy, arm, starts, targets, actions=actions, rules=rules)
             inputs.append(found.inputs)
             cells += [percent(found.errors <= 15.0), f"{time.process_time() - used:.1f}"]
             cells.append(f"{time.perf_counter() - begin:.1f}")
