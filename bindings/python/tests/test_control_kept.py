@@ -90,7 +90,8 @@ def test_a_damaged_policy_is_refused_and_the_file_is_named(tmp_path: pathlib.Pat
     middle = len(whole) // 2
     turned = bytes(255 - byte for byte in whole[middle : middle + 100])
     file = tmp_path / "policy.npz"
-    for content in (b"", b"no policy", whole[:middle], b"XX" + whole[2:], whole[:middle] + turned + whole[middle + 100 :]):
+    flipped = whole[:middle] + turned + whole[middle + 100 :]
+    for content in (b"", b"no policy", whole[:middle], b"XX" + whole[2:], flipped):
         file.write_bytes(content)
         with pytest.raises(ValueError, match="policy.npz holds no policy, or is damaged"):
             Policy.load(file)

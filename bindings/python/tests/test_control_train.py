@@ -75,7 +75,9 @@ def test_a_training_that_is_killed_goes_on_digit_for_digit(method: str, tmp_path
     assert histories[0] == histories[1] and len(histories[0]) == 2
 
 
-def test_a_training_does_not_go_on_with_what_is_not_its_own(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_training_does_not_go_on_with_what_is_not_its_own(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from pennate.control import __main__
 
     file = tmp_path / "policy.npz"

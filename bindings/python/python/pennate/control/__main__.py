@@ -40,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     learn.add_argument("method", choices=("ddpg", "dqn", "fine"))
     learn.add_argument("--steps", type=int, help="moves of 64 arms at once (6000; ddpg 4800)")
     learn.add_argument("--seed", type=int, default=0, help="of arms, networks and exploration (0)")
-    learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help="where the best checkpoint is kept; a training that was killed goes on")
+    kept = "where the best checkpoint is kept; a training that was killed goes on"
+    learn.add_argument("-o", "--output", required=True, metavar="FILE.npz", help=kept)
     trained = commands.add_parser("trained", help="what trainings came to, a row for each policy")
     trained.add_argument("policies", nargs="+", metavar="POLICY", help="files, or policies that come along")
     score = commands.add_parser("score", help="the tests of chapter 4 for a policy, by NumPy alone")
@@ -80,7 +81,8 @@ def _read(path: str) -> Policy | None:
     try:
         return Policy.kept(path) if path in KEPT else Policy.load(path)
     except (OSError, ValueError) as error:
-        print(f"error: no policy is read: {error}\nhelp: a file that `train` wrote, or one of {', '.join(KEPT)}", file=sys.stderr)
+        help = f"help: a file that `train` wrote, or one of {', '.join(KEPT)}"
+        print(f"error: no policy is read: {error}\n{help}", file=sys.stderr)
         return None
 
 

@@ -43,7 +43,9 @@ class Policy:
         fitting = widths[1:-1:2] == widths[2::2] and all(w.shape[1:] == b.shape for w, b in self.layers)
         if not self.layers or len(widths) != 2 * len(self.layers) or not fitting:
             shapes = ", ".join(f"{w.shape} and {b.shape}" for w, b in self.layers) or "none"
-            raise ValueError(f"layers: weights (in, out) and offsets (out,), each from the last one's out, expected, not {shapes}")
+            raise ValueError(
+                f"layers: weights (in, out) and offsets (out,), each from the last one's out, expected, not {shapes}"
+            )
         if not all(np.isfinite(part).all() for layer in self.layers for part in layer):
             raise ValueError("layers: a weight is not a finite number")
 
@@ -59,9 +61,10 @@ class Policy:
     def check(self, arm: Arm, actions: Levels | Changes) -> None:
         """Raises `ValueError` where this is no policy for an arm with such actions."""
         seen, acts = len(self.layers[0][0]), len(self.layers[-1][1])
-        discrete, width = isinstance(actions, Levels), len(arm.names)
-        if discrete != (self.kind == "discrete"):
-            raise ValueError(f"the policy has {self.kind} actions: {'Changes' if discrete else 'Levels'} expected, not {actions}")
+        discrete_policy, width = self.kind == "discrete", len(arm.names)
+        if discrete_policy != isinstance(actions, Levels):
+            expected = "Levels" if discrete_policy else "Changes"
+            raise ValueError(f"the policy has {self.kind} actions: {expected} expected, not {actions}")
         choices = len(actions.table()) if isinstance(actions, Levels) else width
         if (seen, acts) != (3 + width, choices):
             raise ValueError(
@@ -71,7 +74,9 @@ class Policy:
         limits = {name: [low, high] for name, low, high in zip(arm.names, arm.lower.tolist(), arm.upper.tolist())}
         made = self.about.get("inputs", limits)
         if list(made) != list(limits) or not np.allclose(list(made.values()), list(limits.values()), rtol=1e-6):
-            raise ValueError(f"the policy is of another arm: its inputs are {_ranges(made)}, those of the arm {_ranges(limits)}")
+            raise ValueError(
+                f"the policy is of another arm: its inputs are {_ranges(made)}, those of the arm {_ranges(limits)}"
+            )
 
     def halved(self) -> Policy:
         """The same with weights rounded to half precision, as files keep them."""

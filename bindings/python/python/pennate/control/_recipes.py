@@ -45,5 +45,16 @@ RECIPES = {
     # 3 x 512, tanh [G].
     "dqn": Recipe("discrete", DISCRETE, 512, (1e-3,), 3000, 0.9, (1.0, 0.1, 0.5), 100.0),
     # The same with the smallest strides alone, for Fig. 35: four times as many moves, and as many more of them looked ahead.
-    "fine": Recipe("discrete", replace(DISCRETE, steps=160), 512, (1e-3,), 3000, 0.97, (1.0, 0.1, 0.5), 100.0, (1,), pairs=500),
+    "fine": Recipe(
+        "discrete",
+        replace(DISCRETE, steps=160),
+        512,
+        (1e-3,),
+        3000,
+        0.97,
+        (1.0, 0.1, 0.5),
+        100.0,
+        (1,),
+        pairs=500,
+    ),
 }

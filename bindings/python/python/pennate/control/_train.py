@@ -151,7 +151,8 @@ class _Training:
             raise ValueError(f"{self._beside} is damaged: delete it to begin anew") from error
         if values["about"] != json.loads(json.dumps(self.about)):
             raise ValueError(
-                f"{self._beside} belongs to another training, '{values['about']['command']}', or to other versions: delete it to begin anew"
+                f"{self._beside} belongs to another training, '{values['about']['command']}', or to other versions: "
+                "delete it to begin anew"
             )
         for name, part in (("arms", self.arms), ("learner", self.learner)):
             own = {key.split("/", 1)[1]: array for key, array in arrays.items() if key.startswith(f"{name}/")}
