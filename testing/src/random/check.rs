@@ -18,6 +18,9 @@ const STEPS: usize = 200;
 /// √(force / bending stiffness) × length beyond which errors of the start grow more than a thousandfold on the way.
 const STIFF: f64 = 6.0;
 
+/// What is left at joints that are in balance.
+const BALANCED: f64 = 1e-9;
+
 /// What is left of the equations.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Residual {
@@ -43,7 +46,7 @@ impl Residual {
 
 /// Checks a state under the values of its drives, and what is left of reactions that fade: node, component, value.
 pub fn residual(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> Residual {
-    let mut residual = Residual { joints: joints(network, state, values, fading), ..Residual::default() };
+    let mut residual = Residual { joints: joints_of(network, state, values, fading), ..Residual::default() };
     for member in 0..network.structure.members.len() {
         if let Some(miss) = integrate(network, state, values, member) {
             residual.members = residual.members.max(miss);
@@ -68,7 +71,35 @@ impl Poses<'_> {
     }
 }
 
-fn joints(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> f64 {
+/// What is left at the joints. A rotation is given without its whole turns, which springs know: for each of them those count
+/// that leave least.
+fn joints_of(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> f64 {
+    let mut turns = vec![0; network.structure.springs.len()];
+    let mut least = joints(network, state, values, fading, &turns);
+    for spring in 0..turns.len() {
+        let mut best = turns[spring];
+        for whole in [-2, -1, 1, 2] {
+            if least <= BALANCED {
+                break;
+            }
+            turns[spring] = whole;
+            let left = joints(network, state, values, fading, &turns);
+            if left < least {
+                (least, best) = (left, whole);
+            }
+        }
+        turns[spring] = best;
+    }
+    least
+}
+
+fn joints(
+    network: &Network,
+    state: &Equilibrium,
+    values: &[f64],
+    fading: &[(usize, usize, f64)],
+    turns: &[i32],
+) -> f64 {
     let structure = &network.structure;
     let poses = Poses { network, state };
     let mut sums = vec![(Vector::zeros(), Vector::zeros()); structure.nodes.len()];
@@ -84,8 +115,8 @@ fn joints(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usi
             act(member.nodes[end], -Vector::from(now.end_forces[end]), -Vector::from(now.end_moments[end]));
         }
     }
-    for spring in &structure.springs {
-        spring_actions(&poses, spring, &mut act);
+    for (spring, &turns) in structure.springs.iter().zip(turns) {
+        spring_actions(&poses, spring, turns, &mut act);
     }
     for (drive, &value) in structure.drives.iter().zip(values) {
         let unit = |component: usize| value * Vector::ith(component, 1.0);
@@ -121,7 +152,7 @@ fn joints(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usi
     totals.values().fold(0.0, |worst, (f, m)| worst.max(f.norm() / force_scale).max(m.norm() / moment_scale))
 }
 
-fn spring_actions(poses: &Poses, spring: &Spring, act: &mut impl FnMut(usize, Vector, Vector)) {
+fn spring_actions(poses: &Poses, spring: &Spring, turns: i32, act: &mut impl FnMut(usize, Vector, Vector)) {
     match *spring {
         Spring::Axial { nodes: [a, b], stiffness, natural_length } => {
             let chord = poses.place(b) - poses.place(a);
@@ -131,7 +162,7 @@ fn spring_actions(poses: &Poses, spring: &Spring, act: &mut impl FnMut(usize, Ve
         }
         Spring::Ground { node, stiffness: k } => {
             let u = Vector::from(poses.state.nodes[node].displacement);
-            let moment = gradient(&turn(&poses.rotation(node)), &k);
+            let moment = gradient(&turn(&poses.rotation(node), turns), &k);
             act(node, -Vector::new(k[0] * u.x, k[1] * u.y, k[2] * u.z), -moment);
         }
         Spring::Coupling { nodes: [a, b], stiffness: k } => {
@@ -142,16 +173,18 @@ fn spring_actions(poses: &Poses, spring: &Spring, act: &mut impl FnMut(usize, Ve
             ];
             let d = from.inverse() * now - before;
             let force = from * Vector::new(k[0] * d.x, k[1] * d.y, k[2] * d.z);
-            let moment = from * gradient(&turn(&(from.inverse() * to)), &k);
+            let moment = from * gradient(&turn(&(from.inverse() * to), turns), &k);
             act(b, -force, -moment);
             act(a, force, moment + now.cross(&force));
         }
     }
 }
 
-/// The rotation vector of a rotation.
-fn turn(rotation: &Rotation3<f64>) -> Vector {
-    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
+/// The rotation vector of a rotation and so many whole turns about its axis.
+fn turn(rotation: &Rotation3<f64>, turns: i32) -> Vector {
+    let theta = UnitQuaternion::from_rotation_matrix(rotation).scaled_axis();
+    let angle = theta.norm();
+    if angle > 0.0 { theta * (1.0 + f64::from(turns) * std::f64::consts::TAU / angle) } else { theta }
 }
 
 /// Moment of ½ Σ kᵢ θᵢ²: its derivative by a spin, T⁻ᵀ(θ) k θ.
