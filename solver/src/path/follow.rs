@@ -275,10 +275,9 @@ impl<const D: usize> Path<'_, D> {
         if self.options.stop_unstable && (guarded || flipped) {
             return Judged::Unstable;
         }
-        // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly. Where they have none,
-        // nothing else tells of another path, and each of both is a sign.
+        // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
         let limit = if predicted { WRONG } else { ALL_WRONG };
-        let wrong = missed > limit && (!conservative || found.iterations >= MANY) && !self.system.hangs();
+        let wrong = conservative && missed > limit && found.iterations >= MANY && !self.system.hangs();
         let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
         let far = (guarded || doubtful || flipped) && step > BRACKET;
         let mut torn = doubtful && found.iterations >= MANY;
