@@ -47,12 +47,12 @@ WORTH = """\
 * Tables 9 and 10: it ends at the closest point where waypoints are out of reach; the policy goes on from there.
 * Table 11: it comes nearer in all rows, as it can be asked for 0.1 cm, in more moves than a policy that stops at 1.5 cm.
 * Fig. 35: the policy comes near to the fewest moves that its strides allow, but only strides of the text ask for so many.
-* Fig. 40: it ends at the closest reachable point. A policy does not know when a target is out of reach, and swings about it.
+* Fig. 40: Gauss–Newton with restarts ends at the closest reachable point. A policy does not know when a target is out of reach, and swings about it.
 * Table 12: feedback by the model is nearer in all rows. The policy makes fewer moves, as it stops at 1.5 cm.
 
 Where it buys something: with three inputs, whose moves are limited, the policy takes fewer moves than Gauss–Newton, and shortens the plan by some per cent. Where the
 base has to turn all the way back it takes less than half the moves of Gauss–Newton with restarts, as it does not go astray first; the plan takes fewer still.
-It asks no model while it acts. Plain Gauss–Newton leaves 2 of 1,000 pairs of Table 8 behind, more than is asked for: it takes restarts.
+It asks no model while it acts. Plain Gauss–Newton leaves 2 to 3 of 1,000 pairs of Table 8 behind, more than is asked for: it takes restarts.
 """
 
 ASSUMED = """\
