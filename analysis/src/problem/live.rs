@@ -4,6 +4,7 @@ use std::fmt;
 
 use pennate_models::{Model, discretize};
 use pennate_solver::base::{self, Followed};
+use pennate_solver::error::SolveError;
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Dimension, Step, Structure};
@@ -32,19 +33,22 @@ pub struct Live {
     /// The record of the last step, and the values of all probes after those before it.
     record: StepHistory,
     after: Vec<Vec<f64>>,
-    /// What those steps were solved with, where outputs ask for them.
+    /// The states at the ends of those steps, where outputs ask for them.
     earlier: Option<Earlier>,
+    /// The design that was reached last, and its state.
+    reached: Option<(Design, Equilibrium)>,
     wanted: Vec<f64>,
     present: Vec<f64>,
     values: Vec<f64>,
 }
 
-/// The steps before the last one, as they were solved.
-#[derive(Clone)]
+/// The steps before the last one.
 struct Earlier {
     /// Values of controls there.
     controls: Vec<f64>,
     numbers: Numbers,
+    /// The states at their ends, followed as the last one is; nothing where no output asks for one, or there is none.
+    tracks: Vec<Option<Followable>>,
 }
 
 enum Followable {
@@ -84,10 +88,9 @@ impl Problem {
     /// Where a step does not reach its end.
     pub fn live_at(&self, row: &[f64]) -> Result<Live, Reason> {
         let design = self.whole_design(row)?;
-        let earlier = self.reads_earlier(design.steps.len()).then(|| Earlier::of(&design));
-        let Design { model, structure, steps } = design;
-        let options = Options::default();
-        let (followed, mut history) = base::follow(&structure, &steps, steps.len(), &options, &mut |_| true)?;
+        let earlier = self.reads_earlier(design.steps.len()).then(|| Earlier::of(self, &design));
+        let (followed, mut history) = follow(&design, design.steps.len())?;
+        let Design { model, steps, .. } = design;
         self.mesh.name_segments(&model, &mut history);
         if let Some(index) = history.steps.iter().position(|step| step.status != Status::Converged) {
             let step = &history.steps[index];
@@ -97,14 +100,7 @@ impl Problem {
         if let Some(step) = history.steps.iter().find(|step| step.fraction != 1.0) {
             return Err(Reason::Lost { fraction: step.fraction });
         }
-        let track = match followed {
-            Followed::Plane(path) => {
-                let path = *path;
-                let sideways = path.stability == Dimension::Space && path.lateral.is_some();
-                Followable::Plane(Box::new(Track::new(track::plane(), path.system, sideways, steps)))
-            }
-            Followed::Space(path) => Followable::Space(Box::new(Track::new(track::space(), path.system, false, steps))),
-        };
+        let track = Followable::of(followed, steps);
         let table = ProbeTable::new(&model, &history);
         let mut after: Vec<Vec<f64>> = table.steps.iter().filter_map(|step| step.last()).map(<[f64]>::to_vec).collect();
         let last = after.pop().unwrap_or_default();
@@ -112,7 +108,8 @@ impl Problem {
         let record = neighbour::history_of(&record, Equilibrium::default()).steps.remove(0);
         let (present, wanted) = (row.to_vec(), row.to_vec());
         let values = Vec::new();
-        let mut live = Live { problem: self.clone(), track, record, after, earlier, wanted, present, values };
+        let problem = self.clone();
+        let mut live = Live { problem, track, record, after, earlier, reached: None, wanted, present, values };
         live.values = live.outputs(&last);
         Ok(live)
     }
@@ -124,6 +121,16 @@ impl Problem {
         Ok(Design { model, structure, steps })
     }
 
+    /// Values of all probes in a state at the end of a step, after those at the ends of the steps before it.
+    fn probe_values(&self, model: &Model, like: &StepHistory, state: Equilibrium, after: &[Vec<f64>]) -> Vec<f64> {
+        if self.mesh.grading.is_empty() || state.sections.is_empty() {
+            return model.probes.evaluate(&state, after);
+        }
+        let mut history = neighbour::history_of(like, state);
+        self.mesh.name_segments(model, &mut history);
+        model.probes.evaluate(&history.steps[0].increments[0].state, after)
+    }
+
     /// Whether any output is that of a step before the last of so many, or refers to one.
     fn reads_earlier(&self, steps: usize) -> bool {
         (0..steps.saturating_sub(1)).any(|step| self.reads(step))
@@ -131,19 +138,57 @@ impl Problem {
 }
 
 impl Earlier {
-    fn of(design: &Design) -> Self {
+    fn of(problem: &Problem, design: &Design) -> Self {
         let before = before(design);
         let controls = numbers::controls(&design.structure, before);
-        Self { numbers: Numbers::of(&design.model, &design.structure, before, &controls), controls }
+        let numbers = Numbers::of(&design.model, &design.structure, before, &controls);
+        let track = |step| if problem.reads(step) { Followable::at(design, step) } else { None };
+        Self { numbers, controls, tracks: (0..before.len()).map(track).collect() }
     }
 
-    /// Whether the steps before the last one are the same in another design.
-    fn is_of(&self, design: &Design) -> bool {
+    /// Goes to the ends of the steps of another design; false where they are the same.
+    fn go(&mut self, problem: &Problem, design: &Design) -> bool {
         let before = before(design);
-        let other = Numbers::of(&design.model, &design.structure, before, &self.controls);
+        let numbers = Numbers::of(&design.model, &design.structure, before, &self.controls);
         let probes = Places::of(&design.structure, before).probes;
-        other.len() == self.numbers.len() && !(0..probes).any(|part| other.differs(&self.numbers, part))
+        if numbers.len() == self.numbers.len() && !(0..probes).any(|part| numbers.differs(&self.numbers, part)) {
+            return false;
+        }
+        self.controls = numbers::controls(&design.structure, before);
+        self.numbers = Numbers::of(&design.model, &design.structure, before, &self.controls);
+        for (step, track) in self.tracks.iter_mut().enumerate().filter(|(step, _)| problem.reads(*step)) {
+            let steps = &design.steps[..=step];
+            let followed = track.as_mut().is_some_and(|track| track.step(design.structure.clone(), steps.to_vec()));
+            if !followed {
+                *track = Followable::at(design, step);
+            }
+        }
+        true
     }
+
+    /// Values of all probes at the ends of the steps; not a number where there is no state.
+    fn values(&mut self, problem: &Problem, model: &Model, record: &StepHistory) -> Vec<Vec<f64>> {
+        let mut after: Vec<Vec<f64>> = Vec::with_capacity(self.tracks.len());
+        for track in &mut self.tracks {
+            let values = match track {
+                Some(track) => problem.probe_values(model, record, track.read(), &after),
+                None => vec![f64::NAN; model.probes.len()],
+            };
+            after.push(values);
+        }
+        after
+    }
+
+    fn another(&self) -> Self {
+        let another = |track: &Option<Followable>| track.as_ref().map(Followable::another);
+        let tracks = self.tracks.iter().map(another).collect();
+        Self { controls: self.controls.clone(), numbers: self.numbers.clone(), tracks }
+    }
+}
+
+/// Follows the first steps of a design.
+fn follow(design: &Design, count: usize) -> Result<(Followed<'static>, History), SolveError> {
+    base::follow(&design.structure, &design.steps[..count], count, &Options::default(), &mut |_| true)
 }
 
 fn before(design: &Design) -> &[Step] {
@@ -170,10 +215,15 @@ impl Live {
     /// Where the way does not lead there: an equilibrium that ends or loses its stability, or values that make no network. The
     /// state is then the last one on the way, [`Live::present`] says whose, and what was set stays set.
     pub fn solve(&mut self) -> Result<(), Reason> {
-        let from = self.present.clone();
         let went = self.go();
-        if self.present != from {
-            self.look_back();
+        if let Some((design, state)) = self.reached.take() {
+            if let Some(earlier) = &mut self.earlier
+                && earlier.go(&self.problem, &design)
+            {
+                self.after = earlier.values(&self.problem, &design.model, &self.record);
+            }
+            let values = self.problem.probe_values(&design.model, &self.record, state, &self.after);
+            self.values = self.outputs(&values);
         }
         went
     }
@@ -201,50 +251,14 @@ impl Live {
 
     /// Goes to values nearby; false where no equilibrium of the same stability is there.
     fn step(&mut self, row: Vec<f64>) -> Result<bool, Reason> {
-        let Design { model, structure, steps } = self.problem.whole_design(&row)?;
-        let Some(state) = self.track.step(structure, steps) else { return Ok(false) };
-        self.evaluate(&model, state);
-        self.present = row;
-        Ok(true)
-    }
-
-    /// Reads the outputs in a state.
-    fn evaluate(&mut self, model: &Model, state: Equilibrium) {
-        let problem = &self.problem;
-        let values = if problem.mesh.grading.is_empty() || state.sections.is_empty() {
-            model.probes.evaluate(&state, &self.after)
-        } else {
-            let mut history: History = neighbour::history_of(&self.record, state);
-            problem.mesh.name_segments(model, &mut history);
-            model.probes.evaluate(&history.steps[0].increments[0].state, &self.after)
-        };
-        self.values = self.outputs(&values);
-    }
-
-    /// Solves the steps before the last one again, where outputs ask for them and the parameters made others of them.
-    fn look_back(&mut self) {
-        let Some(earlier) = &self.earlier else { return };
-        let Ok(design) = self.problem.whole_design(&self.present) else { return };
-        if earlier.is_of(&design) {
-            return;
-        }
-        self.earlier = Some(Earlier::of(&design));
-        let Design { model, structure, steps } = design;
-        let count = steps.len() - 1;
-        self.after = vec![vec![f64::NAN; model.probes.len()]; count];
-        if let Ok(mut history) = pennate_solver::solve(&structure, &steps[..count], &Options::default(), &mut |_| true)
-        {
-            self.problem.mesh.name_segments(&model, &mut history);
-            let table = ProbeTable::new(&model, &history);
-            let ends = history.steps.iter().zip(&table.steps).take_while(|(step, _)| step.status == Status::Converged);
-            for (after, (_, values)) in self.after.iter_mut().zip(ends) {
-                if let Some(last) = values.last() {
-                    *after = last.to_vec();
-                }
-            }
+        let design = self.problem.whole_design(&row)?;
+        if !self.track.step(design.structure.clone(), design.steps.clone()) {
+            return Ok(false);
         }
         let state = self.track.read();
-        self.evaluate(&model, state);
+        self.reached = Some((design, state));
+        self.present = row;
+        Ok(true)
     }
 
     /// The outputs among the probes, and among those after the steps before.
@@ -253,8 +267,8 @@ impl Live {
         self.problem.outputs.iter().map(value).collect()
     }
 
-    /// The outputs: in the present state, or those of a step before the last one on a way to it from the beginning; not a
-    /// number where that way does not reach the end of such a step.
+    /// The outputs: in the present state, or those of a step before the last one, whose end is followed as the present state
+    /// is, or solved for from the beginning where it ends; not a number where no way leads to it.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -269,16 +283,14 @@ impl Live {
 
     /// Another state of its own, at the same equilibrium.
     pub fn another(&self) -> Self {
-        let track = match &self.track {
-            Followable::Plane(track) => Followable::Plane(Box::new(track.another())),
-            Followable::Space(track) => Followable::Space(Box::new(track.another())),
-        };
+        let track = self.track.another();
         Self {
             problem: self.problem.clone(),
             track,
             record: self.record.clone(),
             after: self.after.clone(),
-            earlier: self.earlier.clone(),
+            earlier: self.earlier.as_ref().map(Earlier::another),
+            reached: None,
             wanted: self.wanted.clone(),
             present: self.present.clone(),
             values: self.values.clone(),
@@ -287,10 +299,35 @@ impl Live {
 }
 
 impl Followable {
-    fn step(&mut self, structure: Structure, steps: Vec<Step>) -> Option<Equilibrium> {
+    fn of(followed: Followed<'_>, steps: Vec<Step>) -> Self {
+        match followed {
+            Followed::Plane(path) => {
+                let path = *path;
+                let sideways = path.stability == Dimension::Space && path.lateral.is_some();
+                Self::Plane(Box::new(Track::new(track::plane(), path.system, sideways, steps)))
+            }
+            Followed::Space(path) => Self::Space(Box::new(Track::new(track::space(), path.system, false, steps))),
+        }
+    }
+
+    /// The end of a step of a design, on a way to it from the beginning; nothing where that does not lead there.
+    fn at(design: &Design, step: usize) -> Option<Self> {
+        let (followed, history) = follow(design, step + 1).ok()?;
+        let complete = base::is_complete(&history) && history.steps.iter().all(|step| step.fraction == 1.0);
+        complete.then(|| Self::of(followed, design.steps[..=step].to_vec()))
+    }
+
+    fn another(&self) -> Self {
         match self {
-            Self::Plane(track) => track.step(structure, steps).then(|| track.read()),
-            Self::Space(track) => track.step(structure, steps).then(|| track.read()),
+            Self::Plane(track) => Self::Plane(Box::new(track.another())),
+            Self::Space(track) => Self::Space(Box::new(track.another())),
+        }
+    }
+
+    fn step(&mut self, structure: Structure, steps: Vec<Step>) -> bool {
+        match self {
+            Self::Plane(track) => track.step(structure, steps),
+            Self::Space(track) => track.step(structure, steps),
         }
     }
 
