@@ -19,6 +19,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -44,13 +45,13 @@ def main() -> int:
     """All figures, and the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--figures", action="store_true", help="bytes, tasks, and what follows alone")
-    parser.add_argument("--repeat", type=int, default=3, help="how often times are taken; the best ones count")
+    parser.add_argument("--turns", type=int, default=5, help="in how many parts times are taken; medians count")
     parser.add_argument("--patience", type=float, default=60, help="seconds to wait for a moment when others are quiet")
     parser.add_argument("--stages", type=int, default=10_000, help="how many are solved for it, up to 10,000")
     arguments = parser.parse_args()
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     if not arguments.figures:
-        scale(arguments.repeat, arguments.patience, arguments.stages)
+        scale(arguments.turns, arguments.patience, arguments.stages)
     cost()
     return int(bool(missed))
 
@@ -71,10 +72,11 @@ class Timed:
     def __init__(self, client: distributed.Client | None = None) -> None:
         self.client = client
 
-    def now(self) -> tuple[float, float, float, float]:
-        """Processor time of this process, and of its workers, and of the machine."""
+    def now(self) -> tuple[float, float, float, float, float]:
+        """Processor time of this process, of its workers, of what these do beside solving, and of the machine."""
         workers = self.client.run(time.process_time).values() if self.client else []
-        return time.process_time(), sum(workers), *ticks()
+        others = self.client.run(beside).values() if self.client else []
+        return time.process_time(), sum(workers), sum(others), *ticks()
 
     def __enter__(self) -> Timed:
         self.before = self.now()
@@ -83,13 +85,44 @@ class Timed:
 
     def __exit__(self, *_: object) -> None:
         self.seconds = time.perf_counter() - self.begin
-        self.here, self.there, used, could = (after - before for after, before in zip(self.now(), self.before))
+        self.here, self.there, self.beside, used, could = (after - before for after, before in zip(self.now(), self.before))
         self.others = max(used - self.here - self.there, 0.0) / max(could, 1e-9)
         self.here -= Timed.idle * self.seconds
 
     def __str__(self) -> str:
-        parts = f"{self.here:.2f} s here" + (f", {self.there:.2f} s in workers" if self.client else "")
+        parts = f"{self.here:.2f} s here"
+        if self.client:
+            parts += f", {self.there:.2f} s in workers, {self.beside:.2f} s of that beside solving"
         return f"{self.seconds:.2f} s (processors {parts}; others {100 * self.others:.0f} %)"
+
+
+def watch() -> None:
+    """Lets a worker count the processor time of its thread that solves, while it does."""
+    from pennate._sweep import _job
+
+    make, spent = _job.solver_of, vars(_job).setdefault("spent", [0.0])
+
+    def solver_of(job: _job.Job) -> _job.Solver:
+        solver = make(job)
+
+        def timed(x: Any, is_stopped: Callable[[], bool]) -> _job.Answers:
+            begin = time.thread_time()
+            try:
+                return solver(x, is_stopped)
+            finally:
+                spent[0] += time.thread_time() - begin
+
+        return timed
+
+    vars(_job)["solver_of"] = solver_of
+
+
+def beside() -> float:
+    """Processor time of a worker's threads that is not for solving, in seconds; networks are solved on threads of their own."""
+    from pennate._sweep import _job
+
+    clocks = [time.pthread_getcpuclockid(thread.ident) for thread in threading.enumerate() if thread.ident]
+    return sum(time.clock_gettime(clock) for clock in clocks) - float(vars(_job)["spent"][0])
 
 
 def quiet(most: float, patience: float) -> None:
@@ -102,55 +135,70 @@ def quiet(most: float, patience: float) -> None:
             return
 
 
-def scale(repeat: int, patience: float, count: int) -> None:
-    """Some stages by one process, by one worker, by two."""
+def scale(turns: int, patience: float, count: int) -> None:
+    """Some stages by one process, by one worker, by two: part by part in turns, since a machine's pace changes within minutes."""
     network = pennate.scene("stage")
     job = _job.Job(network, tuple(STAGES), tuple(f"{p}@{s}" for s in network.steps for p in network.probes), 1e-6, "solve")
     solver = _job.solver_of(job)
-    axes = {"beta": STAGES["beta"], "L": STAGES["L"][: count // len(STAGES["beta"])]}
-    rows = np.stack(np.meshgrid(*axes.values(), indexing="ij"), axis=-1).reshape(-1, len(axes))
+    lengths = STAGES["L"][: count // len(STAGES["beta"])]
 
-    def alone() -> None:
+    def alone(axes: dict[str, Any]) -> None:
+        rows = np.stack(np.meshgrid(*axes.values(), indexing="ij"), axis=-1).reshape(-1, len(axes))
         for place in range(0, len(rows), CHUNK):
             solver(rows[place : place + CHUNK], lambda: False)
 
-    def swept(client: distributed.Client) -> Callable[[], object]:
-        return lambda: pennate.sweep(network, axes, executor=client.get_executor(), chunk=CHUNK)
+    def swept(client: distributed.Client) -> Callable[[dict[str, Any]], object]:
+        return lambda axes: pennate.sweep(network, axes, executor=client.get_executor(), chunk=CHUNK)
 
     with local(1) as one, local(2) as two:
-        ways: dict[str, tuple[distributed.Client | None, Callable[[], object]]]
+        ways: dict[str, tuple[distributed.Client | None, Callable[[dict[str, Any]], object]]]
         ways = {"one process": (None, alone), "one worker": (one, swept(one)), "two workers": (two, swept(two))}
-        rounds: list[dict[str, Timed]] = []
+        found: list[dict[str, Timed]] = []
+        for each in (one, two):
+            each.run(watch)
+        # What is done once is no part of a chunk: workers load the solver, and are sent the network.
+        for _, work in ways.values():
+            work({"beta": STAGES["beta"], "L": STAGES["L"][:4]})
         # Two clusters that do nothing are no part of what a sweep costs, and cost more the slower the machine is.
         with Timed() as still:
             time.sleep(10.0)
         Timed.idle = still.here / still.seconds
-        for _ in range(repeat):
-            found: dict[str, Timed] = {}
+        for part in np.array_split(lengths, turns):
+            axes = {"beta": STAGES["beta"], "L": part}
+            turn: dict[str, Timed] = {}
             for name, (client, work) in ways.items():
-                quiet(0.05, patience)
-                with Timed(client) as found[name]:
-                    work()
-            rounds.append(found)
-            print(f"{len(rows)} stages:", *(f"    {name} {each}" for name, each in found.items()), sep="\n", flush=True)
-    judge(rounds)
+                quiet(BUSY, patience)
+                with Timed(client) as turn[name]:
+                    work(axes)
+            found.append(turn)
+            print(f"{100 * len(part)} stages:", *(f"    {name} {timed}" for name, timed in turn.items()), sep="\n", flush=True)
+    judge(found)
 
 
-def judge(rounds: list[dict[str, Timed]]) -> None:
-    """The best times of all rounds, and what they say."""
+def judge(turns: list[dict[str, Timed]]) -> None:
+    """What the ratios within each turn say: their medians."""
 
-    def smallest(name: str, what: Callable[[Timed], float]) -> float:
-        return min(what(found[name]) for found in rounds)
+    def ratios(over: Callable[[dict[str, Timed]], float], under: Callable[[dict[str, Timed]], float]) -> list[float]:
+        return sorted(over(turn) / under(turn) for turn in turns)
 
-    process, one = smallest("one process", lambda each: each.here), smallest("one worker", lambda each: each.here + each.there)
-    overhead = one / process - 1
-    figure(f"overhead of chunks of {CHUNK}, % of processor time", 100 * overhead, 100 * OVERHEAD, overhead <= OVERHEAD)
+    def clock(name: str) -> Callable[[dict[str, Timed]], float]:
+        return lambda turn: turn[name].seconds
+
+    for name in ("one process", "one worker", "two workers"):
+        seconds, others = sum(turn[name].seconds for turn in turns), max(turn[name].others for turn in turns)
+        print(f"{name}: {seconds:.1f} s in all; others used at most {100 * others:.0f} %")
+    # What workers and this process do beside solving: a machine's pace changes by more than that from one minute to the next.
+    for name in ("one worker", "two workers"):
+        here, there, beside = (sum(getattr(turn[name], part) for turn in turns) for part in ("here", "there", "beside"))
+        overhead = (here + beside) / (there - beside)
+        figure(f"chunks of {CHUNK}, {name}: % beside solving", 100 * overhead, 100 * OVERHEAD, overhead <= OVERHEAD)
     # A worker alone sets the pace, with this process beside it; two workers share two processors with this process.
-    shared = smallest("two workers", lambda each: each.here + each.there) / 2
-    bound = smallest("one worker", lambda each: each.there) / shared
+    bound = statistics.median(ratios(lambda turn: 2 * turn["one worker"].there, lambda turn: turn["two workers"].there))
     figure("two workers over one, by the processor time of each", bound, SPEEDUP, bound >= SPEEDUP)
-    speedup = smallest("one worker", lambda each: each.seconds) / smallest("two workers", lambda each: each.seconds)
-    others = max(min(rounds, key=lambda found: found[name].seconds)[name].others for name in ("one worker", "two workers"))
+    speedups = ratios(clock("one worker"), clock("two workers"))
+    speedup = statistics.median(speedups)
+    print(f"two over one in each turn: {', '.join(f'{each:.2f}' for each in speedups)}")
+    others = statistics.median(max(turn["one worker"].others, turn["two workers"].others) for turn in turns)
     if others < BUSY:
         figure("two workers over one, by the clock", speedup, SPEEDUP, speedup >= SPEEDUP)
     else:

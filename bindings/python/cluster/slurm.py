@@ -99,6 +99,7 @@ def cluster(folder: pathlib.Path) -> SLURMCluster:
         local_directory=str(folder),
         log_directory=str(folder),
         python=sys.executable,
+        job_script_prologue=["export DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED=False"],
         scheduler_options={"dashboard_address": ":0"},
         worker_extra_args=["--no-dashboard"],
     )

@@ -11,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 
+import dask
 import distributed
 import numpy as np
 
@@ -21,7 +22,8 @@ FEWER = {"beta": np.linspace(22, 32, 50), "L": np.linspace(110, 150, 40)}
 
 @contextlib.contextmanager
 def local(workers: int) -> Iterator[distributed.Client]:
-    """A cluster of processes with one thread each."""
+    """A cluster of processes with one thread each, as docs/cluster.md has it: without dask's profiler."""
+    dask.config.set({"distributed.worker.profile.enabled": False})
     cluster = distributed.LocalCluster(
         n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=logging.CRITICAL
     )
