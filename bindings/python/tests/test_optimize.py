@@ -132,7 +132,7 @@ def test_an_interrupt_keeps_whole_batches_and_writes_what_was_found(folder: Path
     with pytest.raises(KeyboardInterrupt):
         pennate.optimize(path, folder / "out", progress=interrupt)
     names = {each.name for each in (folder / "out").iterdir()}
-    assert {"designs.csv", "front.csv", "progress.csv", "picks.json", "pick_1.json"} <= names
+    assert {"designs.csv", "front.csv", "progress.csv", "picks.json", "pick_1.toml"} <= names
     cut = (folder / "out" / "designs.csv").read_bytes()
     pennate.optimize(path, folder / "out")
     whole = (folder / "out" / "designs.csv").read_bytes()
@@ -152,8 +152,11 @@ def test_targets_are_met_and_the_pick_is_that_design(folder: Path) -> None:
     pytest.importorskip("scipy")
     outcome = pennate.optimize(study(folder, TARGET), folder / "out")
     assert abs(outcome.best[0].wanted[0] - 5) < 1e-3
-    pick = pennate.load(folder / "out" / "pick_1.json")
+    pick = pennate.load(folder / "out" / "pick_1.toml")
     assert abs(pick.solve()["drop"] - 5) < 2e-3
+    # The file of the study's network with two other numbers.
+    lines = zip((folder / "out" / "pick_1.toml").read_text().splitlines(), (folder / "wire.toml").read_text().splitlines())
+    assert [old for new, old in lines if new != old] == ["parameters = { L = 100, d = 1.5, F = 1 }"]
 
 
 def test_targets_out_of_reach_end_at_the_bound_where_a_table_ends(tmp_path: Path) -> None:
@@ -252,9 +255,9 @@ def test_files_of_somebody_else_are_left_alone(folder: Path) -> None:
     with pytest.raises(pennate.StudyError, match=r"front\.csv is no file of a search"):
         pennate.optimize(study(folder, FRONT), out)
     assert [each.name for each in out.iterdir()] == ["front.csv"] and (out / "front.csv").read_text() == "mine"
-    (out / "front.csv").rename(out / "pick_mine.json")
+    (out / "front.csv").rename(out / "pick_mine.toml")
     pennate.optimize(study(folder, FRONT), out)
-    assert (out / "pick_mine.json").read_text() == "mine" and (out / "pick_1.json").exists()
+    assert (out / "pick_mine.toml").read_text() == "mine" and (out / "pick_1.toml").exists()
 
 
 def test_a_search_ends_after_its_minutes(folder: Path) -> None:

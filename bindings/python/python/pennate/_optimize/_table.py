@@ -22,7 +22,7 @@ UNSOLVED = 1e9
 # Seconds after which what was written is brought to the disk itself: a machine that loses its power loses no more.
 SAFE = 1.0
 # Files of a search beside the table of designs.
-WRITTEN = ("study.json", "front.csv", "best.csv", "progress.csv", "picks.json", "pick_1.json", "front.svg", "progress.svg")
+WRITTEN = ("study.json", "front.csv", "best.csv", "progress.csv", "picks.json", "pick_1.toml", "front.svg", "progress.svg")
 VERDICTS: dict[bool | None, str] = {True: "true", False: "false", None: ""}
 
 

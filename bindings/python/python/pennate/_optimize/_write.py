@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._toml import toml_of
 from ._front import costs, ranked
 from ._study import Study
 from ._table import Design, digits
@@ -35,7 +36,7 @@ def write(outcome: Outcome) -> None:
         keys = [*outcome.progress[0], *kinds]
         lines = [[digits(entry.get(key, 0.0)).removesuffix(".0") for key in keys] for entry in outcome.progress]
         (directory / "progress.csv").write_text(_csv([keys, *lines]), "utf-8", newline="")
-    for old in directory.glob("pick_*.json"):
+    for old in directory.glob("pick_*.toml"):
         if old.stem.removeprefix("pick_").isdigit():
             old.unlink()
     summary = []
@@ -71,9 +72,9 @@ def picks(study: Study, designs: list[Design], best: list[Design]) -> list[Desig
 
 def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[str, object]:
     values = {each.name: value for each, value in zip(study.variables, design.x)}
-    network = study.network.edit({"parameters": values})
-    name = f"pick_{number}.json"
-    (outcome.directory / name).write_text(network.text, "utf-8")
+    network = study.network.set(**values)
+    name = f"pick_{number}.toml"
+    (outcome.directory / name).write_text(toml_of(network), "utf-8")
     solution = network.solve(accuracy=ACCURACY)
     return {
         "network": name,

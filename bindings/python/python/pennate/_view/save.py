@@ -15,6 +15,7 @@ from .._errors import Error, NetworkError
 from .._look import fields
 from .._network import Network, loads
 from .._network import _written as written
+from .._toml import with_parameters
 from .way import Way
 
 if TYPE_CHECKING:
@@ -125,28 +126,26 @@ def with_legend(image: Any, session: Session) -> Any:
 def network_file(session: Session) -> tuple[str, str]:
     """The network with the present values: its own text where these can be put into it, else JSON. And the kind of the file."""
     values = session.panel.values()
-    named = {handle.name: values[handle.name] for handle in session.handles if handle.named}
+    named = {handle.name: float(f"{values[handle.name]:.10g}") for handle in session.handles if handle.named}
     present = session.network.set(**values)
     if not any(handle.value != values[handle.name] for handle in session.handles if not handle.named):
-        text = substituted(session.network.text, named) if not session.source.path or session.source.path.suffix != ".json" else None
-        if session.source.path is not None and text is None and session.source.path.suffix != ".json":
-            text = substituted(session.source.path.read_text(encoding="utf-8"), named)
+        path = session.source.path
+        text = None
+        if path is None or path.suffix != ".json":
+            text = replaced(path.read_text(encoding="utf-8") if path is not None else session.network.text, named)
         if text is not None and same(text, present, session):
             return text, "toml"
     return written(present.to_dict()), "json"
 
 
-def substituted(text: str, values: dict[str, float]) -> str:
-    """A TOML text with other numbers for some parameters; comments and order stay."""
-    inside, lines = False, []
-    for line in text.splitlines(keepends=True):
-        if match := re.match(r"\s*\[+\s*([\w.]+)\s*\]+", line):
-            inside = match[1] == "parameters"
-        found = re.match(r"(\s*(?:parameters\.)?)([A-Za-z_]\w*)(\s*=\s*)([^#\n]*?)(\s*(?:#.*)?\n?)$", line)
-        if found and found[2] in values and (inside or found[1].strip() == "parameters."):
-            line = f"{found[1]}{found[2]}{found[3]}{values[found[2]]:.10g}{found[5]}"
-        lines.append(line)
-    return "".join(lines)
+def replaced(text: str, values: dict[str, float]) -> str | None:
+    """A TOML text with other numbers for some parameters; nothing where it is no TOML."""
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        return with_parameters(text, values)
+    except TOMLKitError:
+        return None
 
 
 def same(text: str, network: Network, session: Session) -> bool:
