@@ -174,11 +174,14 @@ impl LocalLaw for Corotational {
         }
     }
 
-    fn gibbs(angle: f64, curvature: f64) -> [f64; 2] {
+    #[inline(always)]
+    fn gibbs<T: Real>(angle: T, curvature: T) -> [T; 2] {
         // The angle at the middle is half that of the last node, of which h times the curvature is the whole.
-        let c = 0.5 * angle.tan();
-        let d = if angle == 0.0 { 0.5 * curvature } else { curvature * c / angle };
-        [c, d]
+        let half = T::splat(0.5);
+        let (sin, cos) = angle.sin_cos();
+        let size = Real::max(angle.abs(), T::splat(f64::MIN_POSITIVE));
+        let (sine, _) = size.sin_cos();
+        [half * sin / cos, half * curvature * (sine / size) / cos]
     }
 
     #[inline(always)]

@@ -26,7 +26,7 @@ pub trait LocalLaw: Copy + Debug + Send + Sync + 'static {
     fn geometric<T: Real>(n: V3<T>, m: V3<T>, v: V3<T>, c: V3<T>, d: V3<T>) -> Geometric<T>;
 
     /// Components about z of c and d of a plane state, for its interpolated angle and curvature.
-    fn gibbs(angle: f64, curvature: f64) -> [f64; 2];
+    fn gibbs<T: Real>(angle: T, curvature: T) -> [T; 2];
 
     /// Stiffness where v·v is `square`.
     fn stiffness<T: Real, const D: usize>(moduli: &Moduli<T, D>, square: T) -> [T; D];
@@ -72,9 +72,12 @@ impl LocalLaw for Exact {
         space::geometric(n, m, v, c, d)
     }
 
-    fn gibbs(angle: f64, curvature: f64) -> [f64; 2] {
-        let c = (0.5 * angle).tan();
-        [c, 0.5 * (1.0 + c * c) * curvature]
+    #[inline(always)]
+    fn gibbs<T: Real>(angle: T, curvature: T) -> [T; 2] {
+        let half = T::splat(0.5);
+        let (sin, cos) = (half * angle).sin_cos();
+        let c = sin / cos;
+        [c, half * (T::one() + c * c) * curvature]
     }
 
     #[inline(always)]

@@ -133,6 +133,27 @@ impl<T: Real> PointTangent<T> {
     }
 }
 
+/// What the mixed stresses at a Gauss point pull the last node by: n in axes turned back by the initial curvature, and turned
+/// by R; with what shear that softens along v takes off.
+#[inline(always)]
+fn mixed_end<T: Real, const P: usize>(
+    at: &At<T, 3, P>,
+    g: usize,
+    k: &Kinematics<T>,
+    (n, turned): ([T; 2], [T; 2]),
+    softened: Option<(T, [T; 2])>,
+) -> [T; 3] {
+    let weight = T::splat(at.table.weights[g]) * at.piece.length;
+    let value = T::splat(at.table.values[g][P - 1]);
+    let slope = T::splat(at.table.slopes[g][P - 1]) / at.piece.length;
+    let mut pull = turned;
+    if let Some((softening, v)) = softened {
+        axpy(&mut pull, -weight * softening, v);
+    }
+    let along = n[0] * k.slope[0] + n[1] * k.slope[1];
+    [slope * pull[0], slope * pull[1], value * along + slope * weight * at.stress[g][2]]
+}
+
 /// The block of the local tangent that belongs to nodes i + 1 and j + 1.
 #[inline(always)]
 fn node_tangent<T: Real, const P: usize>(
@@ -235,17 +256,9 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
                 continue;
             }
 
-            let mixed = scale(weight, at.stress[g]);
-            let n = turned(axis, [mixed[0], mixed[1]]);
+            let n = turned(axis, [weight * at.stress[g][0], weight * at.stress[g][1]]);
             let m_v = turned([k.cos, k.sin], n);
-            let m_angle = n[0] * k.slope[0] + n[1] * k.slope[1];
-            let value = T::splat(at.table.values[g][P - 1]);
-            let slope = T::splat(at.table.slopes[g][P - 1]) * inverse;
-            let mut pull = m_v;
-            if let Some(softening) = &softening {
-                axpy(&mut pull, -weight * softening.pull, v);
-            }
-            let end = [slope * pull[0], slope * pull[1], value * m_angle + slope * mixed[2]];
+            let end = mixed_end(at, g, &k, (n, m_v), softening.as_ref().map(|softening| (softening.pull, v)));
             out.mixed_end = add(out.mixed_end, end);
 
             // Stiffness of Γ in axes turned back by the initial curvature (b), then in the local frame (C).
@@ -480,46 +493,60 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     }
 }
 
-/// Tangent out of the plane of a plane element: local unknowns U₃, c₁, c₂ of nodes 1…P.
+/// Tangent out of the plane of a plane element: local unknowns U₃, c₁, c₂ of nodes 1…P; and what turns with the frame.
 ///
 /// `at` is the plane state, `moduli` are the spatial ones. In-plane and out-of-plane parts of the spatial Hessian do not
 /// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
-pub fn lateral<L: LocalLaw, const P: usize>(at: &At<f64, 3, P>, moduli: &Moduli<f64, 6>, out: &mut Local<f64, 3, P>) {
+#[inline(always)]
+pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
+    at: &At<T, 3, P>,
+    moduli: &Moduli<T, 6>,
+    out: &mut Local<T, 3, P>,
+) {
     out.clear();
     out.tangent = [[zeros(); P]; P];
-    let inverse = 1.0 / at.piece.length;
+    let o = T::zero();
+    let inverse = T::one() / at.piece.length;
     for g in 0..P {
-        let weight = at.table.weights[g] * at.piece.length;
+        let weight = T::splat(at.table.weights[g]) * at.piece.length;
         let curved = at.curved.map(|axes| &axes[g]);
         let tangent = unloaded_tangent(curved);
         let (u, angle, kappa) = interpolate(at, g, at.local);
         let [c, slope] = L::gibbs(angle, kappa);
-        let start = unloaded::<f64, L>(at.piece, tangent);
-        let v = [u[0] + start[0], u[1] + start[1], 0.0];
-        let (gibbs, slope) = ([0.0, 0.0, c], [0.0, 0.0, slope]);
-        let k = L::kinematics([u[0], u[1], 0.0], [start[0], start[1], 0.0], gibbs, slope, curved);
+        let start = unloaded::<T, L>(at.piece, tangent);
+        let v = add(u, start);
+        let (gibbs, slope) = ([o, o, c], [o, o, slope]);
+        let k = L::kinematics([u[0], u[1], o], [start[0], start[1], o], gibbs, slope, curved);
         let stress = scale(weight, at.stress[g]);
         let n = turned(tangent, [stress[0], stress[1]]);
-        let n = [n[0], n[1], 0.0];
-        let m = [0.0, 0.0, stress[2]];
-        let stiffness = L::stiffness(moduli, square([v[0], v[1]]));
-        let mut t = space::point_tangent(&k, &scale(weight, stiffness), &L::geometric(n, m, v, gibbs, slope));
-        let [n1, n2, moment] = at.stress[g];
-        if let Some(softening) = L::softening(moduli, &[n1, n2, 0.0, 0.0, 0.0, moment]) {
-            t.vv[2][2] -= weight * softening.pull;
+        let force = [n[0], n[1], o];
+        let moment = [o, o, stress[2]];
+        let stiffness = L::stiffness(moduli, square(v));
+        let geometric = L::geometric(force, moment, [v[0], v[1], o], gibbs, slope);
+        let mut t = space::point_tangent(&k, &scale(weight, stiffness), &geometric);
+        let [n1, n2, m3] = at.stress[g];
+        let softening = L::softening(moduli, &[n1, n2, o, o, o, m3]);
+        if let Some(softening) = &softening {
+            t.vv[2][2] += -weight * softening.pull;
         }
+        let flat = kinematics(u, start, angle, kappa);
+        let m_v = turned([flat.cos, flat.sin], n);
+        // The shear along axis 2 alone softens along a v of the plane.
+        let softened = L::softening(at.moduli, &at.stress[g]).map(|softening| (softening.pull, v));
+        out.mixed_end = add(out.mixed_end, mixed_end(at, g, &flat, (n, m_v), softened));
         for i in 0..P {
-            let (ni, si) = (at.table.values[g][i], at.table.slopes[g][i] * inverse);
+            let (ni, si) = (T::splat(at.table.values[g][i]), T::splat(at.table.slopes[g][i]) * inverse);
             for j in i..P {
-                let (nj, sj) = (at.table.values[g][j], at.table.slopes[g][j] * inverse);
+                let (nj, sj) = (T::splat(at.table.values[g][j]), T::splat(at.table.slopes[g][j]) * inverse);
+                let (nn, ns, sn, ss) = (ni * nj, ni * sj, si * nj, si * sj);
                 let target = &mut out.tangent[i][j];
-                target[0][0] += si * sj * t.vv[2][2];
+                target[0][0] = target[0][0].plus(ss, t.vv[2][2]);
                 for a in 0..2 {
-                    target[0][1 + a] += si * nj * t.vc[2][a];
-                    target[1 + a][0] += ni * sj * t.vc[2][a];
+                    target[0][1 + a] = target[0][1 + a].plus(sn, t.vc[2][a]);
+                    target[1 + a][0] = target[1 + a][0].plus(ns, t.vc[2][a]);
                     for b in 0..2 {
-                        target[1 + a][1 + b] +=
-                            ni * nj * t.cc[a][b] + ni * sj * t.cd[a][b] + si * nj * t.cd[b][a] + si * sj * t.dd[a][b];
+                        let sum = target[1 + a][1 + b].plus(nn, t.cc[a][b]).plus(ns, t.cd[a][b]);
+                        target[1 + a][1 + b] = sum.plus(sn, t.cd[b][a]).plus(ss, t.dd[a][b]);
                     }
                 }
             }
@@ -530,15 +557,18 @@ pub fn lateral<L: LocalLaw, const P: usize>(at: &At<f64, 3, P>, moduli: &Moduli<
 /// From the lateral tangent in local unknowns to both end nodes: components uz, φx, φy in global axes.
 ///
 /// `mixed_end` is the in-plane gradient at the last node with the mixed stresses, which turns with the frame.
-pub fn expand_lateral(
-    frame: &Frame<f64>,
-    tangent: &[[f64; 3]; 3],
-    mixed_end: [f64; 3],
-    turn: Option<&M3<f64>>,
-    coupling: Option<&[[f64; 3]; 3]>,
-) -> Ends<f64, 3> {
-    let gibbs = (0.5 * frame.local[2]).tan();
-    let mut full = [[0.0; 6]; 6];
+#[inline(always)]
+pub fn expand_lateral<T: Real>(
+    frame: &Frame<T>,
+    tangent: &[[T; 3]; 3],
+    mixed_end: [T; 3],
+    turn: Option<&M3<T>>,
+    coupling: Option<&[[T; 3]; 3]>,
+) -> Ends<T, 3> {
+    let o = T::zero();
+    let (sin, cos) = (T::splat(0.5) * frame.local[2]).sin_cos();
+    let gibbs = sin / cos;
+    let mut full = [[o; 6]; 6];
     const ROWS: [usize; 3] = [2, 3, 4];
     for (i, &a) in ROWS.iter().enumerate() {
         for (j, &b) in ROWS.iter().enumerate() {
@@ -546,40 +576,48 @@ pub fn expand_lateral(
         }
     }
     // The angle is twice the arc tangent of the Gibbs component.
-    let couple = 2.0 * mixed_end[2] / (1.0 + gibbs * gibbs);
+    let couple = T::splat(2.0) * mixed_end[2] / (T::one() + gibbs * gibbs);
     let axis = frame.axis;
     let spatial = space::Frame {
-        axes: [[axis[0], -axis[1], 0.0], [axis[1], axis[0], 0.0], [0.0, 0.0, 1.0]],
-        position: [frame.position[0], frame.position[1], 0.0],
-        displacement: [frame.local[0], frame.local[1], 0.0],
-        gibbs: [0.0, 0.0, gibbs],
+        axes: [[axis[0], -axis[1], o], [axis[1], axis[0], o], [o, o, T::one()]],
+        position: [frame.position[0], frame.position[1], o],
+        displacement: [frame.local[0], frame.local[1], o],
+        gibbs: [o, o, gibbs],
     };
     let condensed = Condensed {
         tangent: full,
-        gradient: [0.0; 6],
-        mixed_end: [mixed_end[0], mixed_end[1], 0.0, 0.0, 0.0, couple],
+        gradient: [o; 6],
+        mixed_end: [mixed_end[0], mixed_end[1], o, o, o, couple],
         turn: turn.map(|tangent| {
-            let mut rows = [[0.0; 3]; 6];
+            let mut rows = [[o; 3]; 6];
             if let Some(coupling) = coupling {
                 for (i, &a) in ROWS.iter().enumerate() {
                     rows[a] = coupling[i];
                 }
             }
-            crate::beam::Turn { coupling: rows, tangent: *tangent, gradient: [0.0; 3] }
+            crate::beam::Turn { coupling: rows, tangent: *tangent, gradient: [o; 3] }
         }),
     };
-    let ends = <space::Space as Beam<f64, 6>>::expand(&spatial, &condensed);
-    let pick = |k: &[[f64; 6]; 6]| std::array::from_fn(|i| std::array::from_fn(|j| k[ROWS[i]][ROWS[j]]));
-    Ends { k00: pick(&ends.k00), k01: pick(&ends.k01), k11: pick(&ends.k11), r0: [0.0; 3], r1: [0.0; 3] }
+    let ends = <space::Space as Beam<T, 6>>::expand(&spatial, &condensed);
+    let mut picked = Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; 3], r1: [o; 3] };
+    for (i, &a) in ROWS.iter().enumerate() {
+        for (j, &b) in ROWS.iter().enumerate() {
+            picked.k00[i][j] = ends.k00[a][b];
+            picked.k01[i][j] = ends.k01[a][b];
+            picked.k11[i][j] = ends.k11[a][b];
+        }
+    }
+    picked
 }
 
 /// Plane moduli out of spatial ones whose axis 3 is z: Γ₁, Γ₂, κ₃.
-pub fn plane_moduli(spatial: &Moduli<f64, 6>) -> Moduli<f64, 3> {
-    let pick = |a: &[f64; 6]| [a[0], a[1], a[5]];
+#[inline(always)]
+pub fn plane_moduli<T: Real>(spatial: &Moduli<T, 6>) -> Moduli<T, 3> {
+    let Moduli { stiffness, rest, held, softening } = *spatial;
     Moduli {
-        stiffness: pick(&spatial.stiffness),
-        rest: pick(&spatial.rest),
-        held: pick(&spatial.held),
-        softening: spatial.softening,
+        stiffness: [stiffness[0], stiffness[1], stiffness[5]],
+        rest: [rest[0], rest[1], rest[5]],
+        held: [held[0], held[1], held[5]],
+        softening,
     }
 }

@@ -140,19 +140,21 @@ impl Lateral {
         system.fraction = plane.fraction;
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
-        let mut moduli = Vec::new();
         for index in 0..plane.members.len() {
-            moduli.clear();
+            let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
             for segment in 0..plane.structure.members[index].segments.len() {
-                let slot = &plane.members[index];
-                let pack = &plane.packs[slot.pack];
-                let length = pack.element_length(slot.lane, segment);
+                let (formulation, length) =
+                    (plane.packs[pack].formulation(), plane.packs[pack].element_length(lane, segment));
                 let section = plane.section(index, segment);
                 let lengths = [length, plane.structure.members[index].length()];
-                moduli.push(packs::moduli(&section, pack.formulation(), lengths, &slot.turn, plane.auxiliary));
+                let moduli = packs::moduli(&section, formulation, lengths, &plane.members[index].turn, plane.auxiliary);
+                plane.packs[pack].set_lateral_moduli(lane, segment, &moduli);
             }
+        }
+        plane.packs.iter_mut().for_each(|pack| pack.condense_lateral());
+        for index in 0..plane.members.len() {
             let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
-            let (ends, negative, smallest) = plane.packs[pack].lateral(lane, &moduli);
+            let (ends, negative, smallest) = plane.packs[pack].lateral(lane);
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
             let mut factor = system.members[index].factor;

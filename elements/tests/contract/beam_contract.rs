@@ -214,7 +214,7 @@ fn plane_and_lateral_tangents_are_those_of_the_spatial_beam() {
     // Out of the plane: against the spatial beam turned rigidly about an axis in the plane. The moments and forces of a
     // rigid spin φ about an in-plane axis turn with it: K φ-motion = φ × force, exactly as for the spatial beam.
     let mut lateral = Local::zero();
-    plane::lateral::<Exact, P>(&at, &spatial, &mut lateral);
+    plane::lateral::<f64, Exact, P>(&at, &spatial, &mut lateral);
     let side = plane::expand_lateral(&frame, &lateral.tangent[0][0], out.mixed_end, None, None);
     let [r0, r1] = Plane::expand_gradient(&frame, &out.gradient[0], [0.0; 3]);
     let x = mul(&transpose(&axes), &[[4.8], [0.9], [0.0]]);

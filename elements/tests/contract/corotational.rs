@@ -148,7 +148,7 @@ fn plane_and_lateral_tangents_are_those_of_the_spatial_beam() {
             let stress = [plane_one.stress];
             let at = At { table: &table, piece: &piece, curved, moduli: &flat, local: &local, stress: &stress };
             let mut out = Local::zero();
-            plane::lateral::<Corotational, 1>(&at, &spatial, &mut out);
+            plane::lateral::<f64, Corotational, 1>(&at, &spatial, &mut out);
             let side = plane::expand_lateral(&frame, &out.tangent[0][0], plane_one.local.mixed_end, None, None);
             for i in 0..3 {
                 near(plane_one.ends.r0[i], space_one.ends.r0[FLAT[i]]);

@@ -1,175 +1,195 @@
-//! The lateral stiffness of a plane chain.
+//! The lateral stiffness of plane chains: what lies between the ends is eliminated, as in their plane.
 
-use pennate_elements::beam::{At, Beam, Ends, Formulation, Local, Moduli, Piece, Placement};
+use pennate_elements::beam::{At, Beam, Ends, Formulation, Local, Moduli};
 use pennate_elements::corotational::Corotational;
-use pennate_elements::interpolation::Table;
 use pennate_elements::local_law::Exact;
-use pennate_elements::plane;
-use pennate_elements::real::Real;
+use pennate_elements::plane::{self, Pose};
+use pennate_elements::real::{Real, Work, load};
 use pennate_elements::rotation;
-use pennate_elements::small::{Ldl, M3, V3, axpy, madd, mscale, scale, tmul, transpose, zeros};
+use pennate_elements::small::{
+    Ldl, V3, axpy, madd, mscale, scale, sub_tmul, sub_tmul_symmetric, tmul, transpose, zeros,
+};
 
-use super::Chain;
-use super::lanes::{lane_of, lanes, mul_block, sub_matrix};
+use super::{Chain, lanes};
+
+/// No number has more lanes.
+const MOST_LANES: usize = 8;
+
+/// The tangent of a plane chain out of its plane: components uz, φx, φy.
+#[derive(Debug)]
+pub(super) struct Lateral<T> {
+    /// Spatial ones, of every segment.
+    moduli: Vec<Moduli<T, 6>>,
+    /// Of the ends; it has no forces.
+    ends: Ends<T, 3>,
+    /// Pivots of the interior that are negative, and the smallest ratio of all.
+    negative: T,
+    smallest: T,
+}
+
+impl<T: Real> Default for Lateral<T> {
+    fn default() -> Self {
+        let o = T::zero();
+        let ends = Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; 3], r1: [o; 3] };
+        Self { moduli: Vec::new(), ends, negative: o, smallest: T::one() }
+    }
+}
+
+/// The elimination, as work in lanes.
+struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a mut Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.condense_lateral_all();
+    }
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn lateral_impl(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
-        let mut plane = Vec::with_capacity(self.state.nodes.len());
-        for node in &self.state.nodes {
-            plane.push(flat(B::pose(node, lane)));
+    pub(super) fn set_lateral_moduli_impl(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+        let all = &mut self.lateral.moduli;
+        all.resize_with(self.segments, Moduli::default);
+        let target = &mut all[segment];
+        for d in 0..6 {
+            target.stiffness[d].set_lane(lane, moduli.stiffness[d]);
+            target.rest[d].set_lane(lane, moduli.rest[d]);
+            target.held[d].set_lane(lane, moduli.held[d]);
         }
-        let mut negative = 0;
-        let mut smallest = 1.0f64;
-        let mut chain: Option<Ends<f64, 3>> = None;
+        for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
+            target.set_lane(lane, value);
+        }
+    }
+
+    pub(super) fn condense_lateral_impl(&mut self) {
+        T::run(Condense(self));
+    }
+
+    pub(super) fn lateral_impl(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
+        let Lateral { ends, negative, smallest, .. } = &self.lateral;
+        let ends = Ends {
+            k00: lanes::lanes(&ends.k00, lane),
+            k01: lanes::lanes(&ends.k01, lane),
+            k11: lanes::lanes(&ends.k11, lane),
+            r0: [0.0; 3],
+            r1: [0.0; 3],
+        };
+        (ends, negative.lane(lane) as usize, smallest.lane(lane))
+    }
+
+    #[inline(always)]
+    fn condense_lateral_all(&mut self) {
+        // A chain in space has no plane that it could leave.
+        if D != 3 {
+            return;
+        }
+        let (mut negative, mut smallest) = (T::zero(), T::one());
+        let mut k = Local::zero();
+        let mut before = self.flat_pose(0);
+        let mut chain: Option<Ends<T, 3>> = None;
         for e in 0..self.frames.len() {
-            let segment = self.segment_of[e];
-            let next = self.lateral_element(lane, e, &plane, &moduli[segment], &mut negative, &mut smallest);
+            let after = self.flat_pose(e + 1);
+            let next = self.lateral_element(e, [&before, &after], &mut k, &mut negative, &mut smallest);
+            before = after;
             chain = Some(match chain {
                 None => next,
                 Some(so_far) => {
                     let ldl = Ldl::new(&madd(so_far.k11, next.k00));
-                    negative += ldl.negative as usize;
-                    smallest = smallest.min(ldl.smallest);
-                    let (back, ahead) = (ldl.solve(&transpose(&so_far.k01)), ldl.solve(&next.k01));
-                    Ends {
-                        k00: sub_matrix(so_far.k00, mul_block(&so_far.k01, &back)),
-                        k01: mscale(-1.0, mul_block(&so_far.k01, &ahead)),
-                        k11: sub_matrix(next.k11, tmul(&next.k01, &ahead)),
-                        ..next
-                    }
+                    negative += ldl.negative;
+                    smallest = -Real::max(-smallest, -ldl.smallest);
+                    let link = transpose(&so_far.k01);
+                    let (back, ahead) = (ldl.solve(&link), ldl.solve(&next.k01));
+                    let mut joined =
+                        Ends { k00: so_far.k00, k01: mscale(-T::one(), tmul(&link, &ahead)), k11: next.k11, ..next };
+                    sub_tmul_symmetric(&mut joined.k00, &link, &back);
+                    sub_tmul_symmetric(&mut joined.k11, &next.k01, &ahead);
+                    joined
                 }
             });
         }
-        let ends = chain.unwrap_or(Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [0.0; 3], r1: [0.0; 3] });
-        (ends, negative, smallest)
+        if let Some(ends) = chain {
+            self.lateral.ends = ends;
+        }
+        (self.lateral.negative, self.lateral.smallest) = (negative, smallest);
     }
 
-    /// Lateral stiffness of one element of a plane chain.
+    /// Where a node of a plane chain is.
+    #[inline(always)]
+    fn flat_pose(&self, node: usize) -> Pose<T> {
+        let mut row = [0.0; 3 * MOST_LANES];
+        let row = &mut row[..3 * T::LANES];
+        B::store_pose(&self.state.nodes[node], row);
+        load(row)
+    }
+
+    /// Lateral stiffness of one element between its ends.
+    #[inline(always)]
     fn lateral_element(
         &self,
-        lane: usize,
         e: usize,
-        nodes: &[[f64; 3]],
-        moduli: &Moduli<f64, 6>,
-        negative: &mut usize,
-        smallest: &mut f64,
-    ) -> Ends<f64, 3> {
-        let packed = &self.pieces[e];
-        let piece = Piece {
-            length: packed.length.lane(lane),
-            chord: lane_of(&packed.chord, lane),
-            bulge: lane_of(&packed.bulge, lane),
-            axes: lanes(&packed.axes, lane),
-        };
-        let frame = <plane::Plane as Beam<f64, 3>>::frame(&piece, &nodes[e], &nodes[e + 1]);
-        let (mut local, mut stress, mut reference) = ([[0.0; 3]; P], [[0.0; 3]; P], [[0.0; 3]; P]);
+        [first, last]: [&Pose<T>; 2],
+        k: &mut Local<T, 3, P>,
+        negative: &mut T,
+        smallest: &mut T,
+    ) -> Ends<T, 3> {
+        let piece = &self.pieces[e];
+        let segment = self.segment_of[e];
+        let frame = <plane::Plane as Beam<T, 3>>::frame(piece, first, last);
+        let (mut local, mut stress) = ([[T::zero(); 3]; P], [[T::zero(); 3]; P]);
         for i in 0..P {
-            for d in 0..3 {
-                local[i][d] = self.state.local[e * P + i][d].lane(lane);
-                stress[i][d] = self.state.stress[e * P + i][d].lane(lane);
-            }
-            reference[i] = lane_of(&self.reference(e, i), lane);
+            local[i].copy_from_slice(&self.state.local[e * P + i][..3]);
+            stress[i].copy_from_slice(&self.state.stress[e * P + i][..3]);
         }
         local[P - 1] = frame.local;
-        let curved = self.curved(e).map(|frames| {
-            let mut own = [zeros(); P];
-            for g in 0..P {
-                own[g] = lanes(&frames[g], lane);
-            }
-            own
-        });
-        let load = self.loaded.then(|| lane_of(&self.loads[self.segment_of[e]], lane));
-        let element = FlatElement { formulation: B::FORMULATION, piece, frame, local, stress, reference, curved, load };
-        element.lateral(&self.table, moduli, negative, smallest)
-    }
-}
-
-/// An element of a plane chain out of the lanes, so that what follows is compiled once for every order.
-struct FlatElement<const P: usize> {
-    formulation: Formulation,
-    piece: Piece<f64>,
-    frame: <plane::Plane as Beam<f64, 3>>::Frame,
-    local: [[f64; 3]; P],
-    stress: [[f64; 3]; P],
-    /// Unloaded local positions of nodes 1…P.
-    reference: [V3<f64>; P],
-    /// Gauss frames of an initially curved element.
-    curved: Option<[M3<f64>; P]>,
-    /// Per unloaded length.
-    load: Option<V3<f64>>,
-}
-
-impl<const P: usize> FlatElement<P> {
-    /// Lateral stiffness between the ends.
-    fn lateral(
-        &self,
-        table: &Table<P>,
-        moduli: &Moduli<f64, 6>,
-        negative: &mut usize,
-        smallest: &mut f64,
-    ) -> Ends<f64, 3> {
-        let (piece, frame) = (&self.piece, &self.frame);
+        let moduli = &self.lateral.moduli[segment];
         let flat = plane::plane_moduli(moduli);
-        let at =
-            At { table, piece, curved: self.curved.as_ref(), moduli: &flat, local: &self.local, stress: &self.stress };
-        let (mut k, mut plane_part) = (Local::<f64, 3, P>::zero(), Local::<f64, 3, P>::zero());
-        match self.formulation {
-            Formulation::Exact => {
-                plane::lateral::<Exact, P>(&at, moduli, &mut k);
-                <plane::Plane as Beam<f64, 3>>::local::<P, true>(&at, &mut plane_part);
-            }
-            Formulation::Corotational => {
-                plane::lateral::<Corotational, P>(&at, moduli, &mut k);
-                <plane::CorotationalPlane as Beam<f64, 3>>::local::<P, true>(&at, &mut plane_part);
-            }
+        let curved = self.curved(e);
+        let at = At { table: &self.table, piece, curved, moduli: &flat, local: &local, stress: &stress };
+        match B::FORMULATION {
+            Formulation::Exact => plane::lateral::<T, Exact, P>(&at, moduli, k),
+            Formulation::Corotational => plane::lateral::<T, Corotational, P>(&at, moduli, k),
         }
 
         // Weight in the plane turns with the frame about axes 1 and 2.
         let mut turn = None;
-        let mut coupling = [[[0.0; 3]; 3]; P];
-        if let Some(load) = self.load {
-            let load = scale(piece.length, load);
-            let load = <plane::Plane as Beam<f64, 3>>::pull_back(frame, load);
-            let mut arm = scale(1.0 / piece.length, piece.bulge);
+        let mut coupling = [zeros::<T, 3, 3>(); P];
+        if self.loaded {
+            let load: V3<T> = scale(piece.length, self.loads[segment]);
+            let load = <plane::Plane as Beam<T, 3>>::pull_back(&frame, load);
+            let mut arm = scale(T::one() / piece.length, piece.bulge);
             for i in 0..P - 1 {
-                let weight = table.integrals[i];
-                let mut position = self.reference[i];
-                position[0] += self.local[i][0];
-                position[1] += self.local[i][1];
+                let weight = T::splat(self.table.integrals[i]);
+                let mut position = self.reference(e, i);
+                position[0] += local[i][0];
+                position[1] += local[i][1];
                 axpy(&mut arm, weight, position);
                 // Row U₃ of the spatial coupling: columns of the spins about axes 1 and 2.
-                coupling[i][0] = [weight * load[1], -weight * load[0], 0.0];
+                coupling[i][0] = [weight * load[1], -weight * load[0], T::zero()];
             }
-            turn = Some(mscale(-1.0, rotation::second_variation(load, arm)));
+            turn = Some(mscale(-T::one(), rotation::second_variation(load, arm)));
         }
         for i in 0..P - 1 {
-            let ldl = Ldl::new(&k.tangent[i][i]);
-            *negative += ldl.negative as usize;
-            *smallest = smallest.min(ldl.smallest);
+            let (above, below) = k.tangent.split_at_mut(i + 1);
+            let row = &above[i];
+            let ldl = Ldl::new(&row[i]);
+            *negative += ldl.negative;
+            *smallest = -Real::max(-*smallest, -ldl.smallest);
             if let Some(turn) = &mut turn {
                 let solved = ldl.solve(&coupling[i]);
-                *turn = sub_matrix(*turn, tmul(&coupling[i], &solved));
+                sub_tmul_symmetric(turn, &coupling[i], &solved);
                 for j in i + 1..P {
-                    coupling[j] = sub_matrix(coupling[j], tmul(&k.tangent[i][j], &solved));
+                    sub_tmul(&mut coupling[j], &row[j], &solved);
                 }
             }
             for j in i + 1..P {
-                let solved = ldl.solve(&k.tangent[i][j]);
-                for l in i + 1..=j {
-                    k.tangent[l][j] = sub_matrix(k.tangent[l][j], tmul(&k.tangent[i][l], &solved));
+                let solved = ldl.solve(&row[j]);
+                for l in i + 1..j {
+                    sub_tmul(&mut below[l - i - 1][j], &row[l], &solved);
                 }
+                sub_tmul_symmetric(&mut below[j - i - 1][j], &row[j], &solved);
             }
         }
-        plane::expand_lateral(
-            frame,
-            &k.tangent[P - 1][P - 1],
-            plane_part.mixed_end,
-            turn.as_ref(),
-            Some(&coupling[P - 1]),
-        )
+        plane::expand_lateral(&frame, &k.tangent[P - 1][P - 1], k.mixed_end, turn.as_ref(), Some(&coupling[P - 1]))
     }
-}
-
-fn flat(p: Placement) -> [f64; 3] {
-    [p.displacement[0], p.displacement[1], p.angle]
 }

@@ -35,6 +35,7 @@ pub use element::ElementState;
 pub(crate) use geometry::Bent;
 use geometry::{Curve, Geometry, members_of};
 pub use held::HeldForce;
+use lateral::Lateral;
 pub use measures::Measures;
 use size::Sizes;
 use transfer::{Field, InLanes};
@@ -186,9 +187,12 @@ pub trait Pack<const D: usize>: Send {
     fn distances(&self, row: &[f64]) -> Vec<Size>;
     /// Linear extrapolation of the local unknowns and stresses from two states; nodes follow as after [`Pack::advance`].
     fn predict(&mut self, before: &[f64], last: &[f64], ratio: f64);
-    /// The lateral stiffness of a plane chain: components uz, φx, φy; with the pivots of its interior. The moduli are
-    /// those of its segments, in space.
-    fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64);
+    /// Sets the spatial moduli of a segment of a plane chain, for its lateral stiffness.
+    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
+    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state.
+    fn condense_lateral(&mut self);
+    /// What that left: components uz, φx, φy of both ends; and pivots as those of [`Pack::pivots`].
+    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64);
     /// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of
     /// this pack the other pack and the lane there.
     fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
@@ -271,6 +275,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     total_length: T,
     sizes: Sizes<T>,
     dashpots: Dashpots<T, D>,
+    lateral: Lateral<T>,
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
@@ -319,6 +324,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             total_length,
             sizes: Sizes::default(),
             dashpots: Dashpots::default(),
+            lateral: Lateral::default(),
         }
     }
 
@@ -523,8 +529,16 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(state::Predict { chain: self, before, last, ratio });
     }
 
-    fn lateral(&mut self, lane: usize, moduli: &[Moduli<f64, 6>]) -> (Ends<f64, 3>, usize, f64) {
-        self.lateral_impl(lane, moduli)
+    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+        self.set_lateral_moduli_impl(lane, segment, moduli);
+    }
+
+    fn condense_lateral(&mut self) {
+        self.condense_lateral_impl();
+    }
+
+    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
+        self.lateral_impl(lane)
     }
 
     fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]) {

@@ -1,6 +1,6 @@
 //! The state of a chain as a row of numbers: a value that can be kept, copied and compared, whatever the chain's lanes.
 
-use pennate_elements::beam::Beam;
+use pennate_elements::beam::{Beam, Piece};
 use pennate_elements::real::{self, Real, Work};
 use pennate_elements::small::{add, scale, sub};
 
@@ -20,6 +20,12 @@ impl Saved<'_> {
     pub(super) fn node<T: Real, B: Beam<T, D>, const D: usize>(&self, index: usize) -> B::Pose {
         let size = B::POSE * T::LANES;
         B::load_pose(&self.nodes[index * size..(index + 1) * size])
+    }
+
+    /// Local unknowns of the end of an element.
+    #[inline(always)]
+    fn last_local<T: Real, B: Beam<T, D>, const D: usize>(&self, piece: &Piece<T>, e: usize) -> [T; D] {
+        B::last_local(&B::frame(piece, &self.node::<T, B, D>(e), &self.node::<T, B, D>(e + 1)))
     }
 
     /// Local unknowns, P an element.
@@ -58,10 +64,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
             chain.state.stress[i] = add(b, scale(ratio, sub(b, a)));
         }
         for (e, piece) in chain.pieces.iter().enumerate() {
-            let unknowns = |saved: &Saved| {
-                B::last_local(&B::frame(piece, &saved.node::<T, B, D>(e), &saved.node::<T, B, D>(e + 1)))
-            };
-            let (a, b) = (unknowns(&before), unknowns(&last));
+            let (a, b) = (before.last_local::<T, B, D>(piece, e), last.last_local::<T, B, D>(piece, e));
             chain.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
         }
     }
