@@ -28,7 +28,7 @@ const EXACT: f64 = 1e-9;
 const NEARLY: f64 = 1e-5;
 const NEAR_ENOUGH: f64 = 0.02;
 /// Part of the fraction by which a bracket may have to begin sooner.
-const BEHIND: f64 = 1e-4;
+pub(super) const BEHIND: f64 = 1e-4;
 /// Value of the test function, over that at the ends of the bracket, that is zero.
 const SMALL: f64 = 1e-8;
 /// Part of a bracket by which states are apart that tell how well a root in it is known.

@@ -7,9 +7,20 @@ use super::Path;
 use super::follow::{Ramp, Tally};
 use crate::chain::Size;
 use crate::newton::{Aim, Convergence, Start};
+use crate::system::System;
 
 /// So many iterations are no short way to the next state of a path.
 pub(super) const MANY: usize = 7;
+/// A first increment of an extrapolated state that misses by more (radians, or lengths of a member) may lead anywhere; so may
+/// one of the last state that leaves more.
+const WRONG: f64 = 0.15;
+const ALL_WRONG: f64 = 1.0;
+/// An extrapolation that misses by more than this part of the whole way points elsewhere: a bifurcation that is not quite
+/// perfect lies on it, perhaps, and the state on the other side of that. Less than this part of what was foreseen is no way.
+const MISSED: f64 = 0.8;
+const AT_REST: f64 = 0.5;
+/// What so few iterations lead to lies near, whatever was foreseen.
+const FEW: usize = 5;
 /// So many are none where the tangent lost positive pivots on the way.
 const MANY_RISEN: usize = 5;
 /// A state that turned by more (radians) may need long, and lose pivots, on any path.
@@ -99,11 +110,37 @@ impl<const D: usize> Path<'_, D> {
     }
 }
 
-/// Whether a state moved much farther than its linear extrapolation: over a limit point, perhaps.
-pub(super) fn leapt(moved: Size, foreseen: Size) -> bool {
-    const FARTHER: f64 = 4.0;
+/// Whether the present state may lie on another path than the one that led to the last: `moved` from there by parts of the
+/// network, `foreseen` to move by extrapolation (`predicted`) or else by the first increment of its iteration.
+///
+/// Where loads have a potential a long way alone is no sign of that.
+pub fn is_doubtful<const D: usize>(
+    system: &System<D>,
+    (moved, foreseen): (&[Size], &[Size]),
+    predicted: bool,
+    iterations: usize,
+) -> bool {
+    let most = |sizes: &[Size]| sizes.iter().copied().fold(Size::default(), Size::join).largest();
+    let (way, ahead) = (most(moved), most(foreseen));
+    let missed = system.own_first;
+    let limit = if predicted { WRONG } else { ALL_WRONG };
+    let far = missed > limit && iterations >= MANY && !system.hangs();
+    // What comes to rest goes no other way.
+    let elsewhere = predicted && way > SAME && way > AT_REST * ahead && missed > MISSED * way.max(ahead);
+    let leapt = || moved.iter().zip(foreseen).any(|(&moved, &foreseen)| is_farther(moved, foreseen, SAME));
+    far || iterations > FEW && (elsewhere || leapt())
+}
+
+/// Whether a part of the network moved much farther than its linear extrapolation, and far away: over a limit point, perhaps.
+pub(super) fn leapt((moved, foreseen): (&[Size], &[Size])) -> bool {
     const FAR: f64 = 0.01;
-    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
+    moved.iter().zip(foreseen).any(|(&moved, &foreseen)| is_farther(moved, foreseen, FAR))
+}
+
+/// Whether more than `near` was moved, and much more than was foreseen.
+fn is_farther(moved: Size, foreseen: Size, near: f64) -> bool {
+    const FARTHER: f64 = 4.0;
+    let leap = |moved: f64, foreseen: f64| moved > near && moved > FARTHER * foreseen;
     leap(moved.displacement, foreseen.displacement.max(foreseen.rotation))
         || leap(moved.rotation, foreseen.rotation.max(foreseen.displacement))
 }

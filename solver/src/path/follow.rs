@@ -3,7 +3,7 @@
 //! Theory: docs/theory/continuation.md, Eq. 8.1.
 
 use super::critical::After;
-use super::doubt::{MANY, leapt};
+use super::doubt::{MANY, is_doubtful, leapt};
 use super::march::{Judged, March, Reached, Shorter, Stride};
 use super::{Count, Path};
 use crate::chain::Size;
@@ -22,9 +22,6 @@ const LONG: f64 = 0.01;
 pub(super) const WILD: f64 = 3.0;
 /// Pivots that are lost together at a point that is not singular.
 const PAIR: usize = 2;
-/// One that misses by more may lead anywhere; so may a first increment that leaves more.
-const WRONG: f64 = 0.15;
-const ALL_WRONG: f64 = 1.0;
 
 /// The values that a ramp moves.
 pub(super) struct Ramp {
@@ -107,12 +104,14 @@ impl<const D: usize> Path<'_, D> {
 
     /// Whether the loads have a potential along the whole of a ramp; the state is left at its beginning.
     ///
-    /// Loads that lack one at the end lack it on the way.
+    /// Loads that lack one on the way lack it at an end: at the last where they grow, at the first where they fade.
     pub(super) fn is_conservative(&mut self, ramp: &Ramp) -> bool {
-        ramp.apply(&mut self.system, 1.0);
-        let conservative = self.system.loads_have_potential();
-        ramp.apply(&mut self.system, 0.0);
-        conservative
+        let mut has_potential = |fraction: f64| {
+            ramp.apply(&mut self.system, fraction);
+            self.system.loads_have_potential()
+        };
+        let conservative = has_potential(1.0);
+        has_potential(0.0) && conservative
     }
 
     /// Follows a ramp to its end, from the present state at the fraction `from`; false where it stopped short.
@@ -269,15 +268,13 @@ impl<const D: usize> Path<'_, D> {
         let guarded = self.guards(&count);
         let moved = self.system.distances(&self.last);
         // Each part of a network for itself: one that leaps may move less than another that does not.
-        let doubtful = moved.iter().zip(&foreseen).any(|(moved, foreseen)| leapt(*moved, *foreseen));
+        let doubtful = leapt((&moved, &foreseen));
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;
         if self.options.stop_unstable && (guarded || flipped) {
             return Judged::Unstable;
         }
-        // Where loads have a potential a long way is no sign of another path, unless it was foreseen wrongly.
-        let limit = if predicted { WRONG } else { ALL_WRONG };
-        let wrong = conservative && missed > limit && found.iterations >= MANY && !self.system.hangs();
+        let wrong = is_doubtful(&self.system, (&moved, &foreseen), predicted, found.iterations);
         let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
         let far = (guarded || doubtful || flipped) && step > BRACKET;
         let mut torn = doubtful && found.iterations >= MANY;

@@ -31,6 +31,7 @@ mod report;
 mod trace;
 mod verdict;
 
+pub use doubt::is_doubtful;
 use follow::{Course, Ramp};
 pub use guide::Guide;
 pub use held::{first_rows, topology};

@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.5 and 8.6.
 
-use super::arc::{Direction, Metric, Point, Tracer};
+use super::arc::{BEHIND, Direction, Metric, Point, Tracer};
 use super::doubt::{MANY, SAME};
 use super::follow::{Ramp, Tally};
 use super::{Count, Path};
@@ -396,6 +396,10 @@ impl<const D: usize> Path<'_, D> {
         let found = tests.iter().find_map(&mut find);
         tally.factorizations += tracer.factorizations;
         let found = found.filter(|point| kind == CriticalKind::LimitPoint || self.lies_between(point.distance));
+        // Along the ramp itself the fraction does not turn back: what lies outside of the bracket is of another path.
+        let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let room = BEHIND * to.abs();
+        let found = found.filter(|point| metric.is_some() || (from - room..=to + room).contains(&point.fraction));
         let own = kind == CriticalKind::Bifurcation && !sideways;
         let point = found.map(|point| {
             // What rounding moves the root of the test function by.
