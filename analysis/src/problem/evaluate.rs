@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use pennate_solver::options::Options;
 use rayon::prelude::*;
 
-use super::group::{Answer, Workspace};
+use super::group::Answer;
 use super::{Control, Output, Problem, Reason, outputs};
 use crate::solution::ProbeTable;
 
@@ -44,8 +44,13 @@ impl Problem {
     pub fn evaluate_while(&self, x: &[f64], control: &Control) -> Evaluation {
         let rows = self.rows(x);
         // Groups follow the order of the rows alone.
-        let each = |workspace: &mut Workspace, group: &[&[f64]]| self.solve_group(group, control, workspace);
-        let groups: Vec<Vec<Answer>> = rows.par_chunks(TOGETHER).map_init(Workspace::default, each).collect();
+        let each = |group: &[&[f64]]| {
+            let mut workspace = self.workspaces.take();
+            let answers = self.solve_group(group, control, &mut workspace);
+            self.workspaces.give_back(workspace);
+            answers
+        };
+        let groups: Vec<Vec<Answer>> = rows.par_chunks(TOGETHER).map(each).collect();
         let answers: Vec<Answer> = groups.into_iter().flatten().collect();
         let mut found = Evaluation { values: Vec::new(), reasons: Vec::new(), stable: Vec::new() };
         for answer in answers {

@@ -1,5 +1,8 @@
 //! Neighbours in the list of designs, side by side where they go the plain way.
 
+use std::fmt;
+use std::sync::{Mutex, PoisonError};
+
 use pennate_models::probes::ProbeKind;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::Active;
@@ -33,11 +36,31 @@ impl Answer {
     }
 }
 
-/// What a thread keeps from one group to the next: analyses of equations, which no answer depends on.
+/// What is kept from one group to the next: analyses of equations, which no answer depends on.
 #[derive(Default)]
 pub(super) struct Workspace {
     plane: Analysed<3>,
     space: Analysed<6>,
+}
+
+/// Those that no thread uses at present: as many as threads did at once.
+#[derive(Default)]
+pub(super) struct Workspaces(Mutex<Vec<Workspace>>);
+
+impl Workspaces {
+    pub(super) fn take(&self) -> Workspace {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    pub(super) fn give_back(&self, workspace: Workspace) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+    }
+}
+
+impl fmt::Debug for Workspaces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Workspaces")
+    }
 }
 
 impl Problem {
@@ -89,7 +112,16 @@ impl Problem {
                 self.states(structure, &steps, (SPACE, &track::space()), analysed)
             }
         };
-        let Some(states) = states else { return vec![None; count] };
+        let Some(states) = states else {
+            // One of them is doubtful: others need not wait for it.
+            let (first, second) = designs.split_at(count / 2);
+            if first.is_empty() {
+                return vec![None];
+            }
+            let mut found = self.solve_together(first, workspace);
+            found.extend(self.solve_together(second, workspace));
+            return found;
+        };
         designs.iter().zip(&shares).map(|(design, share)| self.outputs_of(design, share, &shares, &states)).collect()
     }
 

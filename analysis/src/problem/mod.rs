@@ -63,7 +63,7 @@ pub use outputs::Output;
 
 /// A network compiled for some of its parameters and probes.
 ///
-/// It is a value that any number of threads may use at once: nothing in it changes.
+/// It is a value that any number of threads may use at once: nothing that an answer depends on changes.
 #[derive(Clone, Debug)]
 pub struct Problem {
     reading: Arc<Reading>,
@@ -78,6 +78,7 @@ pub struct Problem {
     error: Vec<f64>,
     /// Once derivatives were asked for: nothing where the design of the file has none.
     reach: Arc<OnceLock<Option<nearby::Reach>>>,
+    workspaces: Arc<group::Workspaces>,
 }
 
 impl Problem {
@@ -129,6 +130,7 @@ impl Problem {
             outputs,
             accuracy,
             reach: Arc::default(),
+            workspaces: Arc::default(),
         };
         for row in sample.chunks_exact(problem.inputs.len().max(1)) {
             let Ok(model) = problem.model(row) else { continue };

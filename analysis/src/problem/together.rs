@@ -6,7 +6,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use pennate_solver::chain::Size;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::{Active, Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
@@ -22,12 +21,6 @@ use super::track::Kind;
 /// differ.
 const FARTHEST: f64 = 2.0;
 const PARALLEL: f64 = 1e-12;
-/// So many iterations are no short way to the next state.
-const MANY: usize = 7;
-/// A state that moved farther than this (radians, or lengths), and by so much more than was foreseen, may be another one.
-const FAR: f64 = 0.01;
-const FARTHER: f64 = 4.0;
-
 /// Systems whose equations are analysed: by the number of designs, one for every step.
 pub(super) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
 
@@ -42,7 +35,10 @@ pub(super) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
         _ => true,
     });
     let plain = |step: &Step| step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
-    relaxed && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
+    // The moment of a rotation in space that is let go has no potential while it fades.
+    let fades = |change: &Change| matches!(change, Change::Free { component: 3.., .. });
+    let fading = structure.dimension == Dimension::Space && steps.iter().flat_map(|step| &step.changes).any(fades);
+    relaxed && !fading && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
 }
 
 /// Whether designs may share one structure: gravity would be that of all of them.
@@ -62,7 +58,7 @@ pub(super) fn solve<const D: usize>(
     let topology = path::topology(&structure, steps);
     let chains = (kind.packs)(&structure, 0);
     let system = System::new(Arc::clone(&structure), topology, chains, active, false);
-    let states = [State::default(), State::default(), State::default()];
+    let states = [State::default(), State::default()];
     let mut walk = Walk { system, held: BTreeMap::new(), lateral: None, states, way: None };
     walk.begin(steps, kind, analysed)?;
     let mut states = Vec::with_capacity(steps.len());
@@ -79,8 +75,8 @@ struct Walk<const D: usize> {
     system: System<D>,
     held: BTreeMap<(usize, usize), Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
-    /// The last equilibrium, the one before it, and what they foretell.
-    states: [State; 3],
+    /// The last equilibrium, and the one before it.
+    states: [State; 2],
     /// By how much the last step moved the drives, where it moved nothing else.
     way: Option<Vec<f64>>,
 }
@@ -171,20 +167,22 @@ impl<const D: usize> Walk<D> {
         if !system.loads_have_potential() {
             return None;
         }
-        let [last, before, ahead] = &mut self.states;
+        let [last, before] = &mut self.states;
         std::mem::swap(last, before);
         system.save(last);
+        let mut foreseen = None;
         if let Some(times) = times {
             system.predict(before, last, times);
-            system.save(ahead);
+            foreseen = Some(system.distances(last));
         }
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
         let start = Start { predicted, rest, negative_limit: 0, aim: Aim::Result, may_wander: false };
         let found = Newton::default().solve(system, start).ok()?;
-        let moved = system.distances(if predicted { ahead } else { last });
-        let leapt = moved.iter().zip(&system.first_moves).any(|(&moved, &foreseen)| leapt(moved, foreseen));
+        let moved = system.distances(last);
+        let foreseen = foreseen.as_ref().unwrap_or(&system.first_moves);
+        let doubtful = path::is_doubtful(system, (&moved, foreseen), predicted, found.iterations);
         let inertia = found.inertia;
-        if found.iterations >= MANY || leapt || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {
+        if doubtful || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {
             return None;
         }
         if let Some(lateral) = &mut self.lateral {
@@ -213,11 +211,4 @@ fn times(way: &[f64], other: &[f64]) -> Option<f64> {
     let (own, times) = (dot(way, way), dot(way, other) / dot(way, way));
     let off = way.iter().zip(other).fold(0.0, |off: f64, (way, other)| off.max((other - times * way).abs()));
     (own > 0.0 && times > 0.0 && times <= FARTHEST && off <= PARALLEL * own.sqrt()).then_some(times)
-}
-
-/// Whether a part of the network moved much farther than its first increment foresaw.
-fn leapt(moved: Size, foreseen: Size) -> bool {
-    let leap = |moved: f64, foreseen: f64| moved > FAR && moved > FARTHER * foreseen;
-    let most = foreseen.displacement.max(foreseen.rotation);
-    leap(moved.displacement, most) || leap(moved.rotation, most)
 }

@@ -358,12 +358,12 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// Holds what another system of the same joints holds; its analysis serves both.
+    /// Holds what another system of the same joints holds; its analysis, which no number depends on, serves both.
     pub fn hold_like(&mut self, other: &Self) {
         if self.set_held(other.equations.held.clone()) {
             self.linear = other.linear.alike();
             self.scatters = Arc::clone(&other.scatters);
-            self.set_carriers(Arc::clone(&other.carriers));
+            self.set_carriers(Arc::new(self.find_carriers()));
             self.measure_by_rest();
         }
     }
