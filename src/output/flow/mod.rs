@@ -1,6 +1,7 @@
 //! Writers of `pennate flow`.
 
 pub mod json;
+mod names;
 pub mod svg;
 pub mod table;
 

@@ -8,6 +8,7 @@ use pennate_solver::structure::Dimension;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use super::names::{Names, Spot};
 use crate::output::svg::{self, FINE, font};
 use crate::output::text::shown;
 
@@ -26,7 +27,6 @@ const COMPRESSION: RGBColor = RGBColor(213, 94, 0);
 const OTHER: RGBColor = RGBColor(130, 130, 130);
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Spot = (f64, f64);
 
 /// Draws a load flow into a file.
 ///
@@ -117,23 +117,25 @@ fn network(flow: &Flow, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
     let size = |load: &[f64; 6]| load[..3].iter().map(|part| part * part).sum::<f64>().sqrt();
     let points = || flow.members.iter().flat_map(|member| &member.points);
     let largest = points().map(|point| size(&point.load)).fold(0.0, f64::max);
+    let mut names = Names::default();
+    let mut ways: Vec<Vec<Spot>> = Vec::new();
     for (index, member) in flow.members.iter().enumerate() {
-        let data = &flow.model.members[flow.request.members[index]];
-        let ends = data.nodes.map(|node| flow.model.nodes[node].position);
-        let mut way = vec![ends[0]];
-        way.extend(member.points.iter().map(|point| point.position));
-        way.push(ends[1]);
+        let ends = flow.model.members[flow.request.members[index]].nodes.map(|node| flow.model.nodes[node].position);
+        let mut way = vec![spot(ends[0])];
+        way.extend(member.points.iter().map(|point| spot(point.position)));
+        way.push(spot(ends[1]));
         for pair in way.windows(2) {
-            line(area, spot(pair[0]), spot(pair[1]), colour(member), 3)?;
+            line(area, pair[0], pair[1], colour(member), 3)?;
+            names.keep_off(pair[0], pair[1]);
         }
-        let middle = spot(way[way.len() / 2]);
         for point in member.points.iter().step_by(2) {
             let factor = ARROW / (scale * largest.max(1e-300));
             let [x, y, z] = point.position;
             let tip = [x + factor * point.load[0], y + factor * point.load[1], z + factor * point.load[2]];
             arrow(area, spot(point.position), spot(tip), BLACK)?;
+            names.keep_off(spot(point.position), spot(tip));
         }
-        text(area, (middle.0 + 8.0, middle.1 + 6.0), &shown(&data.name), 14, colour(member))?;
+        ways.push(way);
     }
     for (node, data) in flow.model.nodes.iter().enumerate() {
         if !flow.request.members.iter().any(|&member| flow.model.members[member].nodes.contains(&node)) {
@@ -141,7 +143,13 @@ fn network(flow: &Flow, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
         }
         let place = spot(data.position);
         area.draw(&Circle::new(at(place), 4 * FINE as i32, BLACK.filled()))?;
-        text(area, (place.0 + 7.0, place.1 - 17.0), &shown(&data.name), 13, BLACK)?;
+        let name = shown(&data.name);
+        text(area, names.beside(&[place], &name), &name, 13, BLACK)?;
+    }
+    for ((index, member), way) in flow.members.iter().enumerate().zip(&ways) {
+        let name = shown(&flow.model.members[flow.request.members[index]].name);
+        let spots = [0.5, 0.35, 0.65, 0.2, 0.8].map(|part| way[(part * (way.len() - 1) as f64).round() as usize]);
+        text(area, names.beside(&spots, &name), &name, 14, colour(member))?;
     }
     Ok(())
 }
@@ -164,19 +172,26 @@ fn graph(flow: &Flow, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
         }
         text(area, (x - 4.0, 14.0), &depth.to_string(), 14, OTHER)?;
     }
+    let mut names = Names::default();
+    let mut lines = Vec::new();
     for (index, edge) in graph.edges.iter().enumerate().filter(|(_, edge)| !edge.grounded) {
         let [start, end] = if edge.forward { edge.joints } else { [edge.joints[1], edge.joints[0]] };
         let (Some(from), Some(to)) = (places[start], places[end]) else { continue };
         let colour = colour(&flow.members[index]);
         line(area, from, to, colour, 2)?;
-        let middle = ((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0);
-        let name = shown(&flow.model.members[flow.request.members[index]].name);
-        text(area, (middle.0 + 2.0, middle.1 - 17.0), &name, 13, colour)?;
+        names.keep_off(from, to);
+        lines.push((index, from, to));
     }
     for (joint, place) in places.iter().enumerate() {
         let Some(place) = *place else { continue };
         area.draw(&Circle::new(at(place), 5 * FINE as i32, BLACK.filled()))?;
-        text(area, (place.0 - 4.0, place.1 + 8.0), &shown(&flow.model.nodes[joint].name), 13, BLACK)?;
+        let name = shown(&flow.model.nodes[joint].name);
+        text(area, names.beside(&[place], &name), &name, 13, BLACK)?;
+    }
+    for (index, from, to) in lines {
+        let name = shown(&flow.model.members[flow.request.members[index]].name);
+        let spots = [0.5, 0.6, 0.4, 0.7].map(|part| (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1)));
+        text(area, names.beside(&spots, &name), &name, 13, colour(&flow.members[index]))?;
     }
     Ok(())
 }
