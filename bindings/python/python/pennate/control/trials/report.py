@@ -34,7 +34,7 @@ MISSED = """\
 Figures that were asked for before there was a program are compared with the tables above; of a mean with its deviation, the mean. What all trainings
 came to stands under [Policies](control.md#policies): five seeds of `ddpg`, of which five have 97 % by 50,000 episodes, two of `dqn`, and three of `dqn` with three times the
 moves. Two of those need fewer than nine moves at 18 g; the policy that comes along was chosen before, by pairs without load, and is not chosen by these tests.
-Besides, 10,000 ways of `dqn` by solves at each of five loads take 144 s on two cores, 120 asked for (`score dqn --live`).
+10,000 ways of `dqn` by solves at each of five loads take 65 s on two cores, and 144 s on a machine half as fast, 120 asked for (`score dqn --live`).
 """
 
 WORTH = """\
