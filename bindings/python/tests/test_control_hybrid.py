@@ -23,8 +23,9 @@ def test_the_hybrid_reaches_999_of_1000_in_fewer_moves_than_either(load: int) ->
     assert both.moves.mean() < 0.85 * plain.moves.mean()
 
 
-def test_with_three_inputs_the_hybrid_makes_fewer_moves_than_the_policy_and_all_of_them_end_well() -> None:
-    arm, policy = whole(9), Policy.kept("ddpg")
+@pytest.mark.parametrize("load", [0, 6])
+def test_with_three_inputs_the_hybrid_makes_fewer_moves_than_the_policy_and_all_of_them_end_well(load: int) -> None:
+    arm, policy = whole(load), Policy.kept("ddpg")
     rng = np.random.default_rng(4)
     starts, ends = (arm.lower + rng.random((500, 3)) * (arm.upper - arm.lower) for _ in range(2))
     targets = arm.tip(ends)

@@ -14,7 +14,7 @@ from ._reach import Reach, Rows, reach
 from ._task import Changes, Levels, Rules
 
 # The model is to come as near to a target as this share of the tolerance, before the arm is moved.
-SHARE = 0.8
+SHARE = 0.6
 # The plan is followed as long as each arrival has left less than this share of the error of the one before.
 WORTH = 0.7
 # More than any number of moves: of plans that end short of the target and others, the others are taken.
@@ -36,8 +36,8 @@ def hybrid(
     """Moves an arm to targets as `reach` does, but first along a plan that costs no move.
 
     On the model, put beside itself by what is measured, the policy goes to the target and Gauss-Newton ends its way; so it
-    does by Gauss-Newton alone. The arm goes straight to the nearer of both ends, and after each move the plan is mended by
-    what was measured. Once that no longer helps, `reach` goes on. The `jacobians` of what is returned count all states that
+    does by Gauss-Newton alone. The arm goes straight to the nearer of both ends, and after each move both plans are made again
+    with what was measured. Once that no longer helps, `reach` goes on. The `jacobians` of what is returned count all states that
     the model was asked for.
 
     Args:
@@ -50,7 +50,7 @@ def hybrid(
     begin = np.broadcast_to(_checks.rows("start", start, len(arm.names)), (len(targets), len(arm.names)))
     plan = _Plan(arm, arm if model is None else model, targets, begin, tolerance, largest)
     plan.make(policy, restarts)
-    plan.follow(moves)
+    plan.follow(policy, moves)
     found = reach(
         arm,
         targets,
@@ -88,20 +88,24 @@ class _Plan:
     def make(self, policy: Policy | None, restarts: int) -> None:
         """Plans by Gauss-Newton and by the policy, and takes what is nearer in moves."""
         late = np.flatnonzero(self.errors > self.tolerance)
-        plain = self._ended(late, self.inputs[late], restarts)
-        self.goals[late] = plain.inputs
-        if policy is None or not len(late):
+        self._aim(late, self.inputs[late], policy, restarts)
+
+    def _aim(self, which: Rows, start: Array, policy: Policy | None, restarts: int) -> None:
+        """Goals by Gauss-Newton from `start` and by the policy from where the arm is: what is nearer in moves."""
+        plain = self._ended(which, start, restarts)
+        self.goals[which] = plain.inputs
+        if policy is None or not len(which):
             return
         actions, rules = _process(policy, self.tolerance)
-        led = follow(policy, self.model, self.inputs[late], self._beside(late), actions=actions, rules=rules)
-        self.asked[late] += led.moves
-        ended = self._ended(late, led.inputs, 0)
-        far, near = (self._count(late, each.inputs) + BEYOND * ~each.reached for each in (plain, ended))
-        away, beside = (np.abs(each.inputs - self.inputs[late]).max(axis=1) for each in (plain, ended))
+        led = follow(policy, self.model, self.inputs[which], self._beside(which), actions=actions, rules=rules)
+        self.asked[which] += led.moves
+        ended = self._ended(which, led.inputs, 0)
+        far, near = (self._count(which, each.inputs) + BEYOND * ~each.reached for each in (plain, ended))
+        away, beside = (np.abs(each.inputs - self.inputs[which]).max(axis=1) for each in (plain, ended))
         better = (near < far) | ((near == far) & (beside < away))
-        self.goals[late] = np.where(better[:, None], ended.inputs, plain.inputs)
+        self.goals[which] = np.where(better[:, None], ended.inputs, plain.inputs)
 
-    def follow(self, moves: int) -> None:
+    def follow(self, policy: Policy | None, moves: int) -> None:
         """Goes towards the goals, which are mended after each move by what is measured."""
         last = self.errors
         going = self.errors > self.tolerance
@@ -119,7 +123,7 @@ class _Plan:
             going[arrived] &= self.errors[arrived] < WORTH * last[arrived]
             last[arrived] = self.errors[arrived]
             which = np.flatnonzero(going)
-            self.goals[which] = self._ended(which, self.goals[which], 0).inputs
+            self._aim(which, self.goals[which], policy, 0)
 
     def _beside(self, which: Rows) -> Array:
         """The targets of the model: where the tip measured is beside that of the model, as far beside themselves."""

@@ -10,13 +10,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from skrl.agents.jax.ddpg import DDPG
-from skrl.agents.jax.ddqn import DDQN
 from skrl.envs.wrappers.jax import Wrapper
 from skrl.resources.noises.jax import OrnsteinUhlenbeckNoise
 from skrl.utils import set_seed
 
 from . import br2
 from ._envs import spaces
+from ._double import DoubleQ
 from ._memory import Replay
 from ._nets import Actor, Critic, Values
 from ._policy import Layer
@@ -116,7 +116,7 @@ class Learner:
         for name, net in self.nets.items():
             net.init_state_dict(role=name, inputs=sample)
         self.memory = Replay(memory_size=recipe.memory, num_envs=arms.num_envs)
-        self.agent = (DDQN if discrete else DDPG)(
+        self.agent = (DoubleQ if discrete else DDPG)(
             models=self.nets,
             memory=self.memory,
             observation_space=arms.observation_space,

@@ -20,7 +20,7 @@ from ._task import Changes, Levels, Rules, Task
 
 Layer = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 KINDS = ("discrete", "continuous")
-KEPT = ("dqn", "ddpg")
+KEPT = ("dqn", "ddpg", "fine")
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Policy:
 
     @classmethod
     def kept(cls, name: str) -> Policy:
-        """One that comes with the package: `"dqn"`, two inputs by strides, or `"ddpg"`, three inputs; for the BR2 arm."""
+        """One that comes with the package: `"dqn"`, two inputs by strides, `"fine"`, by the smallest alone, or `"ddpg"`, three inputs."""
         if name not in KEPT:
             raise ValueError(f"there is no kept policy '{name}'; there are {', '.join(KEPT)}")
         return cls.load(Path(__file__).parent / "kept" / f"{name}.npz")

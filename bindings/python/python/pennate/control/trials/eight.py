@@ -75,10 +75,9 @@ def fig35(share: float, seed: int) -> str:
     for name, strides, prototype in (("all strides", br2.STRIDES, "6.2"), ("the smallest alone", (1,), "22.1")):
         there = [np.linalg.norm(tips - target, axis=2) <= 10.0 for target in targets]
         best = np.array([shortest(goal, strides)[tuple(place)] for goal, place in zip(there, starts)])
-        _, actions, rules = setting("discrete")
-        found = follow(
-            kept("dqn"), half(0), begin, targets, actions=actions, rules=replace(rules, steps=160), strides=strides
-        )
+        _, actions, rules = setting("discrete", strides=strides)
+        policy = kept("dqn" if strides == br2.STRIDES else "fine")
+        found = follow(policy, half(0), begin, targets, actions=actions, rules=replace(rules, steps=160))
         ended, away = found.errors <= 10.0, best > 0
         ratio = found.moves[ended].sum() / best[ended].sum()
         middle = np.median(found.moves[ended & away] / best[ended & away])
