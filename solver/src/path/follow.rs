@@ -252,7 +252,7 @@ impl<const D: usize> Path<'_, D> {
         foreseen: Vec<Size>,
         tally: &mut Tally,
     ) -> Judged {
-        let (step, predicted, conservative) = (stride.length, march.behind, march.conservative);
+        let (step, predicted) = (stride.length, march.behind);
         let ends = [march.fraction, stride.target];
         let missed = self.system.own_first;
         let foreseen = if predicted { foreseen } else { self.system.first_moves.clone() };
@@ -265,6 +265,8 @@ impl<const D: usize> Path<'_, D> {
                 count = self.count(&better.inertia);
             }
         }
+        // A moment on a joint that supports hold about some axes may have a potential where the joint has not turned yet.
+        let conservative = march.conservative && count.potential;
         let guarded = self.guards(&count);
         let moved = self.system.distances(&self.last);
         // Each part of a network for itself: one that leaps may move less than another that does not.
