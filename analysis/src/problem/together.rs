@@ -21,6 +21,7 @@ use super::track::Kind;
 /// differ.
 const FARTHEST: f64 = 2.0;
 const PARALLEL: f64 = 1e-12;
+
 /// Systems whose equations are analysed: by the number of designs, one for every step.
 pub(super) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
 

@@ -10,16 +10,20 @@ const ARM: &str = include_str!("../../../examples/designs/br2.toml");
 const HEAD: &str =
     "format = \"pennate/1\"\nsections = { bar = { stiffness = { EA = 2000, GA2 = 700, EI3 = 4000 } } }\n";
 
+/// Numbers between −1 and 1, the same for the same seed.
+fn numbers(mut seed: u64) -> impl FnMut() -> f64 {
+    move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        2.0 * (seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
+    }
+}
+
 /// Random designs by a part of their values about those of the file: the largest difference over the largest value of an
 /// output, and how many have no answer. Those that have none have none one by one either.
 fn compare(text: &str, parameters: &[&str], probes: &[&str], spread: f64) -> usize {
     let document = Document::from_text("network.toml", text);
     let problem = Problem::new(&document, &[], parameters, probes, 1e-6).unwrap();
-    let mut seed = 7_u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        2.0 * (seed >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
-    };
+    let mut random = numbers(7);
     let middle = problem.middle();
     let rows: Vec<f64> =
         (0..30).flat_map(|_| middle.iter().map(|x| x * (1.0 + spread * random())).collect::<Vec<_>>()).collect();
@@ -117,13 +121,9 @@ fn answers_do_not_depend_on_what_was_solved_before() {
     "#;
     let document = Document::from_text("network.toml", &format!("{HEAD}{inverter}"));
     let problem = || Problem::new(&document, &[], &["x", "y", "right", "F"], &["u", "f"], 1e-6).unwrap();
-    let mut seed = 11_u64;
-    let mut random = |from: f64, to: f64| {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        from + (to - from) * (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = numbers(11);
     let rows: Vec<f64> = (0..200)
-        .flat_map(|_| [random(30.0, 110.0), random(20.0, 80.0), random(120.0, 220.0), random(-3.0, 3.0)])
+        .flat_map(|_| [70.0 + 40.0 * random(), 50.0 + 30.0 * random(), 170.0 + 50.0 * random(), 3.0 * random()])
         .collect();
     let bits = |problem: &Problem, rows: &[f64]| -> Vec<u64> {
         problem.evaluate(rows).values.iter().map(|value| value.to_bits()).collect()

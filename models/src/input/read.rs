@@ -314,7 +314,6 @@ macro_rules! words {
 
         impl $name {
             /// The words as written.
-            #[allow(dead_code, reason = "of some, only the reading is used")]
             pub(crate) const WORDS: &'static [&'static str] = &[$($word),*];
 
             pub(crate) fn from_word(word: &str) -> Option<Self> {

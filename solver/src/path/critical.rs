@@ -217,8 +217,7 @@ impl<const D: usize> Path<'_, D> {
                 return Some(After::GoOn { at, next, last: None });
             }
         }
-        // Seen from one of two branches that meet, the fold of their curve is a limit point or a bifurcation.
-        if (point.kind == CriticalKind::LimitPoint || !point.sideways && self.inside.is_empty())
+        if point.kind == CriticalKind::LimitPoint
             && let Some(at) = self.touch(ramp, point.fraction, tally)
         {
             record.critical_points.retain(|noted| noted != point);

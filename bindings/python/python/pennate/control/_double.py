@@ -29,7 +29,7 @@ def _gradient(act: Any, params: Any, targets: Any, now: Any, ahead: Any, taken: 
 
 
 class DoubleQ(DDQN):  # type: ignore[misc]
-    """One gradient step at each update, by the rate of the scheduler."""
+    """One gradient step and one move of the target network at each update, by the rate of the scheduler; settings for more are not read."""
 
     optimizer: Any
     learning_rate: float

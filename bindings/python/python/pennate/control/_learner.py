@@ -15,8 +15,8 @@ from skrl.resources.noises.jax import OrnsteinUhlenbeckNoise
 from skrl.utils import set_seed
 
 from . import br2
-from ._envs import spaces
 from ._double import DoubleQ
+from ._envs import spaces
 from ._memory import Replay
 from ._nets import Actor, Critic, Values
 from ._policy import Layer
@@ -145,7 +145,6 @@ class Learner:
             return common | {
                 "learning_rate": recipe.rates[0],
                 "learning_rate_scheduler": lambda: lambda _: falling,
-                "target_update_interval": 1,
             }
         return common | {
             "learning_rate": recipe.rates,

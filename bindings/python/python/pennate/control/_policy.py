@@ -163,7 +163,6 @@ def follow(
     *,
     actions: Levels | Changes,
     rules: Rules,
-    strides: Sequence[int] | None = None,
     again: bool = False,
 ) -> Rollout:
     """Lets a policy act, without exploring, until the error is within the tolerance or the moves are used up.
@@ -174,7 +173,6 @@ def follow(
 
     Args:
         rules: What is asked for; what is seen, and how, belongs to the policy.
-        strides: The only ones of discrete actions that may be chosen.
         again: Whether levels may be visited again.
     """
     policy.check(arm, actions)
@@ -183,7 +181,7 @@ def follow(
     everyone = np.arange(len(starts))
     task.place(everyone, starts, targets)
     closest = task.errors.copy()
-    track = _Track(task, strides) if isinstance(actions, Levels) else None
+    track = _Track(task) if isinstance(actions, Levels) else None
     for _ in range(rules.steps):
         go = everyone[task.errors > rules.tolerance]
         if not len(go):
@@ -197,18 +195,14 @@ def follow(
 class _Track:
     """Which levels arms have visited, and the best of the actions that lead elsewhere."""
 
-    def __init__(self, task: Task, strides: Sequence[int] | None) -> None:
-        assert isinstance(task.actions, Levels)
+    def __init__(self, task: Task) -> None:
         self.task = task
-        self.offered = np.ones(len(task.actions.table()), dtype=bool)
-        if strides is not None:
-            self.offered = np.isin(np.abs(task.actions.table()).max(axis=1), strides)
         self.visited: list[npt.NDArray[np.int64]] = []
 
     def choose(self, go: npt.NDArray[np.intp], values: npt.NDArray[np.float32], again: bool) -> npt.NDArray[np.intp]:
         """(n,), actions of the arms `go`."""
         here, ahead = self.task.places(go)
-        allowed = (self.task.allowed(go) > 0) & self.offered
+        allowed = self.task.allowed(go) > 0
         if not again:
             self.visited.append(np.full(self.task.count, -1))
             self.visited[-1][go] = here
