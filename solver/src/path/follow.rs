@@ -277,7 +277,8 @@ impl<const D: usize> Path<'_, D> {
             return Judged::Unstable;
         }
         let wrong = is_doubtful(&self.system, (&moved, &foreseen), predicted, found.iterations);
-        let hard = wrong || !conservative && found.iterations >= self.too_many(rose);
+        let beyond = march.foresees_buckling && found.iterations >= MANY;
+        let hard = wrong || beyond || !conservative && found.iterations >= self.too_many(rose);
         let far = (guarded || doubtful || flipped) && step > BRACKET;
         let mut torn = doubtful && found.iterations >= MANY;
         let mut passed = None;

@@ -69,6 +69,9 @@ pub(super) struct March {
     pub last_rate: f64,
     /// Increments in a row that found nothing.
     pub retries: usize,
+    /// Whether linear buckling foresees, from the state that the march began at, a critical load on the way: many iterations
+    /// may lead to the other side of it.
+    pub foresees_buckling: bool,
     /// Why the last increments failed, where a member is held at both ends.
     pub overheld: Option<Why>,
     /// Whether loads have a potential along the whole ramp.
@@ -85,6 +88,7 @@ impl March {
             first_rate: None,
             last_rate: 0.0,
             retries: 0,
+            foresees_buckling: false,
             overheld: None,
             conservative,
         }
@@ -121,6 +125,7 @@ impl March {
         self.last_increment = step;
         self.behind = true;
         self.retries = 0;
+        self.foresees_buckling = false;
         self.overheld = None;
     }
 
@@ -132,6 +137,7 @@ impl March {
         self.last_increment = last.unwrap_or(0.0);
         self.behind = last.is_some();
         self.retries = 0;
+        self.foresees_buckling = false;
     }
 
     /// Near a fold the state moves ever faster with the loads.
@@ -150,6 +156,7 @@ impl March {
     pub(super) fn shorten(&mut self, stride: &Stride, lost: &Lost, first: f64) -> Shorter {
         let step = stride.length;
         self.increment = 0.4 * step;
+        self.foresees_buckling |= self.first_rate.is_none() && matches!(lost.why, Why::Unstable(_));
         if let Why::Overheld(_) = lost.why {
             self.overheld = Some(lost.why);
         }
