@@ -15,7 +15,7 @@ use crate::structure::{Branch, Method};
 const FALSE_ALARM: f64 = 3.0 * BRACKET;
 /// Increments of a walk to a singular point that must be near.
 const STRIDES: usize = 80;
-/// How often a walk goes back to where it leapt, by what part of the stride it goes on there, and how fast strides may grow
+/// How often a walk goes back to the same state where it leapt, by what part of the stride it goes on there, and how fast strides may grow
 /// again.
 const AGAIN: usize = 4;
 const SHORTER: f64 = 0.2;
@@ -93,6 +93,7 @@ impl<const D: usize> Path<'_, D> {
                     break;
                 }
                 self.keep(passed.count);
+                again = 0;
                 walk.longest *= GROWTH;
                 if walk.fraction > fraction + FALSE_ALARM {
                     // Nothing was lost: what looked so was a longer step onto another branch.
