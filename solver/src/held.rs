@@ -26,12 +26,14 @@ const RESPONSE: f64 = 1e-9;
 /// the response is linear the first one leaves next to nothing to the second.
 const GROWS: f64 = 0.1;
 const TIMES: usize = 6;
+/// A secant through forces that differ by more than this part of the larger tells nothing of the response to either.
+const NEAR: f64 = 0.1;
 /// Strain that is rounding: so many units in the last place of the places of the ends, over the length of the member.
 const PLACES: f64 = 16.0;
 /// Part of the largest force that such a strain may stand for where something determines the force.
 const RESOLVED: f64 = 1e-2;
 /// Strain whose force, with the auxiliary stiffness, is tried on a member to see whether anything answers to it; iterations
-/// in which what answers takes most of it back; and the part by which the last one must change it then.
+/// in which what answers takes most of it back; and the part of it that the last one must take back then.
 const TRIED: f64 = 1e-9;
 const ANSWERS: usize = 4;
 const ANSWERED: f64 = 1e-6;
@@ -192,9 +194,17 @@ impl HeldForces {
             let added = last.added[index].abs();
             let left = match self.tried.as_slice() {
                 [.., before, last] => {
+                    let forces = [last.forces[index], before.forces[index]];
+                    let apart = (forces[0] - forces[1]).abs();
+                    if self.hastened
+                        && added > 0.0
+                        && apart > (NEAR * forces[0].abs().max(forces[1].abs())).max(part * scale)
+                    {
+                        return false;
+                    }
                     // Where an iteration takes back the part s of an error, the rest of it is left.
                     let response = (last.added[index] - before.added[index]).abs();
-                    let s = response / (last.forces[index] - before.forces[index]).abs();
+                    let s = response / apart;
                     if self.hastened { added / s } else { added * (1.0 - s).abs() / s }
                 }
                 _ => added,
@@ -267,7 +277,9 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
     }
     system.restore(&here);
     system.assemble(pending);
-    let stays = largest(&change).1 <= ANSWERED * largest(&left).1;
+    // What grows on with what was tried is not taken back either.
+    let taken = change.iter().zip(&left).map(|(change, left)| -change * left.signum()).fold(0.0, f64::max);
+    let stays = taken <= ANSWERED * largest(&left).1;
     let kept = |&index: &usize| stays && left[index].abs() > LEFT * most;
     (0..members.len()).filter(kept).map(|index| members[index]).collect()
 }

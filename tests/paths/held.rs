@@ -31,6 +31,17 @@ fn a_bar_held_at_both_ends_under_a_load_across_has_no_equilibrium() {
     }
 }
 
+/// A moment on its end alone bends it no more than a load across does.
+#[test]
+fn a_bar_held_at_both_ends_under_a_moment_has_no_equilibrium() {
+    for increments in [None, Some(10), Some(100)] {
+        let history = solve("overheld_by_a_moment.toml", &[], increments);
+        let step = &history.steps[0];
+        assert_eq!(step.status, Status::NotConverged, "{increments:?}");
+        assert_eq!(step.failure.as_ref().expect("a cause").cause, Cause::Overheld { member: 0 }, "{increments:?}");
+    }
+}
+
 /// Without a load across any axial force is in equilibrium.
 #[test]
 fn the_force_of_a_bar_held_at_both_ends_is_undetermined() {
