@@ -142,6 +142,12 @@ pub enum Note {
         /// By index.
         members: Vec<MemberId>,
     },
+    /// What bends these members would turn them about themselves, since both of their ends are pinned: one end is kept from it,
+    /// and the state depends on the way there.
+    TurnedAboutItself {
+        /// By index.
+        members: Vec<MemberId>,
+    },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.

@@ -12,6 +12,7 @@ use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
 use super::origin::Origin;
+use super::table::note_in_words;
 use super::text::WITHIN_ROUNDING;
 
 /// Writes the results of a run; `pictures` are the names of those that were written beside it.
@@ -91,6 +92,8 @@ struct Step<'a> {
     /// Why there is no verdict where loads have a potential.
     #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<&'static str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
     /// What the verdict follows from where loads have no potential.
     #[serde(skip_serializing_if = "Option::is_none")]
     vibration: Option<Vibration>,
@@ -255,6 +258,7 @@ impl<'a> Step<'a> {
             factorizations: step.factorizations,
             stable: step.stable,
             undecided: step.notes.contains(&Note::WithinRounding).then_some(WITHIN_ROUNDING),
+            notes: step.notes.iter().map(|note| note_in_words(model, note)).collect(),
             stability: dimension_name(step.stability),
             vibration: step.vibration.as_ref().map(Vibration::from),
             negative_pivots: step.stable.filter(|_| step.vibration.is_none()).map(|_| step.negative_pivots),

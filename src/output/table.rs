@@ -320,7 +320,8 @@ fn vibration_in_words(model: &Model, vibration: &Vibration) -> String {
     }
 }
 
-fn note_in_words(model: &Model, note: &Note) -> String {
+/// A remark on a step, as a sentence.
+pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
     match note {
         Note::EndlessMoment { node } => format!(
             "the moment on node {} has no potential: a node that turns over and over takes energy from it without end, so \
@@ -336,6 +337,15 @@ fn note_in_words(model: &Model, note: &Note) -> String {
                 "nothing determines the axial force of {}, which cannot be stretched and whose ends cannot come nearer: any \
                  force that the joints pass on is in equilibrium, and what is shown, with the stability that depends on it, is \
                  one of them. Let it be stretched, or let one end slide.",
+                list(&names, MEMBERS)
+            )
+        }
+        Note::TurnedAboutItself { members } => {
+            let names: Vec<String> = members.iter().map(|&member| shown(&model.members[member].name)).collect();
+            format!(
+                "what bends {} would turn it about itself, and pins at both ends hold nothing against that: one end is kept from \
+                 turning, so what is shown depends on the way there. Let a node hold it, with release = [\"ry\", \"rz\"] at one \
+                 end in place of \"pin\".",
                 list(&names, MEMBERS)
             )
         }

@@ -42,6 +42,15 @@ fn a_bar_held_at_both_ends_under_a_moment_has_no_equilibrium() {
     }
 }
 
+/// What nothing holds against turning about itself is said where it has a moment; where a node holds it, it is not.
+#[test]
+fn a_bar_that_would_turn_about_itself_is_named() {
+    let note = Note::TurnedAboutItself { members: vec![0] };
+    let said = |across: &str| solve("turned_bar.toml", &[("across", across)], None).steps[0].notes.contains(&note);
+    assert!(said("0.01"));
+    assert!(!said("0"));
+}
+
 /// Without a load across any axial force is in equilibrium.
 #[test]
 fn the_force_of_a_bar_held_at_both_ends_is_undetermined() {

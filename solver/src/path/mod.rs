@@ -247,6 +247,7 @@ impl<'a, const D: usize> Path<'a, D> {
             }
             self.keep_end(&record);
             self.note_undetermined(&mut record);
+            self.note_turned(&mut record);
             if record.stability != self.stability {
                 record.notes.push(Note::NoPotentialOutOfPlane);
             }

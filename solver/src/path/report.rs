@@ -104,6 +104,17 @@ impl<const D: usize> Path<'_, D> {
         }
     }
 
+    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it.
+    pub(super) fn note_turned(&self, record: &mut StepHistory) {
+        if record.increments.is_empty() {
+            return;
+        }
+        let members = self.system.turned_about_themselves();
+        if !members.is_empty() {
+            record.notes.push(Note::TurnedAboutItself { members });
+        }
+    }
+
     /// A singular point near the last assembly, as far as an increment tells.
     pub(super) fn rough_point(&mut self, kind: CriticalKind, fraction: f64, sideways: bool) -> CriticalPoint {
         let mode = self.system.softest_motion();

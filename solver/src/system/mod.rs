@@ -29,6 +29,7 @@ mod scatter;
 mod skew;
 mod springs;
 mod states;
+mod turned;
 
 use carriers::Carrier;
 use loads::{Sections, loaded_nodes};

@@ -462,6 +462,11 @@ class Step:
         return self._solution.stable[self.index]
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on the step that are no failure, as sentences."""
+        return tuple(self.to_dict().get("notes", ()))
+
+    @property
     def displacement(self) -> Array:
         """(nodes, 3), length."""
         return part(self._solution.displacement, self.index)
