@@ -121,8 +121,9 @@ fn main() {
         println!("| reference | formulation | order | elements | error | factorizations | time |");
         println!("|---|---|---:|---:|---:|---:|---:|");
     }
-    let exact = (1..=4).map(|order| (Formulation::Exact, order));
-    let formulations: Vec<_> = [(Formulation::Corotational, 1)].into_iter().chain(exact).collect();
+    let orders = |of: &Formulation| if of.has_higher_orders() { 1..=4 } else { 1..=1 };
+    let formulations: Vec<_> =
+        Formulation::ALL.iter().rev().flat_map(|of| orders(of).map(|order| (*of, order))).collect();
     for problem in &PROBLEMS {
         for &(formulation, order) in &formulations {
             let model = problem.model(formulation);
@@ -130,7 +131,7 @@ fn main() {
             while let Some(row) = problem.solve(&model, order, elements) {
                 let Row { elements: all, error, factorizations, seconds } = row;
                 let ms = 1e3 * seconds;
-                let (name, formulation) = (problem.name, word(formulation));
+                let (name, formulation) = (problem.name, formulation.about().word);
                 if csv {
                     println!("\"{name}\",{formulation},{order},{all},{error:.3e},{factorizations},{ms:.4}");
                 } else {
@@ -144,13 +145,6 @@ fn main() {
                 }
             }
         }
-    }
-}
-
-fn word(formulation: Formulation) -> &'static str {
-    match formulation {
-        Formulation::Exact => "exact",
-        Formulation::Corotational => "corotational",
     }
 }
 

@@ -16,19 +16,10 @@
 use std::fmt::Debug;
 
 use crate::interpolation::Table;
+use crate::laws::LocalLaw;
 use crate::real::Real;
 use crate::rotation::Quaternion;
 use crate::small::{M3, V3};
-
-/// How an element makes strains of the motion of its nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Formulation {
-    /// Geometrically exact, of any order.
-    #[default]
-    Exact,
-    /// Two nodes, small strains in a frame that follows both.
-    Corotational,
-}
 
 /// Geometry of one element, unloaded.
 #[derive(Clone, Copy, Debug, Default)]
@@ -154,8 +145,8 @@ pub struct Ends<T, const D: usize> {
 
 /// A beam with D components a node.
 pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
-    /// The kind of the element.
-    const FORMULATION: Formulation;
+    /// How it makes strains.
+    type Law: LocalLaw;
     /// Displacement and rotation of a node against the unloaded state.
     type Pose: Copy + Debug + Default + Send + Sync + 'static;
     /// The local frame, and the last node seen from it.

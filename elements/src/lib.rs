@@ -7,16 +7,15 @@
 //!
 //! # Elements
 //! [`space::Space`] and [`plane::Plane`], geometrically exact beams of order 1 to 5; [`space::CorotationalSpace`] and
-//! [`plane::CorotationalPlane`], [`corotational`] beams of two nodes; [`spring`]s. For vibration and buckling: all nodes of
+//! [`plane::CorotationalPlane`], [corotational](laws::Corotational) beams of two nodes; [`spring`]s. For vibration and buckling: all nodes of
 //! a spatial element at once ([`whole`]), and its [`mass`].
 
 pub mod beam;
 pub mod check;
-pub mod corotational;
 pub mod interpolation;
 pub mod jet;
 pub mod lanes;
-pub mod local_law;
+pub mod laws;
 pub mod mass;
 pub mod plane;
 pub mod real;

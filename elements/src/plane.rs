@@ -8,10 +8,9 @@
 
 use std::marker::PhantomData;
 
-use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Moduli, Piece, Placement};
-use crate::corotational::Corotational;
+use crate::beam::{At, Beam, Condensed, Ends, Local, Moduli, Piece, Placement};
 use crate::interpolation::Table;
-use crate::local_law::{Exact, LocalLaw};
+use crate::laws::{Corotational, Exact, LocalLaw};
 use crate::real::{self, Real};
 use crate::rotation;
 use crate::small::{self, M3, V3, add, axpy, scale, sub, zeros};
@@ -180,7 +179,7 @@ fn node_tangent<T: Real, const P: usize>(
 }
 
 impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
-    const FORMULATION: Formulation = L::FORMULATION;
+    type Law = L;
     type Pose = Pose<T>;
     type Frame = Frame<T>;
 

@@ -14,10 +14,9 @@
 
 use std::marker::PhantomData;
 
-use crate::beam::{At, Beam, Condensed, Ends, Formulation, Local, Piece, Placement};
-use crate::corotational::Corotational;
+use crate::beam::{At, Beam, Condensed, Ends, Local, Piece, Placement};
 use crate::interpolation::Table;
-use crate::local_law::{Exact, LocalLaw, Softening};
+use crate::laws::{Corotational, Exact, LocalLaw, Softening};
 use crate::real::{self, Real};
 use crate::rotation::{self, Quaternion, compose, matrix, relative_gibbs, second_variation, turn_less_identity};
 use crate::small::{
@@ -349,7 +348,7 @@ pub fn end_blocks<T: Real>(frame: &Frame<T>, condensed: &Condensed<T, 6>) -> [M3
 }
 
 impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
-    const FORMULATION: Formulation = L::FORMULATION;
+    type Law = L;
     type Pose = Pose<T>;
     type Frame = Frame<T>;
 

@@ -10,7 +10,7 @@
 //! motion and that of the first node alone.
 
 use crate::beam::{At, Beam, Condensed, Local, Moduli};
-use crate::local_law::LocalLaw;
+use crate::laws::LocalLaw;
 use crate::small::{M3, V3, add, rotate, scale, zeros};
 use crate::space::{Frame, Space, SpatialBeam};
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::input::read::Count;
 use crate::model::{Member, MemberId, MemberKind, Model, Segment};
 use pennate_solver::history::{Equilibrium, History};
-use pennate_solver::structure::{Dimension, Formulation};
+use pennate_solver::structure::Dimension;
 
 /// Order of the elements and their number in every stretch of every member.
 ///
@@ -165,8 +165,6 @@ impl Mesh {
 const LARGE: usize = 100;
 /// Elements of a curved segment to begin with, at most: hundreds of turns.
 const CURVED: usize = 10_000;
-/// How many corotational elements are as good as one exact one, to begin with.
-const COROTATIONAL: usize = 8;
 
 fn initial_elements(member: &Member, segment: &Segment, long: bool, short: bool) -> usize {
     if let Some(elements) = segment.elements {
@@ -181,7 +179,7 @@ fn initial_elements(member: &Member, segment: &Segment, long: bool, short: bool)
         _ => 2,
     };
     let straight = if short && part > 0.25 { 2 * straight } else { straight };
-    let straight = if member.formulation == Formulation::Corotational { COROTATIONAL * straight } else { straight };
+    let straight = member.formulation.about().elements * straight;
     let curvature = segment.initial_curvature.iter().map(|curvature| curvature * curvature).sum::<f64>().sqrt();
     // At most 30 degrees an element.
     let turns = (curvature * segment.length / 30.0_f64.to_radians() - 1e-9).ceil();

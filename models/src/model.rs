@@ -348,10 +348,7 @@ impl Member {
 
     /// Order of the elements, where `order` is that of members that do not ask for one.
     pub fn order(&self, order: usize) -> usize {
-        match self.formulation {
-            Formulation::Exact => self.order.unwrap_or(order),
-            Formulation::Corotational => 1,
-        }
+        if self.formulation.has_higher_orders() { self.order.unwrap_or(order) } else { 1 }
     }
 }
 

@@ -143,11 +143,10 @@ impl Lateral {
         for index in 0..plane.members.len() {
             let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
             for segment in 0..plane.structure.members[index].segments.len() {
-                let (formulation, length) =
-                    (plane.packs[pack].formulation(), plane.packs[pack].element_length(lane, segment));
+                let (about, length) = (plane.packs[pack].about(), plane.packs[pack].element_length(lane, segment));
                 let section = plane.section(index, segment);
                 let lengths = [length, plane.structure.members[index].length()];
-                let moduli = packs::moduli(&section, formulation, lengths, &plane.members[index].turn, plane.auxiliary);
+                let moduli = packs::moduli(&section, about, lengths, &plane.members[index].turn, plane.auxiliary);
                 plane.packs[pack].set_lateral_moduli(lane, segment, &moduli);
             }
         }

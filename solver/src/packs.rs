@@ -3,13 +3,15 @@
 //! Theory: docs/theory/mixed-points.md, Eq. 6.5, for rigid strains.
 
 use std::collections::BTreeMap;
+use std::marker::PhantomData;
 
 use pennate_elements::beam::{Beam, Moduli};
 use pennate_elements::lanes::{Generic, Width};
-use pennate_elements::plane::{CorotationalPlane, Plane};
+use pennate_elements::laws::{About, LocalLaw, WithLaw};
+use pennate_elements::plane::PlaneBeam;
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
-use pennate_elements::space::{CorotationalSpace, Space};
+use pennate_elements::space::SpatialBeam;
 
 use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
 use crate::structure::{Dimension, Fibres, Formulation, Member, SectionState, Structure};
@@ -60,8 +62,8 @@ pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
 /// Builds the chains of all members.
 ///
 /// Members of equal mesh lie side by side, where the processor can compute with several at once: they get the same digits
-/// there as alone, up to rounding. Corotational elements have no higher order: exact ones, which converge to the same rod,
-/// stand in for it.
+/// there as alone, up to rounding. Where elements have no higher order, as corotational ones, exact ones stand in for it,
+/// which converge to the same rod.
 fn packs<const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
 where
     for<'a> Side<'a, D>: Generic<Output = Box<dyn Pack<D>>>,
@@ -76,7 +78,8 @@ where
     let widest = Width::widest();
     let mut packs = Vec::new();
     for ((formulation, order, ..), meshes) in &alike {
-        let formulation = if enrich == 0 { *formulation } else { Formulation::Exact };
+        let stays = enrich == 0 || formulation.has_higher_orders();
+        let formulation = if stays { *formulation } else { Formulation::Exact };
         for meshes in meshes.chunks(widest.lanes()) {
             let side = Side { meshes, formulation, order: order + enrich };
             packs.push(widest.for_members(meshes.len()).run(side));
@@ -96,7 +99,7 @@ impl Generic for Side<'_, 6> {
     type Output = Box<dyn Pack<6>>;
 
     fn with<T: Real>(self) -> Self::Output {
-        self.chain::<T, Space, CorotationalSpace>()
+        self.formulation.apply(InLanes::<T, 6>(self, PhantomData))
     }
 }
 
@@ -104,22 +107,41 @@ impl Generic for Side<'_, 3> {
     type Output = Box<dyn Pack<3>>;
 
     fn with<T: Real>(self) -> Self::Output {
-        self.chain::<T, Plane, CorotationalPlane>()
+        self.formulation.apply(InLanes::<T, 3>(self, PhantomData))
+    }
+}
+
+/// Members side by side in the lanes of `T`.
+struct InLanes<'a, T, const D: usize>(Side<'a, D>, PhantomData<T>);
+
+impl<T: Real> WithLaw for InLanes<'_, T, 6> {
+    type Output = Box<dyn Pack<6>>;
+
+    fn with<L: LocalLaw>(self) -> Self::Output {
+        self.0.chain::<T, SpatialBeam<L>>()
+    }
+}
+
+impl<T: Real> WithLaw for InLanes<'_, T, 3> {
+    type Output = Box<dyn Pack<3>>;
+
+    fn with<L: LocalLaw>(self) -> Self::Output {
+        self.0.chain::<T, PlaneBeam<L>>()
     }
 }
 
 impl<const D: usize> Side<'_, D> {
-    /// Their chain, of exact elements E or corotational elements C.
-    fn chain<T: Real, E: Beam<T, D>, C: Beam<T, D>>(&self) -> Box<dyn Pack<D>> {
-        if self.formulation == Formulation::Corotational {
-            return Box::new(Chain::<T, C, D, 1>::new(self.meshes));
+    /// Their chain of elements B.
+    fn chain<T: Real, B: Beam<T, D>>(&self) -> Box<dyn Pack<D>> {
+        if !B::Law::HIGHER_ORDERS {
+            return Box::new(Chain::<T, B, D, 1>::new(self.meshes));
         }
         match self.order {
-            0 | 1 => Box::new(Chain::<T, E, D, 1>::new(self.meshes)),
-            2 => Box::new(Chain::<T, E, D, 2>::new(self.meshes)),
-            3 => Box::new(Chain::<T, E, D, 3>::new(self.meshes)),
-            4 => Box::new(Chain::<T, E, D, 4>::new(self.meshes)),
-            _ => Box::new(Chain::<T, E, D, 5>::new(self.meshes)),
+            0 | 1 => Box::new(Chain::<T, B, D, 1>::new(self.meshes)),
+            2 => Box::new(Chain::<T, B, D, 2>::new(self.meshes)),
+            3 => Box::new(Chain::<T, B, D, 3>::new(self.meshes)),
+            4 => Box::new(Chain::<T, B, D, 4>::new(self.meshes)),
+            _ => Box::new(Chain::<T, B, D, 5>::new(self.meshes)),
         }
     }
 }
@@ -211,10 +233,10 @@ impl Turn {
 /// Stiffness, rest strains and multipliers of a section for elements of one length; `lengths` are those of the element and
 /// of the member.
 ///
-/// A corotational element needs no multipliers against shear: bending within it gives it a shear compliance anyway.
+/// Elements that bending makes compliant in shear need no multipliers against it.
 pub fn moduli(
     state: &SectionState,
-    formulation: Formulation,
+    about: About,
     [element_length, member_length]: [f64; 2],
     turn: &Turn,
     auxiliary: Auxiliary,
@@ -225,9 +247,9 @@ pub fn moduli(
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
     let auxiliary = auxiliary.stiffness(ei2.max(ei3), element_length, member_length);
     let curvature = turn.vector(state.curvature);
-    let corotational = formulation == Formulation::Corotational;
-    let is_free = |d: usize| raw[d].is_finite() || corotational && matches!(d, 1 | 2);
-    let softening = |ei: f64| if corotational { element_length * element_length / (12.0 * ei) } else { 0.0 };
+    let bends = about.sheared_by_bending;
+    let is_free = |d: usize| raw[d].is_finite() || bends && matches!(d, 1 | 2);
+    let softening = |ei: f64| if bends { element_length * element_length / (12.0 * ei) } else { 0.0 };
     Moduli {
         stiffness: std::array::from_fn(|d| if is_free(d) { raw[d] } else { auxiliary }),
         rest: [state.strain, 0.0, 0.0, curvature[0], curvature[1], curvature[2]],

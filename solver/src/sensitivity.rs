@@ -15,7 +15,7 @@ use pennate_elements::rotation::turn;
 use pennate_elements::small::cross;
 
 use crate::reduce;
-use crate::structure::{Formulation, NodeId};
+use crate::structure::NodeId;
 use crate::system::System;
 
 /// Derivatives of one component of one node with respect to the section of one segment of a member.
@@ -34,11 +34,10 @@ impl<const D: usize> System<D> {
     /// Derivatives of a displacement (component 0, 1, 2) or spin (3, 4, 5) of a node, member by member and segment by segment.
     ///
     /// The last assembly must be that of an equilibrium. `None` where its tangent has no factors, or is not symmetric:
-    /// then the loads have no potential, and λ would be another one. `None` too where elements are corotational: their
-    /// stiffness against shear depends on that against bending.
+    /// then the loads have no potential, and λ would be another one. `None` too where bending within elements makes
+    /// them compliant in shear, as corotational ones are: one stiffness depends on another.
     pub fn sensitivities(&mut self, node: NodeId, component: usize) -> Option<Vec<Vec<SegmentSensitivity>>> {
-        let corotational = self.packs.iter().any(|pack| pack.formulation() == Formulation::Corotational);
-        if corotational || !self.has_potential() {
+        if self.packs.iter().any(|pack| pack.about().sheared_by_bending) || !self.has_potential() {
             return None;
         }
         let link = self.topology.links[node];

@@ -7,7 +7,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-pub use pennate_elements::beam::Formulation;
+pub use pennate_elements::laws::Formulation;
 use pennate_elements::section::Section;
 
 /// Index of a node in [`Structure::nodes`].

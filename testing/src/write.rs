@@ -138,10 +138,12 @@ impl Writer<'_> {
                     entry.insert("segments".to_owned(), Value::Array(segments));
                 }
             }
-            match member.formulation {
-                Formulation::Exact => entry.insert("order".to_owned(), json!(member.order)),
-                Formulation::Corotational => entry.insert("formulation".to_owned(), json!("corotational")),
-            };
+            if member.formulation != Formulation::default() {
+                entry.insert("formulation".to_owned(), json!(member.formulation.about().word));
+            }
+            if member.formulation.has_higher_orders() {
+                entry.insert("order".to_owned(), json!(member.order));
+            }
             let mut releases = Map::new();
             for (end, name) in ["start", "end"].into_iter().enumerate() {
                 let straight = !curved || end == 0;

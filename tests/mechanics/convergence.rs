@@ -1,4 +1,4 @@
-//! The error of nodal values falls at the rate that theory gives: h^2p for elements of order p, h² for corotational ones.
+//! The error of nodal values falls at the rate that theory gives: h^2p for elements of order p, h² for those of two nodes.
 //!
 //! All tend to the same values, those of elements of order 4.
 
@@ -13,14 +13,19 @@ fn on(model: &Model, order: usize, elements: usize) -> Solved {
     solve_on(model.clone(), &Mesh::new(order, refinement))
 }
 
-/// Checks the rates of p = 1, 2, … from two numbers of `elements` each, and that of corotational ones from the first two.
+/// Checks the rates of p = 1, 2, … from two numbers of `elements` each, and those of formulations of two nodes from the first two.
 fn check(text: &str, node: &str, elements: &[[usize; 2]], finest: usize) {
     let model = model(text);
-    let mut corotational = model.clone();
-    corotational.members.iter_mut().for_each(|member| member.formulation = Formulation::Corotational);
+    let with = |formulation: &Formulation| {
+        let mut model = model.clone();
+        model.members.iter_mut().for_each(|member| member.formulation = *formulation);
+        model
+    };
+    let of_two_nodes = Formulation::ALL.iter().filter(|formulation| !formulation.has_higher_orders());
+    let of_two_nodes: Vec<Model> = of_two_nodes.map(with).collect();
     let finest = on(&model, 4, finest);
     let exact = (1..).zip(elements).map(|(order, &elements)| (&model, order, elements));
-    for (model, order, [coarse, fine]) in exact.chain([(&corotational, 1, elements[0])]) {
+    for (model, order, [coarse, fine]) in exact.chain(of_two_nodes.iter().map(|model| (model, 1, elements[0]))) {
         let error = |count| {
             let solved = on(model, order, count);
             let shift = solved.shift(node) - finest.shift(node);

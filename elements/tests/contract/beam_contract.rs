@@ -2,9 +2,8 @@
 
 use pennate_elements::beam::{At, Beam, Condensed, Local, Moduli, Piece};
 use pennate_elements::check::{Answer, contract};
-use pennate_elements::corotational::Corotational;
 use pennate_elements::interpolation::Table;
-use pennate_elements::local_law::{Exact, LocalLaw};
+use pennate_elements::laws::{Exact, Formulation, LocalLaw, WithLaw};
 use pennate_elements::plane::{self, Plane};
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, mul, transpose};
@@ -83,24 +82,44 @@ fn space_contract<L: LocalLaw, const P: usize>(curved: bool, turn: [f64; 3]) {
     contract(&[[0.0; 3], end], &poses, &respond);
 }
 
+/// The contract of every order of a law.
+struct Contract {
+    curved: bool,
+    turn: [f64; 3],
+}
+
+impl WithLaw for Contract {
+    type Output = ();
+
+    fn with<L: LocalLaw>(self) {
+        let Self { curved, turn } = self;
+        space_contract::<L, 1>(curved, turn);
+        if L::HIGHER_ORDERS {
+            space_contract::<L, 2>(curved, turn);
+            space_contract::<L, 3>(curved, turn);
+            space_contract::<L, 4>(curved, turn);
+            space_contract::<L, 5>(curved, turn);
+        }
+    }
+}
+
 #[test]
 fn spatial_beams_keep_the_contract() {
-    let turn = [0.3, -0.6, 0.8];
-    for curved in [false, true] {
-        space_contract::<Exact, 1>(curved, turn);
-        space_contract::<Exact, 2>(curved, turn);
-        space_contract::<Exact, 3>(curved, turn);
-        space_contract::<Exact, 4>(curved, turn);
-        space_contract::<Exact, 5>(curved, turn);
+    for formulation in Formulation::ALL {
+        for curved in [false, true] {
+            formulation.apply(Contract { curved, turn: [0.3, -0.6, 0.8] });
+        }
     }
 }
 
 /// Up to large turns within one element, and at none.
 #[test]
-fn corotational_beams_keep_the_contract() {
-    for curved in [false, true] {
-        for turn in [[0.0; 3], [1e-5, -2e-5, 1e-5], [0.3, -0.6, 0.8], [1.2, 0.7, -1.3]] {
-            space_contract::<Corotational, 1>(curved, turn);
+fn beams_of_two_nodes_keep_the_contract_over_large_turns() {
+    for formulation in Formulation::ALL.iter().filter(|formulation| !formulation.has_higher_orders()) {
+        for curved in [false, true] {
+            for turn in [[0.0; 3], [1e-5, -2e-5, 1e-5], [1.2, 0.7, -1.3]] {
+                formulation.apply(Contract { curved, turn });
+            }
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The local law of the corotational beam, its plane form, and what of it leaves the plane.
 
 use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Moduli, Piece};
-use pennate_elements::corotational::Corotational;
 use pennate_elements::interpolation::Table;
+use pennate_elements::laws::Corotational;
 use pennate_elements::plane::{self, CorotationalPlane};
 use pennate_elements::rotation::{self, compose};
 use pennate_elements::small::{M3, apply, norm, sub, tapply, transpose};

@@ -10,7 +10,10 @@ pub(crate) mod step;
 pub mod tree;
 pub mod write;
 
-use schemars::JsonSchema;
+use std::borrow::Cow;
+
+use pennate_solver::structure::Formulation;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 pub use self::read::suggest;
 
@@ -33,7 +36,7 @@ record! {
         /// Solve in the plane or in space; found out by default.
         dimension: Option<Spanned<DimensionWord>>,
         /// Of members that do not say otherwise; "exact" by default.
-        formulation: Option<Spanned<Formulation>>,
+        formulation: Option<Spanned<FormulationWord>>,
         /// Strain of members that are no muscles above which a warning is given; 0.1 by default.
         strain_limit: Option<Number>,
         /// Numbers that expressions may use.
@@ -232,7 +235,7 @@ record! {
         /// Order of the elements, 1 to 4.
         order: Option<Spanned<Count>>,
         /// "exact", or "corotational": two-node elements; that of the network by default.
-        formulation: Option<Spanned<Formulation>>,
+        formulation: Option<Spanned<FormulationWord>>,
     }
 }
 
@@ -277,10 +280,30 @@ impl Input for Arc {
     }
 }
 
-words! {
-    pub(crate) enum Formulation as "a formulation" {
-        Exact = "exact",
-        Corotational = "corotational",
+/// A formulation, by the word of its law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FormulationWord(pub(crate) Formulation);
+
+impl FormulationWord {
+    fn words() -> impl Iterator<Item = &'static str> + Clone {
+        Formulation::ALL.iter().map(|formulation| formulation.about().word)
+    }
+}
+
+impl Input for FormulationWord {
+    fn read(value: &Value, errors: &mut Vec<InputError>) -> Option<Self> {
+        let place = read::word(value, "a formulation", Self::words(), errors)?;
+        Some(Self(Formulation::ALL[place]))
+    }
+}
+
+impl JsonSchema for FormulationWord {
+    fn schema_name() -> Cow<'static, str> {
+        "Formulation".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "enum": Self::words().collect::<Vec<_>>() })
     }
 }
 

@@ -303,6 +303,26 @@ macro_rules! record {
 }
 pub(crate) use record;
 
+/// The place of the word that a value is.
+pub(crate) fn word<'a>(
+    value: &Value,
+    what: &str,
+    words: impl Iterator<Item = &'a str> + Clone,
+    errors: &mut Vec<InputError>,
+) -> Option<usize> {
+    let Kind::String(word) = &value.kind else { return wrong_type(value, what, errors) };
+    let found = words.clone().position(|known| known == word);
+    if found.is_none() {
+        errors.push(
+            InputError::new(format!("'{word}' is not {what}"))
+                .at(value.span)
+                .label("unknown word")
+                .help(suggest(word, words, "words")),
+        );
+    }
+    found
+}
+
 /// Defines a choice among words: its type, how it is read, and its schema.
 macro_rules! words {
     ($(#[$meta:meta])* $vis:vis enum $name:ident as $what:literal {
@@ -315,13 +335,7 @@ macro_rules! words {
         impl $name {
             /// The words as written.
             pub(crate) const WORDS: &'static [&'static str] = &[$($word),*];
-
-            pub(crate) fn from_word(word: &str) -> Option<Self> {
-                match word {
-                    $($word => Some(Self::$variant),)*
-                    _ => None,
-                }
-            }
+            const ALL: &'static [Self] = &[$(Self::$variant),*];
         }
 
         impl $crate::input::read::Input for $name {
@@ -329,20 +343,8 @@ macro_rules! words {
                 value: &$crate::input::tree::Value,
                 errors: &mut Vec<$crate::error::InputError>,
             ) -> Option<Self> {
-                use $crate::input::read::{suggest, wrong_type};
-                let $crate::input::tree::Kind::String(word) = &value.kind else {
-                    return wrong_type(value, $what, errors);
-                };
-                let found = Self::from_word(word);
-                if found.is_none() {
-                    errors.push(
-                        $crate::error::InputError::new(format!("'{word}' is not {}", $what))
-                            .at(value.span)
-                            .label("unknown word")
-                            .help(suggest(word, Self::WORDS.iter().copied(), "words")),
-                    );
-                }
-                found
+                let words = Self::WORDS.iter().copied();
+                $crate::input::read::word(value, $what, words, errors).map(|place| Self::ALL[place])
             }
         }
     };

@@ -9,7 +9,7 @@ use super::magnitudes;
 use super::properties::Properties;
 use crate::error::{InputError, Span};
 use crate::input::read::{Counted, Map, Named, Number, Spanned};
-use crate::input::{self, EndRelease, Formulation as Word};
+use crate::input::{self, EndRelease};
 use crate::mesh::Mesh;
 use crate::model::{FixedLaw, Member, MemberKind, Node, SegmentLaw};
 use crate::unit::Kind;
@@ -29,7 +29,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) nodes: &'a [Option<Node>],
     pub(crate) properties: &'a Properties,
     /// Of members that do not ask for one.
-    pub(crate) formulation: Word,
+    pub(crate) formulation: Formulation,
 }
 
 impl Members {
@@ -149,21 +149,19 @@ fn order(data: &input::Member, cx: &mut Context) -> Option<Option<usize>> {
 }
 
 /// The formulation of a member, its own or that of the network.
-fn formulation(data: &input::Member, owner: &str, network: Word, cx: &mut Context) -> Formulation {
-    match data.formulation.map_or(network, |own| own.value) {
-        Word::Exact => Formulation::Exact,
-        Word::Corotational => {
-            if let Some(order) = &data.order
-                && order.value.0 > 1
-            {
-                let message = format!("{owner} is corotational, and asks for elements of order {}", order.value.0);
-                cx.error(InputError::new(message).at(order.span).help(
-                    "leave order out: corotational elements have two nodes; or give the member formulation = \"exact\"",
-                ));
-            }
-            Formulation::Corotational
-        }
+fn formulation(data: &input::Member, owner: &str, network: Formulation, cx: &mut Context) -> Formulation {
+    let formulation = data.formulation.map_or(network, |own| own.value.0);
+    if let Some(order) = &data.order
+        && order.value.0 > 1
+        && !formulation.has_higher_orders()
+    {
+        let word = formulation.about().word;
+        let message = format!("{owner} is {word}, and asks for elements of order {}", order.value.0);
+        cx.error(InputError::new(message).at(order.span).help(format!(
+            "leave order out: {word} elements have two nodes; or give the member formulation = \"exact\"",
+        )));
     }
+    formulation
 }
 
 /// Elements asked for, if any.

@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use pennate_solver::structure::{Dimension, Stability};
+use pennate_solver::structure::{Dimension, Formulation, Stability};
 
 use self::context::{Context, Names};
 use self::joints::Bodies;
@@ -39,7 +39,7 @@ use crate::expression::Quantity;
 use crate::file::Folder;
 use crate::input::read::{Input, Map, Named, Number, Spanned};
 use crate::input::tree::{self, Language};
-use crate::input::{DimensionWord, Formulation, Network, UnitsWord};
+use crate::input::{DimensionWord, Network, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
 use crate::unit::Kind;
 
@@ -160,7 +160,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let none = Map::default();
     let member_map = network.members.as_ref().unwrap_or(&none);
     let member_names = Names::new("member", member_map.iter().map(|named| named.name.as_str()));
-    let formulation = network.formulation.map_or(Formulation::Exact, |word| word.value);
+    let formulation = network.formulation.map_or(Formulation::default(), |word| word.value.0);
     let around = Surroundings { names: &names, nodes: &nodes, properties: &properties, formulation };
     let Members { members, planar_only } = Members::resolve(member_map, &around, cx);
     let bodies = Bodies::resolve(network.rigid_bodies.as_ref(), &names, nodes.len(), cx);

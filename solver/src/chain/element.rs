@@ -1,8 +1,7 @@
 //! One element of a chain with all that it is evaluated at, out of the lanes.
 
-use pennate_elements::beam::{Beam, Formulation, Moduli, Piece, Placement};
-use pennate_elements::corotational::Corotational;
-use pennate_elements::local_law::LocalLaw;
+use pennate_elements::beam::{Beam, Moduli, Piece, Placement};
+use pennate_elements::laws::{Formulation, LocalLaw, WithLaw};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, add, dot, scale};
 
@@ -39,14 +38,21 @@ pub struct ElementState<const D: usize> {
 impl ElementState<6> {
     /// Stiffness in this state: where it depends on the state, that is seen as fixed.
     pub fn stiffness(&self) -> [f64; 6] {
-        match self.formulation {
-            Formulation::Exact => self.moduli.stiffness,
-            Formulation::Corotational => {
-                let [x, y, z, ..] = self.local[0];
-                let chord = scale(1.0 / self.piece.length, add(self.piece.chord, [x, y, z]));
-                Corotational::stiffness(&self.moduli, dot(chord, chord))
-            }
-        }
+        self.formulation.apply(Stiffness(self))
+    }
+}
+
+/// The stiffness of an element that one law has.
+struct Stiffness<'a>(&'a ElementState<6>);
+
+impl WithLaw for Stiffness<'_> {
+    type Output = [f64; 6];
+
+    fn with<L: LocalLaw>(self) -> [f64; 6] {
+        let Self(state) = self;
+        let [x, y, z, ..] = state.local[0];
+        let chord = scale(1.0 / state.piece.length, add(state.piece.chord, [x, y, z]));
+        L::stiffness(&state.moduli, dot(chord, chord))
     }
 }
 
@@ -56,7 +62,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let segment = self.segment_of[e];
         let moduli = &self.moduli[segment];
         ElementState {
-            formulation: B::FORMULATION,
+            formulation: B::Law::FORMULATION,
             piece: Piece {
                 length: packed.length.lane(index),
                 axes: lanes(&packed.axes, index),

@@ -1,8 +1,6 @@
 //! The lateral stiffness of plane chains: what lies between the ends is eliminated, as in their plane.
 
-use pennate_elements::beam::{At, Beam, Ends, Formulation, Local, Moduli};
-use pennate_elements::corotational::Corotational;
-use pennate_elements::local_law::Exact;
+use pennate_elements::beam::{At, Beam, Ends, Local, Moduli};
 use pennate_elements::plane::{self, Pose};
 use pennate_elements::real::{Real, Work, load};
 use pennate_elements::rotation;
@@ -146,10 +144,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let flat = plane::plane_moduli(moduli);
         let curved = self.curved(e);
         let at = At { table: &self.table, piece, curved, moduli: &flat, local: &local, stress: &stress };
-        match B::FORMULATION {
-            Formulation::Exact => plane::lateral::<T, Exact, P>(&at, moduli, k),
-            Formulation::Corotational => plane::lateral::<T, Corotational, P>(&at, moduli, k),
-        }
+        plane::lateral::<T, B::Law, P>(&at, moduli, k);
 
         // Weight in the plane turns with the frame about axes 1 and 2.
         let mut turn = None;

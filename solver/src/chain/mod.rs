@@ -5,8 +5,9 @@
 //! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
 //! the member. Members of equal mesh may lie side by side in the lanes of `T`.
 
-use pennate_elements::beam::{Beam, Ends, Formulation, Moduli, Piece, Placement};
+use pennate_elements::beam::{Beam, Ends, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
+use pennate_elements::laws::{About, LocalLaw};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, axpy, scale, zeros};
 
@@ -228,8 +229,8 @@ pub trait Pack<const D: usize>: Send {
     fn elements(&self) -> usize;
     /// Their polynomial order.
     fn order(&self) -> usize;
-    /// Their kind.
-    fn formulation(&self) -> Formulation;
+    /// What is known of their law.
+    fn about(&self) -> About;
     /// Present length and largest strains of every member.
     fn measures(&self) -> Vec<Measures>;
     /// Tangent at the middle of the unloaded length, and the load along the member up to there.
@@ -617,8 +618,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         P
     }
 
-    fn formulation(&self) -> Formulation {
-        B::FORMULATION
+    fn about(&self) -> About {
+        B::Law::ABOUT
     }
 
     fn measures(&self) -> Vec<Measures> {

@@ -5,15 +5,14 @@
 //! place, and motions are looked for among those with G x = 0.
 
 use pennate_elements::beam::At;
-use pennate_elements::corotational::Corotational;
 use pennate_elements::interpolation::Table;
-use pennate_elements::local_law::{Exact, LocalLaw};
+use pennate_elements::laws::{LocalLaw, WithLaw};
 use pennate_elements::mass::{self, Inertia};
 use pennate_elements::rotation::{self, turn};
 use pennate_elements::small::{V3, add, axpy, scale, sub, tapply, tmul};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
-use pennate_elements::{beam::Beam, beam::Formulation, beam::Moduli};
+use pennate_elements::{beam::Beam, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
 use super::unknowns::{Column, Unknowns, end_curvature, network_node};
@@ -285,14 +284,7 @@ impl Evaluated {
     /// With an inertia: strains, mass, and what the tangent has beside the products of strains; without, for rates of
     /// stiffness and stresses: the rate of the tangent at a fixed shape, and forces.
     pub fn of(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
-        match (state.formulation, state.local.len()) {
-            (Formulation::Corotational, _) => Self::of_order::<Corotational, 1>(state, stressing, inertia),
-            (Formulation::Exact, 1) => Self::of_order::<Exact, 1>(state, stressing, inertia),
-            (Formulation::Exact, 2) => Self::of_order::<Exact, 2>(state, stressing, inertia),
-            (Formulation::Exact, 3) => Self::of_order::<Exact, 3>(state, stressing, inertia),
-            (Formulation::Exact, 4) => Self::of_order::<Exact, 4>(state, stressing, inertia),
-            (Formulation::Exact, _) => Self::of_order::<Exact, 5>(state, stressing, inertia),
-        }
+        state.formulation.apply(OfLaw { state, stressing, inertia })
     }
 
     fn of_order<L: LocalLaw, const P: usize>(
@@ -338,6 +330,31 @@ impl Evaluated {
             }
         }
         own
+    }
+}
+
+/// What [`Evaluated::of`] evaluates, for one law.
+struct OfLaw<'a> {
+    state: &'a ElementState<6>,
+    stressing: &'a Stressing,
+    inertia: Option<&'a Inertia>,
+}
+
+impl WithLaw for OfLaw<'_> {
+    type Output = Evaluated;
+
+    fn with<L: LocalLaw>(self) -> Evaluated {
+        let Self { state, stressing, inertia } = self;
+        if !L::HIGHER_ORDERS {
+            return Evaluated::of_order::<L, 1>(state, stressing, inertia);
+        }
+        match state.local.len() {
+            1 => Evaluated::of_order::<L, 1>(state, stressing, inertia),
+            2 => Evaluated::of_order::<L, 2>(state, stressing, inertia),
+            3 => Evaluated::of_order::<L, 3>(state, stressing, inertia),
+            4 => Evaluated::of_order::<L, 4>(state, stressing, inertia),
+            _ => Evaluated::of_order::<L, 5>(state, stressing, inertia),
+        }
     }
 }
 

@@ -103,7 +103,7 @@ impl<const D: usize> System<D> {
                     let section = structure.laws[description.law].at(made_of.control);
                     let length = chain.element_length(slot.lane, segment);
                     let lengths = [length, member_length];
-                    let moduli = packs::moduli(&section, chain.formulation(), lengths, &slot.turn, self.auxiliary);
+                    let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, self.auxiliary);
                     self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
                     sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
                     sections.noise[1] = sections.noise[1].max(1e-10 * moduli.stiffness[5] / self.size);

@@ -27,8 +27,8 @@
 //!
 //! Theory: docs/theory/frames.md, Eq. 2.4 to 2.7.
 
-use crate::beam::{Formulation, Moduli, Piece};
-use crate::local_law::{LocalLaw, Softening};
+use super::{About, Formulation, LocalLaw, Softening};
+use crate::beam::{Moduli, Piece};
 use crate::real::Real;
 use crate::small::{M3, V3, add, axpy, cross, diagonal, dot, madd, mscale, mul, outer, scale, tapply, tmul};
 use crate::space::{self, Geometric, Kinematics};
@@ -118,6 +118,8 @@ fn halves<T: Real>(e: V3<T>) -> (Radial<T>, Radial<T>) {
 
 impl LocalLaw for Corotational {
     const FORMULATION: Formulation = Formulation::Corotational;
+    const ABOUT: About = About { word: "corotational", sheared_by_bending: true, elements: 8 };
+    const HIGHER_ORDERS: bool = false;
 
     /// The unloaded chord over the length: seen from the middle, a rigid motion leaves it alone.
     #[inline(always)]
