@@ -1,6 +1,6 @@
 //! Several structures as one: nothing joins them, but members of equal mesh share the lanes of the processor.
 
-use crate::structure::{Change, Drive, Spring, Step, Structure};
+use crate::structure::{Change, Drive, Step, Structure};
 
 /// One structure of several of one topology that have nothing in common, one after the other, and their steps side by side;
 /// nothing of no structure. Gravity of one would be that of all, and compliances are left out.
@@ -36,10 +36,7 @@ fn append(all: &mut Structure, steps: &mut [Step], structure: Structure, own: &[
         moved
     }));
     all.springs.extend(structure.springs.into_iter().map(|mut moved| {
-        match &mut moved {
-            Spring::Ground { node: at, .. } => *at += node,
-            Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => *nodes = nodes.map(|n| n + node),
-        }
+        moved.nodes_mut().iter_mut().for_each(|n| *n += node);
         moved
     }));
     all.drives.extend(structure.drives.into_iter().map(|moved| match moved {

@@ -30,6 +30,7 @@ mod rounding;
 pub mod sensitivity;
 pub mod spectral;
 mod split;
+mod spring;
 pub mod structure;
 pub mod system;
 

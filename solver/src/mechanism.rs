@@ -217,10 +217,7 @@ fn eliminate(rows: &mut [Vec<f64>]) {
 fn parts<const D: usize>(system: &System<D>) -> Vec<Vec<usize>> {
     let structure = &system.structure;
     let pairs = structure.members.iter().map(|member| member.nodes);
-    let springs = structure.springs.iter().filter_map(|spring| match spring {
-        Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => Some(*nodes),
-        Spring::Ground { .. } => None,
-    });
+    let springs = structure.springs.iter().filter_map(Spring::pair);
     let mut root: Vec<usize> = (0..system.forces.len()).collect();
     let find = |root: &mut Vec<usize>, mut joint: usize| {
         while root[joint] != joint {

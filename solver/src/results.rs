@@ -6,7 +6,7 @@ use pennate_elements::small::{V3, add, cross, dot, norm};
 use crate::chain::Measures;
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
-use crate::structure::{Dimension, Drive, Spring};
+use crate::structure::{Dimension, Drive};
 use crate::system::System;
 
 /// Reads the equilibrium that the last assembly belongs to.
@@ -174,10 +174,12 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
     for slot in &system.members {
         count(system.packs[slot.pack].total_load(slot.lane));
     }
-    for (spring, _) in system.structure.springs.iter().zip(&system.spring_forces) {
-        if let Spring::Ground { node, stiffness } = spring {
-            let u = nodes[*node].displacement;
-            count(std::array::from_fn(|c| if D == 3 && c == 2 { 0.0 } else { -stiffness[c] * u[c] }));
+    for spring in &system.structure.springs {
+        if let Some(mut force) = spring.ground_force(nodes[spring.nodes()[0]].displacement) {
+            if D == 3 {
+                force[2] = 0.0;
+            }
+            count(force);
         }
     }
     if largest > system.rounding() { norm(sum) / largest } else { 0.0 }

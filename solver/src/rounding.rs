@@ -11,11 +11,11 @@
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::{log, turn};
-use pennate_elements::small::{V3, add, cross, norm, scale, sub};
+use pennate_elements::small::{V3, add, cross, norm, sub};
 
 use crate::history::Rounding;
 use crate::reduce;
-use crate::structure::{MemberId, NodeId, Spring};
+use crate::structure::{MemberId, NodeId};
 use crate::system::System;
 
 /// A unit in the last place of one.
@@ -194,44 +194,16 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
 
 /// Adds the forces that rounding makes in a spring to its joints.
 fn disturb_spring<const D: usize>(system: &System<D>, index: usize, lots: &mut Lots, joints: &mut [[f64; 6]]) {
-    let place = |node: NodeId| {
+    let spring = &system.structure.springs[index];
+    let mut draw = || UNIT * lots.draw();
+    let forces = spring.rounded(&system.placed(index), system.spring_forces[index], &mut draw);
+    for (&node, [force, moment]) in spring.nodes().iter().zip(forces) {
         let link = &system.topology.links[node];
-        (system.state.joints[link.joint].point(link.arm), system.state.joints[link.joint].place.rotation)
-    };
-    let positions = &system.structure.nodes;
-    let mut act = |node: NodeId, force: V3<f64>, moment: V3<f64>| {
-        let link = &system.topology.links[node];
-        let lever = turn(place(node).1, link.arm);
+        let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
         let moment = add(moment, cross(lever, force));
         for c in 0..3 {
             joints[link.joint][c] += force[c];
             joints[link.joint][3 + c] += moment[c];
-        }
-    };
-    match &system.structure.springs[index] {
-        Spring::Ground { node, stiffness } => {
-            let (u, rotation) = place(*node);
-            let theta = log(rotation);
-            let force = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[c] * u[c]);
-            let moment = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[3 + c] * theta[c]);
-            act(*node, force, moment);
-        }
-        Spring::Axial { nodes, stiffness, .. } => {
-            let [a, b] = nodes.map(|node| add(positions[node], place(node).0));
-            let chord = sub(b, a);
-            let size = UNIT * lots.draw() * (stiffness + system.spring_forces[index].abs() / norm(chord));
-            let force = if size.is_finite() { scale(size, chord) } else { [0.0; 3] };
-            act(nodes[0], scale(-1.0, force), [0.0; 3]);
-            act(nodes[1], force, [0.0; 3]);
-        }
-        Spring::Coupling { nodes, stiffness } => {
-            let reach = norm(sub(positions[nodes[1]], positions[nodes[0]])) + norm(place(nodes[1]).0);
-            let rotation = place(nodes[0]).1;
-            let force = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[c] * reach);
-            let moment = std::array::from_fn(|c| UNIT * lots.draw() * stiffness[3 + c]);
-            let (force, moment) = (turn(rotation, force), turn(rotation, moment));
-            act(nodes[0], scale(-1.0, force), scale(-1.0, moment));
-            act(nodes[1], force, moment);
         }
     }
 }

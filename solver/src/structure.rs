@@ -10,6 +10,8 @@ use std::sync::Arc;
 pub use pennate_elements::laws::Formulation;
 use pennate_elements::section::Section;
 
+pub use crate::spring::Spring;
+
 /// Index of a node in [`Structure::nodes`].
 pub type NodeId = usize;
 /// Index of a member in [`Structure::members`].
@@ -189,34 +191,6 @@ pub struct RigidBody {
     pub reference: NodeId,
     /// At the reference.
     pub mass: f64,
-}
-
-/// A linear spring. Stiffnesses are force per length for components 0, 1, 2 and moment per radian for 3, 4, 5.
-#[derive(Clone, Debug)]
-pub enum Spring {
-    /// Node to ground: energy ½ Σ k u² + ½ Σ k θ², θ the rotation vector of the node.
-    Ground {
-        /// The node.
-        node: NodeId,
-        /// Force per length; of six components also moment per radian.
-        stiffness: [f64; 6],
-    },
-    /// Along the line between two nodes: energy ½ k (l − natural length)².
-    Axial {
-        /// First and second node.
-        nodes: [NodeId; 2],
-        /// Force per length; of six components also moment per radian.
-        stiffness: f64,
-        /// Length without force.
-        natural_length: f64,
-    },
-    /// Six components, at the second node's place, in axes that turn with the first node.
-    Coupling {
-        /// First and second node.
-        nodes: [NodeId; 2],
-        /// Force per length; of six components also moment per radian.
-        stiffness: [f64; 6],
-    },
 }
 
 /// A value that steps move. Component 0, 1, 2 is x, y, z in global axes.

@@ -387,12 +387,7 @@ fn reordered(network: &Network, place: &[usize]) -> Network {
         body.nodes.iter_mut().for_each(|node| *node = place[*node]);
         body.reference = place[body.reference];
     }
-    for spring in &mut structure.springs {
-        match spring {
-            Spring::Ground { node, .. } => *node = place[*node],
-            Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => *nodes = nodes.map(|node| place[node]),
-        }
-    }
+    structure.springs.iter_mut().flat_map(Spring::nodes_mut).for_each(|node| *node = place[*node]);
     for drive in &mut structure.drives {
         match drive {
             Drive::Force(node, _)

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use pennate_models::model::{FixedLaw, LoadFlow, Member, MemberKind, Segment, SegmentLaw, Units};
 use pennate_models::section::{self, Stiffening};
 use pennate_models::{Mesh, Model, discretize};
-use pennate_solver::structure::{self, Dimension, Formulation, NodeId, Release, Spring, Stability, Structure, Support};
+use pennate_solver::structure::{self, Dimension, Formulation, NodeId, Release, Stability, Structure, Support};
 
 /// Pieces of every member: the points looked at lie between them.
 pub(super) const PIECES: usize = 8;
@@ -29,8 +29,8 @@ pub(super) fn base(model: &Model, request: &LoadFlow) -> Model {
     base.members = request.members.iter().map(|&member| wire(model, &model.members[member])).collect();
     let places: Vec<_> = base.nodes.iter().map(|node| Vector3::from(node.position)).collect();
     for spring in &mut base.springs {
-        if let Spring::Axial { nodes: [a, b], natural_length, .. } = &mut spring.spring {
-            *natural_length = (places[*b] - places[*a]).norm();
+        if let Some([a, b]) = spring.spring.pair() {
+            spring.spring.relax((places[b] - places[a]).norm());
         }
     }
     for input in request.inputs.iter().filter(|input| input.guided) {
@@ -83,10 +83,7 @@ fn unused(model: &Model) -> Vec<NodeId> {
     model.members.iter().for_each(|member| member.nodes.iter().for_each(|&node| used[node] = true));
     model.bodies.iter().flat_map(|body| &body.nodes).for_each(|&node| used[node] = true);
     for spring in &model.springs {
-        match &spring.spring {
-            Spring::Ground { node, .. } => used[*node] = true,
-            Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => nodes.iter().for_each(|&n| used[n] = true),
-        }
+        spring.spring.nodes().iter().for_each(|&node| used[node] = true);
     }
     (0..used.len()).filter(|&node| !used[node]).collect()
 }

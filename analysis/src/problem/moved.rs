@@ -246,26 +246,9 @@ impl Between {
 
     fn spring(self, middle: &Spring, low: &Spring, high: &Spring) -> Spring {
         let mut spring = middle.clone();
-        match (&mut spring, low, high) {
-            (
-                Spring::Ground { stiffness, .. },
-                Spring::Ground { stiffness: low, .. },
-                Spring::Ground { stiffness: high, .. },
-            )
-            | (
-                Spring::Coupling { stiffness, .. },
-                Spring::Coupling { stiffness: low, .. },
-                Spring::Coupling { stiffness: high, .. },
-            ) => *stiffness = self.vector(*stiffness, *low, *high),
-            (
-                Spring::Axial { stiffness, natural_length, .. },
-                Spring::Axial { stiffness: low, natural_length: short, .. },
-                Spring::Axial { stiffness: high, natural_length: long, .. },
-            ) => {
-                *stiffness = self.number(*stiffness, *low, *high);
-                *natural_length = self.number(*natural_length, *short, *long);
-            }
-            _ => {}
+        let values = low.numbers().into_iter().zip(high.numbers());
+        for (number, (low, high)) in spring.numbers_mut().into_iter().zip(values) {
+            *number = self.number(*number, low, high);
         }
         spring
     }

@@ -1,7 +1,7 @@
 //! The numbers of a design, part by part, and which of them a parameter reaches.
 
 use pennate_models::Model;
-use pennate_solver::structure::{Change, Drive, Release, SectionLaw, Spring, Step, Structure};
+use pennate_solver::structure::{Change, Drive, Release, SectionLaw, Step, Structure};
 
 /// A second difference larger than this part of the first one is a corner: over so short a distance no curve bends so much.
 const CORNER: f64 = 0.05;
@@ -81,12 +81,7 @@ impl Numbers {
             numbers.part(support.axes.as_flattened().iter().copied());
         }
         for spring in &structure.springs {
-            match spring {
-                Spring::Ground { stiffness, .. } | Spring::Coupling { stiffness, .. } => {
-                    numbers.part(stiffness.iter().copied());
-                }
-                Spring::Axial { stiffness, natural_length, .. } => numbers.part([*stiffness, *natural_length]),
-            }
+            numbers.part(spring.numbers());
         }
         for body in &structure.bodies {
             numbers.part([body.mass]);

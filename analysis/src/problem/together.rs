@@ -11,7 +11,7 @@ use pennate_solver::joints::{Active, Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
 use pennate_solver::path::{self, OutOfPlane};
 use pennate_solver::results;
-use pennate_solver::structure::{Change, Dimension, Drive, Method, Spring, Stability, Step, Structure};
+use pennate_solver::structure::{Change, Dimension, Drive, Method, Stability, Step, Structure};
 use pennate_solver::system::{State, System};
 
 use super::neighbour;
@@ -27,14 +27,7 @@ pub(super) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
 
 /// Whether a design may be solved at all in this way.
 pub(super) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
-    let relaxed = structure.springs.iter().all(|spring| match spring {
-        Spring::Axial { nodes, natural_length, .. } => {
-            let [a, b] = nodes.map(|node| structure.nodes[node]);
-            let length = (0..3).map(|c| (b[c] - a[c]) * (b[c] - a[c])).sum::<f64>().sqrt();
-            (length - natural_length).abs() <= 1e-12 * length
-        }
-        _ => true,
-    });
+    let relaxed = !structure.springs.iter().any(|spring| spring.is_prestressed(&structure.nodes));
     let plain = |step: &Step| step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
     // The moment of a rotation in space that is let go has no potential while it fades.
     let fades = |change: &Change| matches!(change, Change::Free { component: 3.., .. });

@@ -4,7 +4,7 @@ use std::mem::discriminant;
 
 use pennate_models::model::{Member, SegmentLaw, Step};
 use pennate_models::{Model, Reading};
-use pennate_solver::structure::{Change, Release, Spring};
+use pennate_solver::structure::{Change, Release};
 
 use super::ProblemError;
 
@@ -44,7 +44,7 @@ fn difference(a: &Model, b: &Model) -> Option<&'static str> {
         .or_else(|| same("members", pairs(&a.members, &b.members, same_member)))
         .or_else(|| same("supports", supports(a) == supports(b)))
         .or_else(|| same("rigid bodies", bodies(a) == bodies(b)))
-        .or_else(|| same("springs", pairs(&a.springs, &b.springs, |a, b| same_spring(&a.spring, &b.spring))))
+        .or_else(|| same("springs", pairs(&a.springs, &b.springs, |a, b| a.spring.is_like(&b.spring))))
         .or_else(|| same("steps", pairs(&a.steps, &b.steps, same_step)))
         .or_else(|| same("probes", a.probes.names == b.probes.names))
 }
@@ -73,15 +73,6 @@ fn same_release(a: &Release, b: &Release) -> bool {
     match (a, b) {
         (Release::Axes(a), Release::Axes(b)) => a.len() == b.len(),
         (a, b) => discriminant(a) == discriminant(b),
-    }
-}
-
-fn same_spring(a: &Spring, b: &Spring) -> bool {
-    match (a, b) {
-        (Spring::Ground { node: a, .. }, Spring::Ground { node: b, .. }) => a == b,
-        (Spring::Axial { nodes: a, .. }, Spring::Axial { nodes: b, .. })
-        | (Spring::Coupling { nodes: a, .. }, Spring::Coupling { nodes: b, .. }) => a == b,
-        _ => false,
     }
 }
 

@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use nalgebra::Vector3;
-use pennate_solver::structure::{Change, Release, Spring as SpringLaw, Support};
+use pennate_solver::structure::{Change, Release, Support};
 
 use super::context::Context;
 use super::grid::Grid;
@@ -75,16 +75,8 @@ impl Parts<'_> {
             }
         }
         for spring in self.springs {
-            match &spring.spring {
-                SpringLaw::Ground { node, stiffness } if stiffness[3..] != [0.0; 3] => join(*node, JointRotation::Full),
-                SpringLaw::Coupling { nodes, stiffness } => {
-                    join(nodes[0], JointRotation::Full);
-                    if stiffness[3..] != [0.0; 3] {
-                        join(nodes[1], JointRotation::Full);
-                    }
-                }
-                _ => {}
-            }
+            let engaged = spring.spring.nodes().iter().zip(spring.spring.engages()).filter(|(_, turns)| *turns);
+            engaged.for_each(|(&node, _)| join(node, JointRotation::Full));
         }
         for (node, body) in self.bodies.of_node.iter().enumerate() {
             if body.is_some() {
@@ -129,8 +121,8 @@ impl Parts<'_> {
         let tolerance = 1e-9 * self.size();
         let mut joined: FxHashSet<(usize, usize)> = FxHashSet::default();
         for spring in self.springs {
-            if let SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } = &spring.spring {
-                joined.insert((nodes[0].min(nodes[1]), nodes[0].max(nodes[1])));
+            if let Some([a, b]) = spring.spring.pair() {
+                joined.insert((a.min(b), a.max(b)));
             }
         }
         // A few nodes are compared with one another sooner than they are sorted.
@@ -177,12 +169,7 @@ impl Parts<'_> {
             member.nodes.into_iter().for_each(|node| used[node] = true);
         }
         for spring in self.springs {
-            match &spring.spring {
-                SpringLaw::Ground { node, .. } => used[*node] = true,
-                SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } => {
-                    nodes.iter().for_each(|&node| used[node] = true);
-                }
-            }
+            spring.spring.nodes().iter().for_each(|&node| used[node] = true);
         }
         for (node, body) in self.bodies.of_node.iter().enumerate() {
             used[node] |= body.is_some();
@@ -218,9 +205,9 @@ impl Parts<'_> {
         }
         let mut holders: Vec<usize> = self.supports.iter().map(|(support, _)| support.node).collect();
         for spring in self.springs {
-            match &spring.spring {
-                SpringLaw::Ground { node, .. } => holders.push(*node),
-                SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } => sets.join(nodes[0], nodes[1]),
+            match spring.spring.pair() {
+                Some([a, b]) => sets.join(a, b),
+                None => holders.extend(spring.spring.nodes()),
             }
         }
         for body in &self.bodies.bodies {

@@ -5,7 +5,7 @@
 use pennate_elements::small::{V3, cross, norm, sub};
 
 use super::{PARALLEL, Turned};
-use crate::structure::{NodeId, Release, Spring, Structure};
+use crate::structure::{NodeId, Release, Structure};
 
 /// Where a node sits: its joint, and its unloaded position against the joint's reference node.
 #[derive(Clone, Copy, Debug)]
@@ -129,14 +129,8 @@ impl Topology {
             engaged[self.links[body.reference].joint] |= body.nodes.len() > 1;
         }
         for spring in &structure.springs {
-            let turns = |stiffness: &[f64; 6]| stiffness[3..].iter().any(|&k| k != 0.0);
-            match spring {
-                Spring::Ground { node, stiffness } => engaged[self.links[*node].joint] |= turns(stiffness),
-                Spring::Coupling { nodes, stiffness } => {
-                    engaged[self.links[nodes[0]].joint] = true;
-                    engaged[self.links[nodes[1]].joint] |= turns(stiffness);
-                }
-                Spring::Axial { .. } => {}
+            for (&node, turns) in spring.nodes().iter().zip(spring.engages()) {
+                engaged[self.links[node].joint] |= turns;
             }
         }
         engaged

@@ -15,7 +15,7 @@ use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
-use crate::structure::{Dimension, MemberId, Method, NodeId, Spring, Step};
+use crate::structure::{Dimension, MemberId, Method, NodeId, Step};
 use crate::system::{Inertia, State, System};
 
 mod along;
@@ -313,14 +313,7 @@ impl<'a, const D: usize> Path<'a, D> {
 
     fn is_prestressed(&self) -> bool {
         let structure = &self.system.structure;
-        structure.springs.iter().any(|spring| match spring {
-            Spring::Axial { nodes, natural_length, .. } => {
-                let [a, b] = nodes.map(|n| structure.nodes[n]);
-                let length = (0..3).map(|c| (b[c] - a[c]) * (b[c] - a[c])).sum::<f64>().sqrt();
-                (length - natural_length).abs() > 1e-12 * length
-            }
-            _ => false,
-        })
+        structure.springs.iter().any(|spring| spring.is_prestressed(&structure.nodes))
     }
 
     fn mesh_size(&self) -> MeshSize {

@@ -18,7 +18,6 @@ use sprs::{CsMat, TriMat};
 use super::unknowns::{Column, Unknowns, end_curvature, network_node};
 use crate::chain::ElementState;
 use crate::packs::Turn;
-use crate::structure::Spring;
 use crate::system::System;
 
 /// What an element's tangent is made with.
@@ -397,13 +396,14 @@ fn at_ends<const P: usize>(table: &Table<P>, state: &ElementState<6>, stressing:
 /// their shape, which is frozen.
 pub fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entries: &mut Entries) {
     for spring in &system.structure.springs {
-        let Spring::Axial { nodes, stiffness, .. } = spring else { continue };
+        let Some(nodes) = spring.pair() else { continue };
         let place = |node: usize| {
             let link = &system.topology.links[node];
             add(system.structure.nodes[node], system.state.joints[link.joint].point(link.arm))
         };
         let apart = sub(place(nodes[1]), place(nodes[0]));
         let length = pennate_elements::small::norm(apart);
+        let Some(stiffness) = spring.line_stiffness(length) else { continue };
         let axis = scale(1.0 / length, apart);
         let stretch = pennate_elements::small::dot(axis, sub(moved(nodes[1]), moved(nodes[0])));
         let force = stiffness * stretch;

@@ -13,7 +13,7 @@ use crate::joints::{Active, EndKind, Equations, Held, HeldKind, JointState, Topo
 use crate::linear::{Pivots, Symmetric};
 use crate::packs::{self, Auxiliary, Turn};
 use crate::reduce::{self, End, MAX_FREE, Reduced, ReleaseFactor, ReleaseState};
-use crate::structure::{MemberId, NodeId, SectionState, Spring, Structure};
+use crate::structure::{MemberId, NodeId, SectionState, Structure};
 
 mod adopt;
 mod advance;
@@ -276,8 +276,8 @@ impl<const D: usize> System<D> {
         let unstressed = structure
             .springs
             .iter()
-            .map(|spring| match spring {
-                Spring::Axial { nodes, .. } => norm(sub(structure.nodes[nodes[1]], structure.nodes[nodes[0]])),
+            .map(|spring| match (spring.natural_length(), spring.pair()) {
+                (Some(_), Some([a, b])) => norm(sub(structure.nodes[b], structure.nodes[a])),
                 _ => 0.0,
             })
             .collect();
@@ -350,7 +350,7 @@ impl<const D: usize> System<D> {
             let links = &self.topology.links;
             let joints = |nodes: &[NodeId]| nodes.iter().map(|&n| links[n].joint).collect::<Vec<_>>();
             let members: Vec<_> = self.structure.members.iter().map(|member| joints(&member.nodes)).collect();
-            let springs: Vec<_> = self.structure.springs.iter().map(|spring| joints(&spring_nodes(spring))).collect();
+            let springs: Vec<_> = self.structure.springs.iter().map(|spring| joints(spring.nodes())).collect();
             let (linear, scatters) = Scatters::analyse(&self.equations, &members, &springs);
             self.linear = linear;
             self.scatters = Arc::new(scatters);
@@ -697,13 +697,6 @@ impl<const D: usize> System<D> {
 /// A 3 × 3 block on the spins of a joint.
 fn spin_block(a: &M3<f64>) -> [[f64; 6]; 6] {
     std::array::from_fn(|i| std::array::from_fn(|j| if i >= 3 && j >= 3 { a[i - 3][j - 3] } else { 0.0 }))
-}
-
-fn spring_nodes(spring: &Spring) -> Vec<NodeId> {
-    match spring {
-        Spring::Ground { node, .. } => vec![*node],
-        Spring::Axial { nodes, .. } | Spring::Coupling { nodes, .. } => nodes.to_vec(),
-    }
 }
 
 /// Largest extent of the network.

@@ -3,7 +3,7 @@
 use crate::joints::Topology;
 use crate::structure::Structure;
 
-use super::{System, spring_nodes};
+use super::System;
 
 /// The part that every joint and every member belongs to.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ impl Parts {
     pub(crate) fn of(structure: &Structure, topology: &Topology) -> Self {
         let joint = |node: usize| topology.links[node].joint;
         let mut root: Vec<usize> = (0..topology.references.len()).collect();
-        let springs = structure.springs.iter().map(spring_nodes);
+        let springs = structure.springs.iter().map(|spring| spring.nodes().to_vec());
         for nodes in structure.members.iter().map(|member| member.nodes.to_vec()).chain(springs) {
             let [first, last] = [nodes[0], nodes[nodes.len() - 1]].map(|node| find(&mut root, joint(node)));
             root[first.max(last)] = first.min(last);

@@ -1,16 +1,13 @@
 //! Springs in the equations of the joints.
 
-use std::f64::consts::TAU;
-
 use pennate_elements::rotation::turn;
-use pennate_elements::small::{norm, sub};
 use pennate_elements::space::Pose;
-use pennate_elements::spring::{self, SpringResponse};
 
 use super::System;
 use super::scatter::add_local;
 use crate::joints::EndKind;
 use crate::reduce::{self, End, Reduced, ReleaseState};
+use crate::spring::Placed;
 use crate::structure::{NodeId, Spring};
 
 impl<const D: usize> System<D> {
@@ -25,29 +22,11 @@ impl<const D: usize> System<D> {
             self.spring_energy = 0.0;
         }
         let structure = self.structure.clone();
-        let positions = &structure.nodes;
-        let (response, nodes, force): (SpringResponse, [NodeId; 2], f64) = match &structure.springs[index] {
-            Spring::Ground { node, stiffness } => {
-                let r = self.ground_response(*node, stiffness);
-                let f = norm([r.gradient[0], r.gradient[1], r.gradient[2]]);
-                (r, [*node, *node], f)
-            }
-            Spring::Axial { nodes, stiffness, natural_length } => {
-                let arm = sub(positions[nodes[1]], positions[nodes[0]]);
-                let rest = self.unstressed[index] + self.prestress * (natural_length - self.unstressed[index]);
-                let (r, f) = spring::axial(*stiffness, rest, arm, [&self.pose(nodes[0]), &self.pose(nodes[1])]);
-                (r, *nodes, f)
-            }
-            Spring::Coupling { nodes, stiffness } => {
-                let arm = sub(positions[nodes[1]], positions[nodes[0]]);
-                let r = self.coupling_response(*nodes, stiffness, arm);
-                let f = norm([r.gradient[6], r.gradient[7], r.gradient[8]]);
-                (r, *nodes, f)
-            }
-        };
+        let spring = &structure.springs[index];
+        let (response, force) = spring.respond(&self.placed(index));
         self.spring_forces[index] = force;
         self.spring_energy += response.energy;
-        let count = if matches!(structure.springs[index], Spring::Ground { .. }) { 1 } else { 2 };
+        let (nodes, count) = (ends(spring), spring.nodes().len());
         let active = self.equations.active;
         let mut reduced = Reduced { stiffness: [[0.0; 12]; 12], force: [0.0; 12], negative: 0, neutral: 0 };
         let mut full = [[0.0; 6]; 2];
@@ -96,34 +75,25 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// In the plane the rotation between two nodes counts whole turns.
-    fn coupling_response(&self, nodes: [NodeId; 2], stiffness: &[f64; 6], arm: [f64; 3]) -> SpringResponse {
-        let poses = nodes.map(|node| self.pose(node));
-        let mut response = spring::coupling(stiffness, arm, [&poses[0], &poses[1]]);
-        if D == 3 && self.equations.active.contains(&5) {
-            let [first, second] = nodes.map(|n| self.state.joints[self.topology.links[n].joint].place.angle);
-            let angle = second - first;
-            let reduced = angle - TAU * (angle / TAU).round();
-            response.energy += 0.5 * stiffness[5] * (angle * angle - reduced * reduced);
-            response.gradient[5] -= stiffness[5] * (angle - reduced);
-            response.gradient[11] += stiffness[5] * (angle - reduced);
+    /// Where the nodes of a spring are.
+    pub(crate) fn placed(&self, index: usize) -> Placed {
+        let spring = &self.structure.springs[index];
+        let nodes = ends(spring);
+        let joints = nodes.map(|node| &self.state.joints[self.topology.links[node].joint]);
+        let unstressed = self.unstressed[index];
+        let natural_length = spring.natural_length().unwrap_or_default();
+        let is_plane = D == 3 && self.equations.active.contains(&5);
+        Placed {
+            poses: nodes.map(|node| self.pose(node)),
+            unloaded: nodes.map(|node| self.structure.nodes[node]),
+            theta: joints[0].theta,
+            angles: is_plane.then(|| joints.map(|joint| joint.place.angle)),
+            natural_length: unstressed + self.prestress * (natural_length - unstressed),
         }
-        response
     }
+}
 
-    /// The rotation of a ground spring counts whole turns.
-    fn ground_response(&self, node: NodeId, stiffness: &[f64; 6]) -> SpringResponse {
-        let joint = &self.state.joints[self.topology.links[node].joint];
-        let plane = D == 3 && self.equations.active.contains(&5);
-        let theta = if plane { [0.0; 3] } else { joint.theta };
-        let mut response = spring::ground(stiffness, &self.pose(node), theta);
-        if plane {
-            let angle = joint.place.angle;
-            let reduced = pennate_elements::rotation::log(self.pose(node).rotation)[2];
-            response.energy += 0.5 * stiffness[5] * (angle * angle - reduced * reduced);
-            response.gradient[5] = stiffness[5] * angle;
-            response.tangent[5][5] = stiffness[5];
-        }
-        response
-    }
+/// Both nodes of a spring; the only one twice.
+fn ends(spring: &Spring) -> [NodeId; 2] {
+    spring.pair().unwrap_or([spring.nodes()[0]; 2])
 }
