@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use pennate_solver::history::Equilibrium;
-use pennate_solver::structure::{Dimension, Drive, Release, Segment, Spring};
+use pennate_solver::structure::{Dimension, Drive, Release, Segment, Spring, Structure};
 
 use super::network::{Network, Vector};
 use super::shapes::unloaded;
@@ -46,7 +46,8 @@ impl Residual {
 
 /// Checks a state under the values of its drives, and what is left of reactions that fade: node, component, value.
 pub fn residual(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> Residual {
-    let mut residual = Residual { joints: joints_of(network, state, values, fading), ..Residual::default() };
+    let joints = unbalanced(&network.structure, state, values, fading);
+    let mut residual = Residual { joints, ..Residual::default() };
     for member in 0..network.structure.members.len() {
         if let Some(miss) = integrate(network, state, values, member) {
             residual.members = residual.members.max(miss);
@@ -57,13 +58,13 @@ pub fn residual(network: &Network, state: &Equilibrium, values: &[f64], fading: 
 }
 
 struct Poses<'a> {
-    network: &'a Network,
+    structure: &'a Structure,
     state: &'a Equilibrium,
 }
 
 impl Poses<'_> {
     fn place(&self, node: usize) -> Vector {
-        Vector::from(self.network.structure.nodes[node]) + Vector::from(self.state.nodes[node].displacement)
+        Vector::from(self.structure.nodes[node]) + Vector::from(self.state.nodes[node].displacement)
     }
 
     fn rotation(&self, node: usize) -> Rotation3<f64> {
@@ -71,11 +72,13 @@ impl Poses<'_> {
     }
 }
 
-/// What is left at the joints. A rotation is given without its whole turns, which springs know: for each of them those count
-/// that leave least.
-fn joints_of(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> f64 {
-    let mut turns = vec![0; network.structure.springs.len()];
-    let mut least = joints(network, state, values, fading, &turns);
+/// What is left at the joints of a state under the values of its drives: forces over the largest force, moments over the
+/// largest moment.
+///
+/// A rotation is given without its whole turns, which springs know: for each of them those count that leave least.
+pub fn unbalanced(structure: &Structure, state: &Equilibrium, values: &[f64], fading: &[(usize, usize, f64)]) -> f64 {
+    let mut turns = vec![0; structure.springs.len()];
+    let mut least = joints(structure, state, values, fading, &turns);
     for spring in 0..turns.len() {
         let mut best = turns[spring];
         for whole in [-2, -1, 1, 2] {
@@ -83,7 +86,7 @@ fn joints_of(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(
                 break;
             }
             turns[spring] = whole;
-            let left = joints(network, state, values, fading, &turns);
+            let left = joints(structure, state, values, fading, &turns);
             if left < least {
                 (least, best) = (left, whole);
             }
@@ -94,14 +97,13 @@ fn joints_of(network: &Network, state: &Equilibrium, values: &[f64], fading: &[(
 }
 
 fn joints(
-    network: &Network,
+    structure: &Structure,
     state: &Equilibrium,
     values: &[f64],
     fading: &[(usize, usize, f64)],
     turns: &[i32],
 ) -> f64 {
-    let structure = &network.structure;
-    let poses = Poses { network, state };
+    let poses = Poses { structure, state };
     let mut sums = vec![(Vector::zeros(), Vector::zeros()); structure.nodes.len()];
     let (mut force_scale, mut moment_scale) = (1e-9f64, 1e-9f64);
     let mut act = |node: usize, force: Vector, moment: Vector| {
@@ -168,7 +170,7 @@ fn spring_actions(poses: &Poses, spring: &Spring, turns: i32, act: &mut impl FnM
         Spring::Coupling { nodes: [a, b], stiffness: k } => {
             let [from, to] = [a, b].map(|node| poses.rotation(node));
             let [before, now] = [
-                Vector::from(poses.network.structure.nodes[b]) - Vector::from(poses.network.structure.nodes[a]),
+                Vector::from(poses.structure.nodes[b]) - Vector::from(poses.structure.nodes[a]),
                 poses.place(b) - poses.place(a),
             ];
             let d = from.inverse() * now - before;
@@ -210,7 +212,7 @@ fn integrate(network: &Network, state: &Equilibrium, values: &[f64], index: usiz
     if (largest / softest).sqrt() * length > STIFF {
         return None;
     }
-    let poses = Poses { network, state };
+    let poses = Poses { structure, state };
     let mut load = Vector::zeros();
     let mut gravity = Vector::zeros();
     for (drive, &value) in structure.drives.iter().zip(values) {
