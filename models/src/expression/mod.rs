@@ -139,6 +139,33 @@ struct Operand {
     is_literal: bool,
 }
 
+/// Operations of a short expression.
+const SHORT: usize = 16;
+
+/// Operands that wait for their operation.
+struct Stack<'a> {
+    room: &'a mut [Operand],
+    height: usize,
+}
+
+impl Stack<'_> {
+    fn push(&mut self, operand: Operand) {
+        self.room[self.height] = operand;
+        self.height += 1;
+    }
+
+    fn pop(&mut self) -> Operand {
+        self.take(1).first().copied().unwrap_or(f64::NAN.into())
+    }
+
+    /// The last ones, or as many as there are.
+    fn take(&mut self, count: usize) -> &[Operand] {
+        let end = self.height;
+        self.height = end.saturating_sub(count);
+        &self.room[self.height..end]
+    }
+}
+
 impl From<f64> for Operand {
     fn from(value: f64) -> Self {
         Self { quantity: value.into(), is_literal: true }
@@ -164,10 +191,26 @@ impl Expression {
     /// # Errors
     /// The first operation without finite result.
     pub fn evaluate(&self, values: &[Quantity]) -> Result<Quantity, ExpressionError> {
-        let mut stack: Vec<Operand> = Vec::with_capacity(8);
+        self.evaluate_with(|index| values.get(index).copied().unwrap_or(Quantity::from(f64::NAN)))
+    }
+
+    /// The same, with the value of a reference by its place.
+    ///
+    /// # Errors
+    /// As [`Expression::evaluate`].
+    pub fn evaluate_with(&self, values: impl Fn(usize) -> Quantity) -> Result<Quantity, ExpressionError> {
+        // Most expressions are short: they need no memory of their own.
+        let (mut room, mut more) = ([Operand::from(f64::NAN); SHORT], Vec::new());
+        let room = if self.operations.len() <= SHORT {
+            room.as_mut_slice()
+        } else {
+            more.resize(self.operations.len(), Operand::from(f64::NAN));
+            more.as_mut_slice()
+        };
+        let mut stack = Stack { room, height: 0 };
         for (operation, place) in &self.operations {
             let fail = |message: String| ExpressionError { message, place: place.clone() };
-            let result = apply(*operation, values, &mut stack).map_err(fail)?;
+            let result = apply(*operation, &values, &mut stack).map_err(fail)?;
             if !result.quantity.value.is_finite() {
                 let message = match operation {
                     Operation::Divide => "division by zero, or a result too large".to_owned(),
@@ -178,13 +221,13 @@ impl Expression {
             }
             stack.push(result);
         }
-        Ok(stack.pop().map_or(Quantity::from(f64::NAN), |operand| operand.quantity))
+        Ok(stack.pop().quantity)
     }
 
     /// Value, or not a number where there is no finite one.
     pub fn value(&self, values: &[f64]) -> f64 {
-        let values: Vec<Quantity> = values.iter().map(|&value| value.into()).collect();
-        self.evaluate(&values).map_or(f64::NAN, |quantity| quantity.value)
+        let of = |index: usize| Quantity::from(values.get(index).copied().unwrap_or(f64::NAN));
+        self.evaluate_with(of).map_or(f64::NAN, |quantity| quantity.value)
     }
 }
 
@@ -195,25 +238,18 @@ impl Function {
 }
 
 /// The result of an operation; a sentence where its operands measure different things.
-fn apply(operation: Operation, values: &[Quantity], stack: &mut Vec<Operand>) -> Result<Operand, String> {
-    let mut pop = || stack.pop().unwrap_or(f64::NAN.into());
+fn apply(operation: Operation, values: &impl Fn(usize) -> Quantity, stack: &mut Stack<'_>) -> Result<Operand, String> {
     Ok(match operation {
         Operation::Number(value) => value.into(),
-        Operation::Name(index) => {
-            let quantity = values.get(index).copied().unwrap_or(Quantity::from(f64::NAN));
-            Operand { quantity, is_literal: false }
-        }
+        Operation::Name(index) => Operand { quantity: values(index), is_literal: false },
         Operation::Negate => {
-            let mut operand = pop();
+            let mut operand = stack.pop();
             operand.quantity.value = -operand.quantity.value;
             operand
         }
-        Operation::Call(function, arguments) => {
-            let arguments = stack.split_off(stack.len().saturating_sub(arguments));
-            call(function, &arguments)?
-        }
+        Operation::Call(function, arguments) => call(function, stack.take(arguments))?,
         _ => {
-            let (right, left) = (pop(), pop());
+            let (right, left) = (stack.pop(), stack.pop());
             let (a, b) = (left.quantity.value, right.quantity.value);
             let (value, measure) = match operation {
                 Operation::Add => (a + b, common(&[left, right], "added to")?),
@@ -340,7 +376,8 @@ fn halved(measure: Measure) -> Option<Measure> {
 /// Sine of an angle in degrees, exact at whole multiples of 30 where its value is a short decimal: a node at
 /// "= L * cos(90)" shall lie on its axis.
 fn sine(degrees: f64) -> f64 {
-    let turned = degrees.rem_euclid(360.0);
+    // Where there is no whole turn, none has to be taken off.
+    let turned = if (0.0..360.0).contains(&degrees) { degrees } else { degrees.rem_euclid(360.0) };
     let (folded, sign) = if turned >= 180.0 { (turned - 180.0, -1.0) } else { (turned, 1.0) };
     let folded = if folded > 90.0 { 180.0 - folded } else { folded };
     let value = if folded == 0.0 {
