@@ -78,8 +78,8 @@ fn flat(position: [f64; 3], in_plane: bool) -> [f64; 3] {
 ///
 /// It is the identity in space. In the plane axis 3 becomes global z, which changes nothing but names: where
 /// the user's axis 2 is along z, axes 2 and 3 swap.
-pub fn plane_turn(model: &Model, member: &model::Member) -> Matrix3<f64> {
-    if model.dimension == Dimension::Space {
+pub fn plane_turn(dimension: Dimension, member: &model::Member) -> Matrix3<f64> {
+    if dimension == Dimension::Space {
         return Matrix3::identity();
     }
     let [second, third] = [member.axes[1], member.axes[2]];
@@ -110,7 +110,7 @@ fn chain(
     control: Option<DriveId>,
     laws: &mut Laws,
 ) -> Member {
-    let turn = plane_turn(model, member);
+    let turn = plane_turn(model.dimension, member);
     let own = Matrix3::from_columns(&member.axes.map(Vector3::from));
     let mut axes: [[f64; 3]; 3] = std::array::from_fn(|axis| (own * turn.column(axis)).into());
     if model.dimension == Dimension::Plane {

@@ -111,7 +111,7 @@ pub enum Probe {
     /// An expression of other values.
     Expression {
         /// Over the operands, by their place.
-        expression: Expression,
+        expression: Arc<Expression>,
         /// What it refers to.
         operands: Vec<Operand>,
     },
@@ -466,7 +466,8 @@ mod tests {
     #[test]
     fn a_value_after_a_step_is_kept() {
         let twice = Expression::parse("2 * a").unwrap();
-        let expression = Probe::Expression { expression: twice, operands: vec![Operand::After { probe: 0, step: 1 }] };
+        let expression =
+            Probe::Expression { expression: twice.into(), operands: vec![Operand::After { probe: 0, step: 1 }] };
         let probes = probes(vec![Probe::Displacement { node: 0, direction: [0.0, 1.0, 0.0] }, expression], true);
         let node = NodeState { displacement: [0.0, 3.0, 0.0], ..NodeState::default() };
         let state = Equilibrium { nodes: vec![node], ..Equilibrium::default() };

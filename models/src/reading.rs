@@ -8,7 +8,7 @@ use crate::file::Folder;
 use crate::input::Network;
 use crate::input::tree::Language;
 use crate::model::Model;
-use crate::resolve::{self, Lasting};
+use crate::resolve::{self, Compiled, Lasting};
 
 /// A network that was read and checked, ready to be evaluated again with other values of its parameters.
 ///
@@ -26,6 +26,8 @@ pub struct Reading {
     counting: Vec<String>,
     /// What holds for any values of the parameters.
     lasting: Arc<Lasting>,
+    /// The network, ready to be evaluated again; nothing where that has to be done as a whole.
+    compiled: Option<Arc<Compiled>>,
 }
 
 impl Reading {
@@ -37,11 +39,13 @@ impl Reading {
     ) -> Result<(Self, Model), InputErrors> {
         let network = resolve::parse(&source, language)?;
         let settings = settings.to_vec();
-        let (parameters, counting, lasting) = Default::default();
-        let reading = Self { source, folder, settings, network, parameters, counting, lasting };
-        let (model, known) = resolve::evaluate(&reading.network, &reading.request(&[], true))?;
+        let (parameters, counting, lasting, compiled) = Default::default();
+        let reading = Self { source, folder, settings, network, parameters, counting, lasting, compiled };
+        let (model, known) =
+            resolve::evaluate(&reading.network, &resolve::Request { again: true, ..reading.request(&[], true) })?;
         let (parameters, counting, lasting) = (known.parameters, known.counting, Arc::new(known.lasting));
-        Ok((Self { parameters, counting, lasting, ..reading }, model))
+        let compiled = known.compiled.map(Arc::new);
+        Ok((Self { parameters, counting, lasting, compiled, ..reading }, model))
     }
 
     /// Names of the parameters, in the order of the file.
@@ -61,7 +65,7 @@ impl Reading {
 
     /// The network with values of some of its parameters, given by their places; the others are as they were read, or follow.
     ///
-    /// The model knows no sources and no settings.
+    /// The model knows no sources, no settings, and nothing remarkable.
     ///
     /// # Errors
     /// Everything found wrong, with its place.
@@ -78,13 +82,48 @@ impl Reading {
         self.evaluate(values, true)
     }
 
+    /// The network after setting parameters (name, text), as [`crate::Document::model`] gives it, without what is remarkable;
+    /// nothing where more than numbers has to be evaluated for that, or where anything is wrong.
+    pub fn set(&self, settings: &[(String, String)]) -> Option<Model> {
+        let number = |(name, text): &(String, String)| {
+            let place = self.parameter(name)?;
+            let number: f64 = text.trim().parse().ok()?;
+            // A number that is set has no unit, whatever that of the file has.
+            let is_bare = number.is_finite() && self.parameters[place].1.measure.is_none();
+            is_bare.then_some((place, number))
+        };
+        let values: Vec<_> = settings.iter().map(number).collect::<Option<_>>()?;
+        let model = self.numbers(&values, false)?;
+        Some(Model { settings: settings.to_vec(), ..model })
+    }
+
     fn evaluate(&self, values: &[(usize, f64)], beside: bool) -> Result<Model, InputErrors> {
-        let with = |sources: bool| resolve::Request { beside, ..self.request(values, sources) };
-        match resolve::evaluate(&self.network, &with(false)) {
-            Ok((model, _)) => Ok(model),
-            // Once more, with the texts that messages are shown in.
-            Err(_) => resolve::evaluate(&self.network, &with(true)).map(|(model, _)| model),
+        if let Some(model) = self.numbers(values, beside) {
+            return Ok(model);
         }
+        self.whole(values, beside)
+    }
+
+    /// The network of which only what follows the parameters is evaluated; nothing where more than that has to be.
+    fn numbers(&self, values: &[(usize, f64)], beside: bool) -> Option<Model> {
+        let compiled = self.compiled.as_ref()?;
+        if values.iter().any(|&(parameter, _)| self.counts(parameter)) {
+            return None;
+        }
+        let quantity = |value: f64, parameter: usize| Quantity { value, ..self.parameters[parameter].1 };
+        let given: Vec<_> = values.iter().map(|&(place, value)| (place, quantity(value, place))).collect();
+        compiled.model(&given, &self.lasting, beside)
+    }
+
+    /// The same, with everything evaluated and checked.
+    fn whole(&self, values: &[(usize, f64)], beside: bool) -> Result<Model, InputErrors> {
+        let with = |sources: bool| resolve::Request { beside, ..self.request(values, sources) };
+        let found = match resolve::evaluate(&self.network, &with(false)) {
+            Ok(found) => Ok(found),
+            // Once more, with the texts that messages are shown in.
+            Err(_) => resolve::evaluate(&self.network, &with(true)),
+        };
+        found.map(|(model, _)| Model { warnings: Vec::new(), sources: Vec::new(), ..model })
     }
 
     fn request(&self, values: &[(usize, f64)], sources: bool) -> resolve::Request<'_> {
@@ -99,6 +138,7 @@ impl Reading {
             given: values.iter().map(given).collect(),
             known: (!sources).then(|| Arc::clone(&self.lasting)),
             beside: false,
+            again: false,
         }
     }
 }

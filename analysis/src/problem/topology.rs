@@ -2,9 +2,9 @@
 
 use std::mem::discriminant;
 
-use pennate_models::model::{Member, SegmentLaw, Step};
+use pennate_models::model::{Body, Member, SegmentLaw, Step};
 use pennate_models::{Model, Reading};
-use pennate_solver::structure::{Change, Release};
+use pennate_solver::structure::{Change, Release, Support};
 
 use super::ProblemError;
 
@@ -36,14 +36,13 @@ pub(super) fn alike(a: &Model, b: &Model) -> bool {
 /// What two networks have that is not the same but for numbers.
 fn difference(a: &Model, b: &Model) -> Option<&'static str> {
     let same = |what, same: bool| (!same).then_some(what);
-    let bodies =
-        |model: &Model| model.bodies.iter().map(|body| (body.nodes.clone(), body.reference)).collect::<Vec<_>>();
-    let supports = |model: &Model| model.supports.iter().map(|held| (held.node, held.fixed)).collect::<Vec<_>>();
+    let same_body = |a: &Body, b: &Body| (&a.nodes, a.reference) == (&b.nodes, b.reference);
+    let same_support = |a: &Support, b: &Support| (a.node, a.fixed) == (b.node, b.fixed);
     same("dimension", a.dimension == b.dimension && a.stability == b.stability)
         .or_else(|| same("nodes", pairs(&a.nodes, &b.nodes, |a, b| a.name == b.name)))
         .or_else(|| same("members", pairs(&a.members, &b.members, same_member)))
-        .or_else(|| same("supports", supports(a) == supports(b)))
-        .or_else(|| same("rigid bodies", bodies(a) == bodies(b)))
+        .or_else(|| same("supports", pairs(&a.supports, &b.supports, same_support)))
+        .or_else(|| same("rigid bodies", pairs(&a.bodies, &b.bodies, same_body)))
         .or_else(|| same("springs", pairs(&a.springs, &b.springs, |a, b| a.spring.is_like(&b.spring))))
         .or_else(|| same("steps", pairs(&a.steps, &b.steps, same_step)))
         .or_else(|| same("probes", a.probes.names == b.probes.names))

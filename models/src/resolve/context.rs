@@ -1,12 +1,13 @@
 //! What every part of the reading needs: parameters, units, and the list of what is wrong.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
+use super::compiled::Compiled;
 use super::lasting::Lasting;
 use crate::error::{InputError, InputErrors, Source, Span, Warning};
 use crate::expression::{Certainty, Quantity};
@@ -26,15 +27,19 @@ pub(crate) struct Context {
     /// Where files that the network refers to come from.
     pub(crate) folder: Folder,
     pub(crate) units: Units,
-    /// `None` where evaluating the parameter failed: no message about what depends on it.
-    pub(crate) parameters: FxHashMap<String, Option<Quantity>>,
-    pub(crate) parameter_names: Vec<String>,
+    /// Values of the parameters by their place; `None` where evaluating one failed: no message about what depends on it.
+    pub(crate) parameters: Vec<Option<Quantity>>,
+    pub(crate) parameter_names: Names,
     /// Values that take the place of what the file and settings say.
     pub(crate) given: FxHashMap<String, Quantity>,
     /// Whether pressures may lie beside the tables of their muscles.
     pub(crate) beside: bool,
+    /// Whether what follows the parameters is to be found out.
+    pub(crate) again: bool,
     /// Parameters that a count depends on, by itself or through others.
     pub(crate) counting: Vec<String>,
+    /// Parameters that are expressions, each after those that it needs.
+    pub(crate) worked_out: Vec<(usize, String, Span)>,
     /// The parameters that a parameter is worked out from.
     pub(crate) sources_of: FxHashMap<String, Vec<String>>,
     /// The path that a member is a part of, by the name of the member.
@@ -43,14 +48,31 @@ pub(crate) struct Context {
     pub(crate) known: Arc<Lasting>,
     /// The same of this evaluation, where it is asked for.
     pub(crate) lasting: Option<Lasting>,
+    /// The same network, ready to be evaluated again; nothing where that has to be done as a whole.
+    pub(crate) compiled: Option<Compiled>,
     /// How many expressions were met so far.
     pub(crate) expressions_met: usize,
 }
 
-/// Names of one kind of thing, in the order of the file.
+/// What a message is about: "member 'left'".
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Owner<'a>(pub(crate) &'static str, pub(crate) &'a str);
+
+impl Display for Owner<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} '{}'", self.0, self.1)
+    }
+}
+
+/// Names of one kind of thing, in the order of the file; a copy shares them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     what: &'static str,
+    table: Arc<Table>,
+}
+
+#[derive(Debug, Default)]
+struct Table {
     order: Vec<String>,
     index: FxHashMap<String, usize>,
 }
@@ -59,23 +81,23 @@ impl Names {
     pub(crate) fn new<'a>(what: &'static str, names: impl Iterator<Item = &'a str>) -> Self {
         let order: Vec<String> = names.map(str::to_owned).collect();
         let index = order.iter().enumerate().map(|(index, name)| (name.clone(), index)).collect();
-        Self { what, order, index }
+        Self { what, table: Arc::new(Table { order, index }) }
     }
 
     pub(crate) fn get(&self, name: &str) -> Option<usize> {
-        self.index.get(name).copied()
+        self.table.index.get(name).copied()
     }
 
     pub(crate) fn of(&self, index: usize) -> &str {
-        &self.order[index]
+        &self.table.order[index]
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &str> {
-        self.order.iter().map(String::as_str)
+        self.table.order.iter().map(String::as_str)
     }
 
     /// Index of a name, or an error that says who refers to what is not there.
-    pub(crate) fn find(&self, name: &str, span: Span, owner: &str, cx: &mut Context) -> Option<usize> {
+    pub(crate) fn find(&self, name: &str, span: Span, owner: impl Display, cx: &mut Context) -> Option<usize> {
         let found = self.get(name);
         if found.is_none() && !cx.has_many_errors() {
             cx.error(
@@ -92,7 +114,7 @@ impl Names {
     pub(crate) fn pair(
         &self,
         list: &Spanned<Vec<Spanned<String>>>,
-        owner: &str,
+        owner: impl Display,
         help: &str,
         cx: &mut Context,
     ) -> Option<[usize; 2]> {
@@ -101,8 +123,8 @@ impl Names {
             cx.error(InputError::new(title).at(list.span).help(help));
             return None;
         };
-        let start = self.find(&first.value, first.span, owner, cx);
-        let end = self.find(&second.value, second.span, owner, cx);
+        let start = self.find(&first.value, first.span, &owner, cx);
+        let end = self.find(&second.value, second.span, &owner, cx);
         let pair = [start?, end?];
         if pair[0] == pair[1] {
             cx.error(
@@ -132,15 +154,18 @@ impl Context {
             sources: Vec::new(),
             folder,
             units: Units::default(),
-            parameters: FxHashMap::default(),
-            parameter_names: Vec::new(),
+            parameters: Vec::new(),
+            parameter_names: Names::default(),
             given: FxHashMap::default(),
             beside: false,
+            again: false,
             counting: Vec::new(),
+            worked_out: Vec::new(),
             sources_of: FxHashMap::default(),
             paths: FxHashMap::default(),
             known: Arc::default(),
             lasting: None,
+            compiled: None,
             expressions_met: 0,
         }
     }

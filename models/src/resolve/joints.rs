@@ -3,16 +3,17 @@
 use nalgebra::{Matrix3, Vector3};
 use pennate_solver::structure::{self, Support};
 
-use super::context::{Context, Names};
+use super::context::{Context, Names, Owner};
 use super::curve::{self, columns};
+use super::topology::Place;
 use crate::error::{InputError, Span};
 use crate::input::read::{Map, Named, Spanned};
 use crate::input::{self, Fix, SpringStiffness, SupportWord};
-use crate::model::{Body, Node, Spring};
+use crate::model::{Body, Spring};
 use crate::unit::Kind;
 
 /// The bodies, and which of them each node belongs to.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Bodies {
     pub(crate) bodies: Vec<Body>,
     pub(crate) of_node: Vec<Option<usize>>,
@@ -58,11 +59,11 @@ impl Bodies {
 
 fn body(named: &Named<Spanned<input::RigidBody>>, names: &Names, cx: &mut Context) -> Option<Body> {
     let data = &named.value.value;
-    let owner = format!("rigid body '{}'", named.name);
-    let listed: Vec<_> = data.nodes.value.iter().map(|node| names.find(&node.value, node.span, &owner, cx)).collect();
+    let owner = Owner("rigid body", &named.name);
+    let listed: Vec<_> = data.nodes.value.iter().map(|node| names.find(&node.value, node.span, owner, cx)).collect();
     let listed: Vec<usize> = listed.into_iter().collect::<Option<_>>()?;
     let reference = match &data.reference {
-        Some(reference) => names.find(&reference.value, reference.span, &owner, cx)?,
+        Some(reference) => names.find(&reference.value, reference.span, owner, cx)?,
         None => match listed.first() {
             Some(&first) => first,
             None => {
@@ -166,12 +167,12 @@ fn support_axes(x: Vector3<f64>) -> Matrix3<f64> {
 pub(crate) fn springs(
     springs: Option<&Map<Spanned<input::Spring>>>,
     names: &Names,
-    nodes: &[Option<Node>],
+    place: &Place<'_>,
     cx: &mut Context,
 ) -> Vec<Spring> {
     let mut all = Vec::new();
     for named in springs.into_iter().flatten() {
-        if let Some(spring) = spring(named, names, nodes, cx) {
+        if let Some(spring) = spring(named, names, place, cx) {
             all.push(Spring { name: named.name.clone(), span: named.span, spring });
         }
     }
@@ -181,11 +182,11 @@ pub(crate) fn springs(
 fn spring(
     named: &Named<Spanned<input::Spring>>,
     names: &Names,
-    nodes: &[Option<Node>],
+    place: &Place<'_>,
     cx: &mut Context,
 ) -> Option<structure::Spring> {
     let data = &named.value.value;
-    let owner = format!("spring '{}'", named.name);
+    let owner = Owner("spring", &named.name);
     let axial = matches!(data.stiffness.value, SpringStiffness::Axial(_));
     if let Some(length) = &data.natural_length
         && !(axial && data.nodes.is_some())
@@ -198,7 +199,7 @@ fn spring(
     }
     match (&data.node, &data.nodes) {
         (Some(node), None) => {
-            let node_index = names.find(&node.value, node.span, &owner, cx);
+            let node_index = names.find(&node.value, node.span, owner, cx);
             let SpringStiffness::Components(_) = &data.stiffness.value else {
                 cx.error(
                     InputError::new(format!("{owner} to the ground needs a stiffness for each component"))
@@ -207,16 +208,16 @@ fn spring(
                 );
                 return None;
             };
-            let stiffness = components(&data.stiffness, &owner, cx)?;
+            let stiffness = components(&data.stiffness, owner, cx)?;
             Some(structure::Spring::Ground { node: node_index?, stiffness })
         }
         (None, Some(list)) => {
             let help = "write nodes = [\"A\", \"B\"], or node = \"A\" for a spring to the ground";
-            let pair = names.pair(list, &owner, help, cx)?;
+            let pair = names.pair(list, owner, help, cx)?;
             match &data.stiffness.value {
                 SpringStiffness::Components(_) => Some(structure::Spring::Coupling {
                     nodes: pair,
-                    stiffness: components(&data.stiffness, &owner, cx)?,
+                    stiffness: components(&data.stiffness, owner, cx)?,
                 }),
                 SpringStiffness::Axial(stiffness) => {
                     let stiffness =
@@ -229,7 +230,7 @@ fn spring(
                         )?),
                         None => None,
                     };
-                    axial_spring(pair, stiffness?, natural, nodes, &owner, list.span, cx)
+                    axial_spring(pair, stiffness?, natural, place, owner, list.span, cx)
                 }
             }
         }
@@ -248,12 +249,12 @@ fn axial_spring(
     pair: [usize; 2],
     stiffness: f64,
     natural: Option<f64>,
-    nodes: &[Option<Node>],
-    owner: &str,
+    place: &Place<'_>,
+    owner: Owner<'_>,
     span: Span,
     cx: &mut Context,
 ) -> Option<structure::Spring> {
-    let [start, end] = pair.map(|node| nodes[node].as_ref().map(|node| Vector3::from(node.position)));
+    let [start, end] = pair.map(|node| place(node).map(Vector3::from));
     let distance = (end? - start?).norm();
     let natural_length = natural.unwrap_or(distance);
     if distance > 0.0 {
@@ -272,7 +273,7 @@ fn axial_spring(
     Some(structure::Spring::Coupling { nodes: pair, stiffness: all })
 }
 
-fn components(stiffness: &Spanned<SpringStiffness>, owner: &str, cx: &mut Context) -> Option<[f64; 6]> {
+fn components(stiffness: &Spanned<SpringStiffness>, owner: Owner<'_>, cx: &mut Context) -> Option<[f64; 6]> {
     let SpringStiffness::Components(components) = &stiffness.value else { return None };
     let mut values = [0.0; 6];
     let mut complete = true;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::context::Context;
+use super::context::{Context, Owner};
 use super::curve::{self, Frame};
 use super::properties::Properties;
 use crate::error::InputError;
@@ -32,7 +32,7 @@ pub(crate) struct Shape {
 
 /// A member between two points.
 pub(crate) struct Line<'a> {
-    pub(crate) owner: &'a str,
+    pub(crate) owner: Owner<'a>,
     pub(crate) named: &'a Named<Spanned<input::Member>>,
     pub(crate) start: Vector3<f64>,
     pub(crate) end: Vector3<f64>,

@@ -1,17 +1,19 @@
 //! Members: their centre line, segments, axes and releases.
 
+use nalgebra::Vector3;
 use pennate_solver::structure::{Formulation, Release};
 
-use super::context::{Context, Names};
+use super::context::{Context, Names, Owner};
 use super::curve::{Frame, columns};
 use super::line::{Draft, Line, Shape};
 use super::magnitudes;
 use super::properties::Properties;
+use super::topology::Place;
 use crate::error::{InputError, Span};
 use crate::input::read::{Counted, Map, Named, Number, Spanned};
 use crate::input::{self, EndRelease};
 use crate::mesh::Mesh;
-use crate::model::{FixedLaw, Member, MemberKind, Node, SegmentLaw};
+use crate::model::{FixedLaw, Member, MemberKind, Segment, SegmentLaw};
 use crate::unit::Kind;
 
 /// The members, and which of them lack stiffnesses that a solution in space needs.
@@ -26,7 +28,8 @@ pub(crate) struct Members {
 /// What members refer to.
 pub(crate) struct Surroundings<'a> {
     pub(crate) names: &'a Names,
-    pub(crate) nodes: &'a [Option<Node>],
+    /// Where nodes are.
+    pub(crate) place: &'a Place<'a>,
     pub(crate) properties: &'a Properties,
     /// Of members that do not ask for one.
     pub(crate) formulation: Formulation,
@@ -98,7 +101,7 @@ fn member(
     cx: &mut Context,
 ) -> Option<Member> {
     let data = &named.value.value;
-    let owner = format!("member '{}'", named.name);
+    let owner = Owner("member", &named.name);
     let help = "write nodes = [\"A\", \"B\"]: where it starts and where it ends";
     let Some(ends) = &data.nodes else {
         let error = InputError::new(format!("{owner} needs the key 'nodes'"));
@@ -110,28 +113,76 @@ fn member(
         );
         return None;
     };
-    let nodes = around.names.pair(ends, &owner, help, cx);
+    let nodes = around.names.pair(ends, owner, help, cx);
     let order = order(data, cx);
-    let formulation = formulation(data, &owner, around.formulation, cx);
-    let (kind, drafts) = drafts(named, &owner, around.properties, missing, cx)?;
-    let nodes = nodes?;
-    let (start, end) = (around.nodes[nodes[0]].as_ref()?, around.nodes[nodes[1]].as_ref()?);
-    let line = Line { owner: &owner, named, start: start.position.into(), end: end.position.into() };
-    let shape = line.shape(drafts, kind, around.properties, cx)?;
-    let releases = releases(data, &owner, &shape, cx)?;
+    let formulation = formulation(data, owner, around.formulation, cx);
+    let (kind, drafts) = drafts(named, owner, around.properties, missing, cx)?;
+    let built = build(named, nodes?, (kind, drafts), around, cx)?;
     Some(Member {
         name: named.name.clone(),
         span: named.span,
-        nodes,
+        nodes: nodes?,
         group: data.group.as_ref().map(|group| group.value.clone()),
         kind,
-        length: shape.segments.iter().map(|segment| segment.length).sum(),
-        axes: columns(&shape.frame),
-        segments: shape.segments,
-        releases,
+        length: built.length,
+        axes: built.axes,
+        segments: built.segments,
+        releases: built.releases,
         formulation,
         order: order?,
     })
+}
+
+/// What of a member follows its numbers.
+struct Built {
+    length: f64,
+    axes: [[f64; 3]; 3],
+    segments: Vec<Segment>,
+    releases: [Release; 2],
+}
+
+fn build(
+    named: &Named<Spanned<input::Member>>,
+    nodes: [usize; 2],
+    (kind, drafts): (MemberKind, Vec<Draft>),
+    around: &Surroundings<'_>,
+    cx: &mut Context,
+) -> Option<Built> {
+    let owner = Owner("member", &named.name);
+    let [start, end] = nodes.map(|node| (around.place)(node).map(Vector3::from));
+    let line = Line { owner, named, start: start?, end: end? };
+    let shape = line.shape(drafts, kind, around.properties, cx)?;
+    let releases = releases(&named.value.value, owner, &shape, cx)?;
+    let length = shape.segments.iter().map(|segment| segment.length).sum();
+    Some(Built { length, axes: columns(&shape.frame), segments: shape.segments, releases })
+}
+
+/// Evaluates the numbers of a member again.
+pub(crate) fn again(
+    member: &mut Member,
+    named: &Named<Spanned<input::Member>>,
+    around: &Surroundings<'_>,
+    cx: &mut Context,
+) -> Option<()> {
+    let (kind, drafts) = drafts(named, Owner("member", &named.name), around.properties, &mut Vec::new(), cx)?;
+    let built = build(named, member.nodes, (kind, drafts), around, cx)?;
+    (member.length, member.axes) = (built.length, built.axes);
+    (member.segments, member.releases) = (built.segments, built.releases);
+    Some(())
+}
+
+/// Gives a member, which stays in its place, the sections of its segments again.
+pub(crate) fn made_again(
+    member: &mut Member,
+    named: &Named<Spanned<input::Member>>,
+    properties: &Properties,
+    cx: &mut Context,
+) -> Option<()> {
+    let (_, drafts) = drafts(named, Owner("member", &named.name), properties, &mut Vec::new(), cx)?;
+    for (segment, draft) in member.segments.iter_mut().zip(drafts) {
+        segment.material = draft.material;
+    }
+    Some(())
 }
 
 fn order(data: &input::Member, cx: &mut Context) -> Option<Option<usize>> {
@@ -149,7 +200,7 @@ fn order(data: &input::Member, cx: &mut Context) -> Option<Option<usize>> {
 }
 
 /// The formulation of a member, its own or that of the network.
-fn formulation(data: &input::Member, owner: &str, network: Formulation, cx: &mut Context) -> Formulation {
+fn formulation(data: &input::Member, owner: Owner<'_>, network: Formulation, cx: &mut Context) -> Formulation {
     let formulation = data.formulation.map_or(network, |own| own.value.0);
     if let Some(order) = &data.order
         && order.value.0 > 1
@@ -174,7 +225,7 @@ fn elements(counted: Option<&Spanned<Counted>>, cx: &mut Context) -> Option<Opti
 
 fn drafts(
     named: &Named<Spanned<input::Member>>,
-    owner: &str,
+    owner: Owner<'_>,
     properties: &Properties,
     missing: &mut Vec<&'static str>,
     cx: &mut Context,
@@ -238,7 +289,7 @@ fn drafts(
 fn segment_drafts(
     data: &input::Member,
     segments: &Spanned<Vec<Spanned<input::Segment>>>,
-    owner: &str,
+    owner: Owner<'_>,
     properties: &Properties,
     missing: &mut Vec<&'static str>,
     cx: &mut Context,
@@ -295,14 +346,19 @@ fn segment_drafts(
     )
 }
 
-fn releases(data: &input::Member, owner: &str, shape: &Shape, cx: &mut Context) -> Option<[Release; 2]> {
+fn releases(data: &input::Member, owner: Owner<'_>, shape: &Shape, cx: &mut Context) -> Option<[Release; 2]> {
     let Some(release) = &data.release else { return Some([Release::Welded, Release::Welded]) };
     let start = end_release(release.value.start.as_ref(), owner, &shape.frame, cx);
     let end = end_release(release.value.end.as_ref(), owner, &shape.end_frame, cx);
     Some([start?, end?])
 }
 
-fn end_release(release: Option<&Spanned<EndRelease>>, owner: &str, frame: &Frame, cx: &mut Context) -> Option<Release> {
+fn end_release(
+    release: Option<&Spanned<EndRelease>>,
+    owner: Owner<'_>,
+    frame: &Frame,
+    cx: &mut Context,
+) -> Option<Release> {
     Some(match release.map(|release| &release.value) {
         None => Release::Welded,
         Some(EndRelease::Word(_)) => Release::Pin,

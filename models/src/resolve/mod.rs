@@ -1,5 +1,7 @@
 //! From the input as written to the checked model.
 
+mod again;
+mod compiled;
 mod context;
 mod course;
 mod curve;
@@ -27,11 +29,12 @@ use rustc_hash::FxHashMap;
 
 use pennate_solver::structure::{Dimension, Formulation, Stability};
 
-use self::context::{Context, Names};
+use self::compiled::Found;
+use self::context::{Context, Names, Owner};
 use self::joints::Bodies;
 use self::members::{Members, Surroundings};
 use self::properties::Properties;
-use self::steps::Actors;
+use self::steps::{Actors, Groups};
 use self::topology::Parts;
 use crate::discretize::plane_turn;
 use crate::error::{InputError, InputErrors, Source};
@@ -39,10 +42,11 @@ use crate::expression::Quantity;
 use crate::file::Folder;
 use crate::input::read::{Input, Map, Named, Number, Spanned};
 use crate::input::tree::{self, Language};
-use crate::input::{DimensionWord, Network, UnitsWord};
+use crate::input::{DimensionWord, Network, Probe, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
 use crate::unit::Kind;
 
+pub(crate) use self::compiled::Compiled;
 pub(crate) use self::lasting::Lasting;
 pub(crate) use self::muscles::language;
 
@@ -60,8 +64,15 @@ pub(crate) fn read(
     settings: &[(String, String)],
 ) -> Result<Model, InputErrors> {
     let network = parse(&source, language)?;
-    let request =
-        Request { source: Some(&source), folder, settings, given: FxHashMap::default(), known: None, beside: false };
+    let request = Request {
+        source: Some(&source),
+        folder,
+        settings,
+        given: FxHashMap::default(),
+        known: None,
+        beside: false,
+        again: false,
+    };
     let (mut model, _) = evaluate(&network, &request)?;
     model.settings = settings.to_vec();
     Ok(model)
@@ -81,6 +92,8 @@ pub(crate) struct Request<'a> {
     pub(crate) known: Option<Arc<Lasting>>,
     /// Whether pressures may lie beside the tables of their muscles: in networks that only tell how a design nearby changes.
     pub(crate) beside: bool,
+    /// Whether the network is to be evaluated again: what follows its parameters is found out then.
+    pub(crate) again: bool,
 }
 
 /// What an evaluation learned about the parameters.
@@ -91,6 +104,8 @@ pub(crate) struct Known {
     pub(crate) counting: Vec<String>,
     /// What holds for any values of the parameters.
     pub(crate) lasting: Lasting,
+    /// The network, ready to be evaluated again; nothing where that has to be done as a whole.
+    pub(crate) compiled: Option<Compiled>,
 }
 
 /// Reads the keys of a network; nothing is evaluated.
@@ -115,7 +130,7 @@ pub(crate) fn evaluate(network: &Network, request: &Request<'_>) -> Result<(Mode
     let mut cx = Context::new(request.folder.clone());
     cx.sources.extend(request.source.cloned());
     cx.given.clone_from(&request.given);
-    cx.beside = request.beside;
+    (cx.beside, cx.again) = (request.beside, request.again);
     match &request.known {
         Some(known) => cx.known = Arc::clone(known),
         None => cx.lasting = Some(Lasting::default()),
@@ -126,6 +141,7 @@ pub(crate) fn evaluate(network: &Network, request: &Request<'_>) -> Result<(Mode
                 parameters: cx.quantities(),
                 counting: std::mem::take(&mut cx.counting),
                 lasting: cx.lasting.take().unwrap_or_default(),
+                compiled: cx.compiled.take(),
             };
             model.warnings = cx.warnings;
             model.sources = cx.sources;
@@ -145,6 +161,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let none = Map::default();
     cx.set_parameters(network.parameters.as_ref().unwrap_or(&none), settings);
     let written = network;
+    let met_before = cx.expressions_met;
     let plain = if cx.errors.is_empty() { paths::expand(network, cx) } else { None };
     let network = plain.as_ref().unwrap_or(network);
     let expanded = match &network.patterns {
@@ -152,6 +169,8 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         _ => None,
     };
     let network = expanded.as_ref().map_or(network, |expanded| &expanded.network);
+    // Numbers of copies and of parts of paths are those of this evaluation.
+    let mut whole = cx.expressions_met != met_before;
     let none = Map::default();
     let node_map = network.nodes.as_ref().unwrap_or(&none);
     let names = Names::new("node", node_map.iter().map(|named| named.name.as_str()));
@@ -161,11 +180,13 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let member_map = network.members.as_ref().unwrap_or(&none);
     let member_names = Names::new("member", member_map.iter().map(|named| named.name.as_str()));
     let formulation = network.formulation.map_or(Formulation::default(), |word| word.value.0);
-    let around = Surroundings { names: &names, nodes: &nodes, properties: &properties, formulation };
+    let place = |node: usize| nodes[node].as_ref().map(|node| node.position);
+    let around = Surroundings { names: &names, place: &place, properties: &properties, formulation };
     let Members { members, planar_only } = Members::resolve(member_map, &around, cx);
     let bodies = Bodies::resolve(network.rigid_bodies.as_ref(), &names, nodes.len(), cx);
     let supports = joints::supports(network.supports.as_ref(), &names, &bodies, cx);
-    let springs = joints::springs(network.springs.as_ref(), &names, &nodes, cx);
+    let (mut supports, support_places): (Vec<_>, Vec<_>) = supports.into_iter().unzip();
+    let springs = joints::springs(network.springs.as_ref(), &names, &place, cx);
     if member_map.0.is_empty() && springs.is_empty() && cx.errors.is_empty() {
         cx.error(InputError::new("the network has no members").help("add nodes, and members under [members]"));
     }
@@ -180,17 +201,19 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         supports: &supports,
         let_go: &let_go,
     };
-    let rotations = parts.rotations();
+    let rotations = topology::rotations(nodes.len(), members.iter().flatten(), &springs, &bodies);
     let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
         || bodies.bodies.iter().any(|body| body.mass > 0.0);
     let path_names = cx.paths.clone();
-    let mut groups: FxHashMap<&str, Vec<usize>> = FxHashMap::default();
+    let mut groups = Groups::default();
     for (index, member) in members.iter().enumerate() {
-        if let Some(group) = member.as_ref().and_then(|member| member.group.as_deref()) {
-            groups.entry(group).or_default().push(index);
-        }
-        if let Some(path) = member.as_ref().and_then(|member| path_names.get(&member.name)) {
-            groups.entry(path).or_default().push(index);
+        let group = member.as_ref().and_then(|member| member.group.as_ref());
+        let path = member.as_ref().and_then(|member| path_names.get(&member.name));
+        for name in group.into_iter().chain(path) {
+            match groups.get_mut(name) {
+                Some(group) => group.push(index),
+                None => drop(groups.insert(name.clone(), vec![index])),
+            }
         }
     }
     let actors = Actors {
@@ -204,7 +227,8 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         has_mass,
     };
     let no_steps = Vec::new();
-    let steps = steps::steps(network.steps.as_ref().unwrap_or(&no_steps), &actors, parts.held(), cx);
+    let held = parts.held();
+    let steps = steps::steps(network.steps.as_ref().unwrap_or(&no_steps), &actors, held.clone(), cx);
     parts.check(&steps, cx);
     let observed = probes::Observed {
         nodes: &nodes,
@@ -216,10 +240,15 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         bodies: &bodies,
         steps: &steps,
     };
+    let met_before = cx.expressions_met;
     let mut probes = probes::probes(network.probes.as_ref(), &observed, cx);
+    let is_expression = |named: &&Named<Spanned<Probe>>| matches!(named.value.value, Probe::Expression(_));
+    let expressions = network.probes.iter().flatten().filter(is_expression).count();
+    // Directions in them follow the parameters.
+    whole |= cx.expressions_met != met_before + expressions;
     let nodes: Vec<Node> = nodes.into_iter().collect::<Option<_>>()?;
     let members: Vec<Member> = members.into_iter().collect::<Option<_>>()?;
-    let out = plane::leaves_plane(&nodes, &members, &supports, &steps)
+    let out = plane::leaves_plane(&nodes, &members, (&supports, &support_places), &steps)
         .or_else(|| plane::probe_leaves(&probes, network.probes.as_ref()));
     let dimension = dimension(network.dimension, out.as_ref(), cx);
     check_planar_only(&members, &planar_only, dimension, out.as_ref(), cx);
@@ -235,8 +264,9 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         dimension,
         has_copies: written.patterns.is_some() || !cx.paths.is_empty(),
     };
+    let met_before = cx.expressions_met;
     let load_flow = network.load_flow.as_ref().and_then(|flow| load_flow::load_flow(flow, &mechanism, cx));
-    let mut supports: Vec<_> = supports.into_iter().map(|(support, _)| support).collect();
+    whole |= cx.expressions_met != met_before;
     if dimension == Dimension::Plane {
         joints::pin_about_z(network.supports.as_ref(), &names, &mut supports);
     }
@@ -258,7 +288,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         members,
         supports,
         let_go,
-        bodies: bodies.bodies,
+        bodies: bodies.bodies.clone(),
         springs,
         steps,
         probes,
@@ -266,8 +296,23 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         warnings: Vec::new(),
         sources: Vec::new(),
     };
-    let turns: Vec<_> = model.members.iter().map(|member| plane_turn(&model, member)).collect();
+    let turns: Vec<_> = model.members.iter().map(|member| plane_turn(dimension, member)).collect();
     model.probes.set_turns(|member| turns[member]);
+    if cx.again && cx.errors.is_empty() && !whole {
+        let found = Found {
+            nodes: names,
+            member_names,
+            properties,
+            bodies,
+            groups,
+            rotations,
+            has_mass,
+            planar_only,
+            support_places,
+            held,
+        };
+        cx.compiled = Compiled::new(network, found, &model, cx);
+    }
     Some(model)
 }
 
@@ -294,8 +339,12 @@ fn check_format(network: &Network, cx: &mut Context) {
     }
 }
 
+fn node_place(named: &Named<Spanned<Vec<Number>>>, cx: &mut Context) -> Option<[f64; 3]> {
+    cx.vector(&named.value, Kind::Length, Owner("node", &named.name))
+}
+
 fn node(named: &Named<Spanned<Vec<Number>>>, cx: &mut Context) -> Option<Node> {
-    let position = cx.vector(&named.value, Kind::Length, format_args!("node '{}'", named.name))?;
+    let position = node_place(named, cx)?;
     Some(Node { name: named.name.clone(), position, span: named.span })
 }
 

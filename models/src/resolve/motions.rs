@@ -48,19 +48,19 @@ impl StepReader<'_, '_> {
 
     /// Values of the six components, as far as given.
     fn motion(&mut self, named: &Named<Spanned<Motion>>, key: &str) -> Option<[Option<f64>; 6]> {
-        let what = format!("{key} of node '{}'", named.name);
+        let what = format_args!("{key} of node '{}'", named.name);
         let span = named.value.span;
         let mut values = [None; 6];
         match &named.value.value {
             Motion::Vector(list) if key == "rotation" => {
                 let list = Spanned { span, value: list.clone() };
-                let vector = self.cx.triple(&list, Kind::Angle, &what)?;
+                let vector = self.cx.triple(&list, Kind::Angle, what)?;
                 (0..3).for_each(|component| values[3 + component] = Some(vector[component]));
             }
             Motion::Vector(list) => {
                 let count = list.len();
                 let list = Spanned { span, value: list.clone() };
-                let vector = self.cx.vector(&list, Kind::Length, &what)?;
+                let vector = self.cx.vector(&list, Kind::Length, what)?;
                 (0..count).for_each(|component| values[component] = Some(vector[component]));
             }
             Motion::Components(components) => {

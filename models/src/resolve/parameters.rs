@@ -1,25 +1,23 @@
 //! Parameters: set, evaluated in the order of their needs, and used in expressions.
 
-use rustc_hash::FxHashMap;
 use std::ops::Range;
 
-use super::context::{Context, SETTING, place};
+use super::context::{Context, Names, SETTING, place};
 use crate::error::{InputError, Span};
-use crate::expression::Quantity;
+use crate::expression::{Quantity, Reference};
 use crate::input::read::{Map, Number, Written, suggest};
 use crate::unit;
 
 impl Context {
     /// Values of the parameters that could be evaluated, in the order of the file.
     pub(crate) fn parameter_values(&self) -> Vec<(String, f64)> {
-        let value = |name: &String| Some((name.clone(), self.parameters.get(name)?.as_ref()?.value));
-        self.parameter_names.iter().filter_map(value).collect()
+        self.quantities().into_iter().map(|(name, quantity)| (name, quantity.value)).collect()
     }
 
     /// The same with what they measure.
     pub(crate) fn quantities(&self) -> Vec<(String, Quantity)> {
-        let value = |name: &String| Some((name.clone(), (*self.parameters.get(name)?)?));
-        self.parameter_names.iter().filter_map(value).collect()
+        let both = self.parameter_names.iter().zip(&self.parameters);
+        both.filter_map(|(name, value)| Some((name.to_owned(), (*value)?))).collect()
     }
 
     /// Notes the parameters that an expression for a count refers to, and those that these are worked out from.
@@ -63,13 +61,13 @@ impl Context {
                     .help("in expressions pi is 3.14159…; choose another name"),
             );
         }
-        self.parameter_names = numbers.iter().map(|(name, _)| name.clone()).collect();
+        self.parameter_names = Names::new("parameter", numbers.iter().map(|(name, _)| name.as_str()));
+        self.parameters = vec![None; numbers.len()];
         self.evaluate_parameters(&numbers);
     }
 
     fn evaluate_parameters(&mut self, numbers: &[(String, Number)]) {
-        let index: FxHashMap<&str, usize> =
-            numbers.iter().enumerate().map(|(index, (name, _))| (name.as_str(), index)).collect();
+        let index = self.parameter_names.clone();
         let given = std::mem::take(&mut self.given);
         let mut needs = Vec::with_capacity(numbers.len());
         for (name, number) in numbers {
@@ -77,7 +75,7 @@ impl Context {
                 Written::Text(text) if !given.contains_key(name) => self.names_in(text),
                 _ => Vec::new(),
             };
-            needs.push(names.iter().filter_map(|name| index.get(name.as_str()).copied()).collect::<Vec<usize>>());
+            needs.push(names.iter().filter_map(|name| index.get(name)).collect::<Vec<usize>>());
             if !names.is_empty() {
                 self.sources_of.insert(name.clone(), names);
             }
@@ -90,8 +88,13 @@ impl Context {
         let mut ready: Vec<usize> = (0..numbers.len()).filter(|&at| open[at] == 0).collect();
         while let Some(at) = ready.pop() {
             let (name, number) = &numbers[at];
+            if let Written::Text(text) = &number.value
+                && text.trim().starts_with('=')
+            {
+                self.worked_out.push((at, text.clone(), number.span));
+            }
             let value = given.get(name).copied().or_else(|| self.parameter(name, number));
-            self.parameters.insert(name.clone(), value);
+            self.parameters[at] = value;
             for &user in &users[at] {
                 open[user] -= 1;
                 if open[user] == 0 {
@@ -116,9 +119,6 @@ impl Context {
         let error = InputError::new(format!("parameter '{}' depends on itself: {}", names[0], names.join(" → ")))
             .help("give one of them a number");
         self.error(place(error, numbers[start].1.span));
-        for (_, (name, _)) in numbers.iter().enumerate().filter(|(at, _)| open[*at] > 0) {
-            self.parameters.insert(name.clone(), None);
-        }
     }
 
     /// A parameter: a bare number, an expression, or a text whose unit is converted to the file's (angles to degrees).
@@ -175,8 +175,8 @@ impl Context {
     pub(crate) fn expression(&mut self, text: &str, span: Span) -> Option<Quantity> {
         let start = text.find('=').map_or(0, |at| at + 1);
         let inner = |cx: &Self, place: Range<usize>| cx.inside(span, text, start + place.start..start + place.end);
-        let expression = match self.parsed(&text[start..]) {
-            Ok(expression) => expression,
+        let parsed = match self.parsed(&text[start..]) {
+            Ok(parsed) => parsed,
             Err(error) => {
                 let at = inner(self, error.place);
                 self.error(
@@ -186,24 +186,25 @@ impl Context {
                 return None;
             }
         };
-        let mut values = Vec::with_capacity(expression.references().len());
-        for reference in expression.references() {
-            let at = inner(self, reference.place.clone());
+        let expression = &parsed.expression;
+        for (reference, place_of) in expression.references().iter().zip(&parsed.places) {
             if reference.step.is_some() {
+                let at = inner(self, reference.place.clone());
                 self.error(
                     place(InputError::new(format!("'{}@…' has a meaning in probes only", reference.name)), at)
                         .help("use parameters and numbers here"),
                 );
                 return None;
             }
-            match self.parameters.get(&reference.name) {
-                Some(value) => values.push((*value)?),
+            match place_of {
+                // Why one has no value was said.
+                Some(parameter) if self.parameters[*parameter].is_none() => return None,
+                Some(_) => {}
                 None => {
-                    let known = self.parameter_names.iter().map(String::as_str);
-                    let help = if self.parameter_names.is_empty() {
-                        "define it under [parameters]".to_owned()
-                    } else {
-                        suggest(&reference.name, known, "parameters")
+                    let at = inner(self, reference.place.clone());
+                    let help = match self.parameters.is_empty() {
+                        true => "define it under [parameters]".to_owned(),
+                        false => suggest(&reference.name, self.parameter_names.iter(), "parameters"),
                     };
                     self.error(
                         place(InputError::new(format!("unknown parameter '{}' in an expression", reference.name)), at)
@@ -214,15 +215,14 @@ impl Context {
                 }
             }
         }
-        match expression.evaluate(&values) {
+        let of = |place: usize| parsed.places[place].and_then(|parameter| self.parameters[parameter]);
+        match expression.evaluate_with(|place| of(place).unwrap_or(f64::NAN.into())) {
             Ok(value) => Some(value),
             Err(error) => {
-                let mut names: Vec<String> = expression
-                    .references()
-                    .iter()
-                    .zip(&values)
-                    .map(|(reference, value)| format!("{} = {}", reference.name, value.value))
-                    .collect();
+                let named = |(place, reference): (usize, &Reference)| {
+                    of(place).map(|quantity| format!("{} = {}", reference.name, quantity.value))
+                };
+                let mut names: Vec<String> = expression.references().iter().enumerate().filter_map(named).collect();
                 names.dedup();
                 let help = if names.is_empty() {
                     "change the numbers".to_owned()
@@ -239,7 +239,7 @@ impl Context {
     /// Names that an expression "= …" refers to; none in any other text.
     fn names_in(&mut self, text: &str) -> Vec<String> {
         let Some(formula) = text.trim().strip_prefix('=') else { return Vec::new() };
-        let Ok(expression) = self.parsed(formula) else { return Vec::new() };
-        expression.references().iter().map(|reference| reference.name.clone()).collect()
+        let Ok(parsed) = self.parsed(formula) else { return Vec::new() };
+        parsed.expression.references().iter().map(|reference| reference.name.clone()).collect()
     }
 }

@@ -21,7 +21,7 @@ pub(crate) type Reason = (String, Span);
 pub(crate) fn leaves_plane(
     nodes: &[Node],
     members: &[Member],
-    supports: &[(Support, Span)],
+    (supports, places): (&[Support], &[Span]),
     steps: &[Step],
 ) -> Option<Reason> {
     let size = nodes.iter().flat_map(|node| node.position).fold(0.0_f64, |size, x| size.max(x.abs()));
@@ -32,7 +32,8 @@ pub(crate) fn leaves_plane(
     if let Some((member, reason)) = members.iter().find_map(|member| Some((member, member_leaves(member)?))) {
         return Some((format!("member '{}' {reason}", member.name), member.span));
     }
-    if let Some((support, span)) = supports.iter().find(|(support, _)| support.axes[2][2].abs() < 1.0 - FLAT) {
+    let turned = supports.iter().zip(places).find(|(support, _)| support.axes[2][2].abs() < 1.0 - FLAT);
+    if let Some((support, span)) = turned {
         return Some((format!("the support of node '{}' is turned out of the plane", nodes[support.node].name), *span));
     }
     steps.iter().find_map(|step| Some((format!("step '{}' {}", step.name, step_leaves(step)?), step.span)))

@@ -1,5 +1,7 @@
 //! Probes: names looked up, expressions compiled and put in order.
 
+use std::sync::Arc;
+
 use rustc_hash::FxHashMap;
 
 use nalgebra::{Matrix3, Vector3};
@@ -7,8 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::context::{Context, Names};
 use super::joints::Bodies;
 use super::properties::Properties;
+use super::steps::Groups;
 use crate::error::{InputError, Span};
-use crate::expression::Expression;
 use crate::hsim::Part;
 use crate::input::read::{Map, Named, Spanned, suggest};
 use crate::input::{self, Component, Direction, Greatest, ProbeTable, RotationProbe};
@@ -21,8 +23,7 @@ pub(crate) struct Observed<'a> {
     pub(crate) node_names: &'a Names,
     pub(crate) member_names: &'a Names,
     pub(crate) members: &'a [Option<Member>],
-    /// Members by the name of their group.
-    pub(crate) groups: &'a FxHashMap<&'a str, Vec<usize>>,
+    pub(crate) groups: &'a Groups,
     pub(crate) properties: &'a Properties,
     pub(crate) bodies: &'a Bodies,
     pub(crate) steps: &'a [Step],
@@ -129,8 +130,8 @@ fn expression(
         return None;
     }
     let start = text.find('=').map_or(0, |at| at + 1);
-    let expression = match cx.parsed(&text[start..]) {
-        Ok(expression) => expression,
+    let parsed = match cx.parsed(&text[start..]) {
+        Ok(parsed) => parsed,
         Err(error) => {
             let at = cx.inside(span, text, start + error.place.start..start + error.place.end);
             cx.error(InputError::new(error.message).at(at).help("write for example \"= -stroke / 17.9\""));
@@ -138,7 +139,7 @@ fn expression(
         }
     };
     let mut operands = Vec::new();
-    for reference in expression.references() {
+    for reference in parsed.expression.references() {
         let at = cx.inside(span, text, start + reference.place.start..start + reference.place.end);
         let probe = names.get(&reference.name);
         operands.push(match (&reference.step, probe, parameters.get(&reference.name)) {
@@ -163,7 +164,7 @@ fn expression(
             }
         });
     }
-    Some(Probe::Expression { expression: Expression::clone(&expression), operands })
+    Some(Probe::Expression { expression: Arc::clone(&parsed.expression), operands })
 }
 
 /// The one quantity that a table asks for.
@@ -271,7 +272,7 @@ fn greatest(
     Some(Probe::Greatest { quantity, members })
 }
 
-fn matter(law: &SegmentLaw, properties: &Properties) -> Option<Matter> {
+pub(crate) fn matter(law: &SegmentLaw, properties: &Properties) -> Option<Matter> {
     let muscle = |index: usize, part| {
         let muscle = properties.muscles[index].as_ref()?.muscle.clone();
         Some(Matter::Muscle { muscle, part })

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use pennate_elements::section::Section;
 
-use super::context::{Context, Names};
+use super::context::{Context, Names, Owner};
 use super::magnitudes;
 use super::muscles::MuscleData;
 use crate::error::{InputError, Span};
@@ -22,23 +22,24 @@ pub(crate) struct Material {
 }
 
 /// A section as defined, before it meets a material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Profile {
     Shape(Shape, Stiffening),
     /// Stiffnesses given outright, and which of those are missing that a solution in space needs.
-    Given(Section, Vec<&'static str>),
+    Given(Section, &'static [&'static str]),
 }
 
 /// A section in a material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
     pub(crate) section: Section,
     pub(crate) radius: f64,
     pub(crate) shape: Option<Shape>,
-    pub(crate) missing: Vec<&'static str>,
+    pub(crate) missing: &'static [&'static str],
 }
 
 /// Materials, sections and muscles by index.
+#[derive(Clone, Debug)]
 pub(crate) struct Properties {
     pub(crate) material_names: Names,
     pub(crate) materials: Vec<Option<Material>>,
@@ -71,13 +72,13 @@ impl Properties {
         &self,
         section: &Spanned<String>,
         material: Option<&Spanned<String>>,
-        owner: &str,
+        owner: Owner<'_>,
         cx: &mut Context,
     ) -> Option<Law> {
         let found = self.section_names.find(&section.value, section.span, owner, cx);
         let material_index =
             material.map(|material| self.material_names.find(&material.value, material.span, owner, cx));
-        match self.sections[found?].as_ref()? {
+        match &self.sections[found?]? {
             Profile::Given(given, missing) => {
                 if let Some(material) = material {
                     cx.warn(
@@ -91,7 +92,7 @@ impl Properties {
                 }
                 let radius = 2.0 * (given.ei3 / given.ea).sqrt();
                 let radius = if radius > 0.0 && radius.is_finite() { radius } else { 0.0 };
-                Some(Law { section: *given, radius, shape: None, missing: missing.clone() })
+                Some(Law { section: *given, radius, shape: None, missing })
             }
             Profile::Shape(shape, stiffening) => {
                 let Some(index) = material_index else {
@@ -113,13 +114,13 @@ impl Properties {
                 let mut section = shape.section(material.youngs_modulus, material.shear_modulus, *stiffening);
                 section.mass_per_length = material.density * shape.area;
                 section.rotary_inertia = shape.second_moments.map(|moment| material.density * moment);
-                Some(Law { section, radius: shape.radius, shape: Some(*shape), missing: Vec::new() })
+                Some(Law { section, radius: shape.radius, shape: Some(*shape), missing: &[] })
             }
         }
     }
 }
 
-fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option<Material> {
+pub(crate) fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option<Material> {
     let (name, data) = (&named.name, &named.value.value);
     let youngs_modulus = cx.positive(&data.youngs_modulus, Kind::Stress, format_args!("Young's modulus of '{name}'"));
     if let Some(modulus) = youngs_modulus {
@@ -127,9 +128,9 @@ fn material(named: &Named<Spanned<input::Material>>, cx: &mut Context) -> Option
     }
     let density = match &data.density {
         Some(density) => {
-            let what = format!("the density of '{name}'");
-            let value = cx.not_negative(density, Kind::Density, &what);
-            magnitudes::density(value.unwrap_or(0.0), &what, density.span, cx);
+            let what = Owner("the density of", name);
+            let value = cx.not_negative(density, Kind::Density, what);
+            magnitudes::density(value.unwrap_or(0.0), what, density.span, cx);
             value
         }
         None => Some(0.0),
@@ -190,7 +191,7 @@ pub(crate) fn check_wall(outer: f64, wall: f64, what: impl Display, span: Span, 
     None
 }
 
-fn profile(named: &Named<Spanned<input::Section>>, cx: &mut Context) -> Option<Profile> {
+pub(crate) fn profile(named: &Named<Spanned<input::Section>>, cx: &mut Context) -> Option<Profile> {
     let (name, data) = (&named.name, &named.value.value);
     let shear_factor = match &data.shear_factor {
         Some(factor) => Some(cx.positive(factor, Kind::Pure, format_args!("the shear factor of '{name}'"))?),
@@ -265,8 +266,12 @@ fn given(named: &Named<Spanned<input::Section>>, stiffening: Stiffening, cx: &mu
     let ei3 = need(ei3, "EI3");
     let (ea, ei3) = (ea?, ei3?);
     let shear = |value: Option<f64>| value.filter(|_| stiffening.shear).unwrap_or(f64::INFINITY);
-    let missing =
-        [("GJ", gj), ("EI2", ei2)].into_iter().filter(|(_, value)| value.is_none()).map(|(key, _)| key).collect();
+    let missing: &[&str] = match (gj, ei2) {
+        (None, None) => &["GJ", "EI2"],
+        (None, Some(_)) => &["GJ"],
+        (Some(_), None) => &["EI2"],
+        (Some(_), Some(_)) => &[],
+    };
     let section = Section {
         ea,
         ga2: shear(ga2),

@@ -1,11 +1,13 @@
 //! Steps: targets of pressures and loads, and changes of what holds the nodes.
 
+use std::fmt::Display;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use nalgebra::Vector3;
-use pennate_solver::structure::Change;
+use pennate_solver::structure::{Branch, Change, Method, Stop};
 
-use super::context::{Context, Names};
+use super::context::{Context, Names, Owner};
 use super::course::course;
 use super::joints::Bodies;
 use super::magnitudes;
@@ -17,13 +19,15 @@ use crate::input::read::{Map, Named, Number, Spanned, suggest};
 use crate::model::{Member, MemberKind, Step, Target};
 use crate::unit::Kind;
 
+/// Members by the name of their group, or of their path.
+pub(crate) type Groups = FxHashMap<String, Vec<usize>>;
+
 /// What steps refer to.
 pub(crate) struct Actors<'a> {
     pub(crate) nodes: &'a Names,
     pub(crate) member_names: &'a Names,
     pub(crate) members: &'a [Option<Member>],
-    /// Members by the name of their group.
-    pub(crate) groups: &'a FxHashMap<&'a str, Vec<usize>>,
+    pub(crate) groups: &'a Groups,
     pub(crate) properties: &'a Properties,
     pub(crate) bodies: &'a Bodies,
     pub(crate) rotations: &'a [JointRotation],
@@ -52,22 +56,49 @@ pub(crate) fn steps(
                     .help("give every step a name of its own"),
             );
         }
-        let (method, branch, stop) = course(&data.value, actors.nodes, cx);
-        let mut reader = StepReader {
-            actors,
-            cx,
-            name: &name,
-            held: &mut held,
-            targets: Vec::new(),
-            changes: Vec::new(),
-            changed: FxHashMap::default(),
-        };
-        reader.read(&data.value);
-        let (targets, changes) = (reader.targets, reader.changes);
-        let increments = data.value.increments.as_ref().and_then(|count| cx.count(count));
+        let (targets, changes, course) = read(&data.value, &name, actors, &mut held, cx);
+        let Course { increments, method, branch, stop } = course;
         all.push(Step { name, span, targets, changes, increments, method, branch, stop });
     }
     all
+}
+
+/// How a step goes along its ramp.
+struct Course {
+    increments: Option<usize>,
+    method: Method,
+    branch: Branch,
+    stop: Option<Stop>,
+}
+
+/// Targets and changes of a step, and how it goes along its ramp; `held` are the components that something holds before
+/// it, and then after it.
+fn read(
+    step: &input::Step,
+    name: &str,
+    actors: &Actors<'_>,
+    held: &mut [[bool; 6]],
+    cx: &mut Context,
+) -> (Vec<(Target, f64)>, Vec<Change>, Course) {
+    let (method, branch, stop) = course(step, actors.nodes, cx);
+    let (targets, changes, changed) = (Vec::new(), Vec::new(), FxHashMap::default());
+    let mut reader = StepReader { actors, cx, name, held, targets, changes, changed };
+    reader.read(step);
+    let (targets, changes) = (reader.targets, reader.changes);
+    let increments = step.increments.as_ref().and_then(|count| cx.count(count));
+    (targets, changes, Course { increments, method, branch, stop })
+}
+
+/// Evaluates a step again, before which something holds these components; afterwards they are those that it leaves held.
+pub(crate) fn again(
+    step: &mut Step,
+    data: &input::Step,
+    actors: &Actors<'_>,
+    held: &mut [[bool; 6]],
+    cx: &mut Context,
+) {
+    let (targets, changes, course) = read(data, &step.name, actors, held, cx);
+    (step.targets, step.changes, step.stop) = (targets, changes, course.stop);
 }
 
 /// The reading of one step.
@@ -76,7 +107,7 @@ pub(crate) struct StepReader<'a, 'b> {
     pub(crate) cx: &'b mut Context,
     pub(crate) name: &'a str,
     /// Components that something holds at the end of the step.
-    pub(crate) held: &'b mut Vec<[bool; 6]>,
+    pub(crate) held: &'b mut [[bool; 6]],
     pub(crate) targets: Vec<(Target, f64)>,
     pub(crate) changes: Vec<Change>,
     /// Components changed in this step, and by which key.
@@ -120,7 +151,7 @@ impl StepReader<'_, '_> {
         if name != "all" && group.is_none() {
             // A member or group whose definition failed has been reported already.
             if members.iter().all(Option::is_some) && !self.cx.has_many_errors() {
-                let groups = self.actors.groups.keys().copied();
+                let groups = self.actors.groups.keys().map(String::as_str);
                 let mut known: Vec<&str> = groups.chain(self.actors.member_names.iter()).chain(["all"]).collect();
                 known.sort_unstable();
                 known.dedup();
@@ -235,8 +266,8 @@ impl StepReader<'_, '_> {
 
     /// The node that an entry is about.
     pub(crate) fn node(&mut self, named: &Named<impl Sized>, key: &str) -> Option<usize> {
-        let owner = format!("{key} of step '{}'", self.name);
-        self.actors.nodes.find(&named.name, named.span, &owner, self.cx)
+        let owner = format_args!("{key} of step '{}'", self.name);
+        self.actors.nodes.find(&named.name, named.span, owner, self.cx)
     }
 
     fn node_loads(
@@ -248,22 +279,22 @@ impl StepReader<'_, '_> {
     ) {
         for named in entries.into_iter().flatten() {
             let node = self.node(named, key);
-            let what = format!("{key} on node '{}'", named.name);
+            let what = format_args!("{key} on node '{}'", named.name);
             let vector = if kind == Kind::Moment {
-                self.cx.triple(&named.value, kind, &what)
+                self.cx.triple(&named.value, kind, what)
             } else {
-                self.cx.vector(&named.value, kind, &what)
+                self.cx.vector(&named.value, kind, what)
             };
             let (Some(node), Some(vector)) = (node, vector) else { continue };
             if kind == Kind::Moment {
-                self.check_moment(node, vector, &what, named.value.span);
+                self.check_moment(node, vector, what, named.value.span);
             }
             self.targets.extend((0..3).map(|component| (target(node, component), vector[component])));
         }
     }
 
     /// A moment needs something to turn.
-    fn check_moment(&mut self, node: usize, moment: [f64; 3], what: &str, span: Span) {
+    fn check_moment(&mut self, node: usize, moment: [f64; 3], what: impl Display, span: Span) {
         if self.actors.rotations[node].lacks(Vector3::from(moment)) {
             self.cx.error(
                 InputError::new(format!("{what} has nothing to turn: all ends there are released"))
@@ -293,8 +324,8 @@ impl StepReader<'_, '_> {
         let mut found = Vec::new();
         for named in entries.into_iter().flatten() {
             let (closeness, members) = self.address(&named.name, named.span, "distributed", |_| true);
-            let what = format!("the distributed force on '{}'", named.name);
-            let Some(vector) = self.cx.vector(&named.value, Kind::ForcePerLength, &what) else { continue };
+            let what = Owner("the distributed force on", &named.name);
+            let Some(vector) = self.cx.vector(&named.value, Kind::ForcePerLength, what) else { continue };
             for index in members {
                 found.extend((0..3).map(|c| (closeness, Target::Distributed(index, c), vector[c])));
             }

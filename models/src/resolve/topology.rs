@@ -8,11 +8,13 @@ use pennate_solver::structure::{Change, Release, Support};
 use super::context::Context;
 use super::grid::Grid;
 use super::joints::Bodies;
-use crate::error::{InputError, Span};
+use crate::error::InputError;
 use crate::model::{Member, Node, Spring, Step, Target};
 
 /// So many nodes are few.
 const FEW: usize = 24;
+/// So many nodes at one place are told of.
+const MANY: usize = 20;
 
 /// What a node has of a rotation of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,55 +43,115 @@ pub(crate) struct Parts<'a> {
     pub(crate) members: &'a [Option<Member>],
     pub(crate) springs: &'a [Spring],
     pub(crate) bodies: &'a Bodies,
-    pub(crate) supports: &'a [(Support, Span)],
+    pub(crate) supports: &'a [Support],
     /// Copies of held nodes, made by patterns that do not copy what holds them.
     pub(crate) let_go: &'a [usize],
 }
 
-impl Parts<'_> {
-    /// The rotation that each node has.
-    pub(crate) fn rotations(&self) -> Vec<JointRotation> {
-        let mut rotations = vec![JointRotation::None; self.nodes.len()];
-        let mut join = |node: usize, end: JointRotation| {
-            rotations[node] = match (rotations[node], end) {
-                (JointRotation::None, other) | (other, JointRotation::None) => other,
-                (JointRotation::NoSpin(a), JointRotation::NoSpin(b))
-                    if Vector3::from(a).cross(&Vector3::from(b)).norm() < 1e-6 =>
-                {
-                    JointRotation::NoSpin(a)
-                }
-                _ => JointRotation::Full,
-            };
+/// The rotation that each of so many nodes has.
+pub(crate) fn rotations<'a>(
+    count: usize,
+    members: impl Iterator<Item = &'a Member>,
+    springs: &[Spring],
+    bodies: &Bodies,
+) -> Vec<JointRotation> {
+    let mut rotations = vec![JointRotation::None; count];
+    let mut join = |node: usize, end: JointRotation| {
+        rotations[node] = match (rotations[node], end) {
+            (JointRotation::None, other) | (other, JointRotation::None) => other,
+            (JointRotation::NoSpin(a), JointRotation::NoSpin(b))
+                if Vector3::from(a).cross(&Vector3::from(b)).norm() < 1e-6 =>
+            {
+                JointRotation::NoSpin(a)
+            }
+            _ => JointRotation::Full,
         };
-        for member in self.members.iter().flatten() {
-            for (node, release) in member.nodes.into_iter().zip(&member.releases) {
-                join(
-                    node,
-                    match release {
-                        Release::Welded => JointRotation::Full,
-                        Release::Pin => JointRotation::None,
-                        Release::Axes(axes) if axes.len() == 1 => JointRotation::NoSpin(axes[0]),
-                        Release::Axes(_) => JointRotation::Full,
-                    },
-                );
-            }
+    };
+    for member in members {
+        for (node, release) in member.nodes.into_iter().zip(&member.releases) {
+            join(
+                node,
+                match release {
+                    Release::Welded => JointRotation::Full,
+                    Release::Pin => JointRotation::None,
+                    Release::Axes(axes) if axes.len() == 1 => JointRotation::NoSpin(axes[0]),
+                    Release::Axes(_) => JointRotation::Full,
+                },
+            );
         }
-        for spring in self.springs {
-            let engaged = spring.spring.nodes().iter().zip(spring.spring.engages()).filter(|(_, turns)| *turns);
-            engaged.for_each(|(&node, _)| join(node, JointRotation::Full));
-        }
-        for (node, body) in self.bodies.of_node.iter().enumerate() {
-            if body.is_some() {
-                join(node, JointRotation::Full);
-            }
-        }
-        rotations
     }
+    for spring in springs {
+        let engaged = spring.spring.nodes().iter().zip(spring.spring.engages()).filter(|(_, turns)| *turns);
+        engaged.for_each(|(&node, _)| join(node, JointRotation::Full));
+    }
+    for (node, body) in bodies.of_node.iter().enumerate() {
+        if body.is_some() {
+            join(node, JointRotation::Full);
+        }
+    }
+    rotations
+}
 
+/// Where nodes are; `None` where the definition of one is wrong.
+pub(crate) type Place<'a> = dyn Fn(usize) -> Option<[f64; 3]> + 'a;
+
+/// Nodes of so many that are at one place, though neither a spring nor a body joins them: each with the first of those before
+/// it that are there; so many at most.
+pub(crate) fn coincident(
+    count: usize,
+    place: &Place<'_>,
+    springs: &[Spring],
+    bodies: &Bodies,
+    most: usize,
+) -> Vec<(usize, usize)> {
+    let tolerance = 1e-9 * size((0..count).filter_map(place));
+    let mut joined: FxHashSet<(usize, usize)> = FxHashSet::default();
+    for spring in springs {
+        if let Some([a, b]) = spring.spring.pair() {
+            joined.insert((a.min(b), a.max(b)));
+        }
+    }
+    // A few nodes are compared with one another sooner than they are sorted.
+    let few = count <= FEW;
+    let mut grid = Grid::new(tolerance);
+    let mut found = Vec::new();
+    for index in 0..count {
+        let Some(here) = place(index).map(Vector3::from) else { continue };
+        let (before, near) = match few {
+            true => (0..index, None),
+            false => (0..0, Some(grid.near(here))),
+        };
+        let same = before.chain(near.into_iter().flatten()).filter(|&other| {
+            let there = place(other).map_or([f64::NAN; 3], |place| place);
+            let one_body = bodies.of_node[other].is_some() && bodies.of_node[other] == bodies.of_node[index];
+            (Vector3::from(there) - here).norm() <= tolerance && !one_body && !joined.contains(&(other, index))
+        });
+        if let Some(other) = same.min() {
+            // In a heap of nodes every one is near all others.
+            if found.len() == most {
+                break;
+            }
+            found.push((other, index));
+        }
+        if !few {
+            grid.add(here, index);
+        }
+    }
+    found
+}
+
+fn size(places: impl Iterator<Item = [f64; 3]>) -> f64 {
+    let mut points = places.map(Vector3::from);
+    let Some(first) = points.next() else { return 0.0 };
+    let (low, high) = points.fold((first, first), |(low, high), point| (low.inf(&point), high.sup(&point)));
+    (high - low).norm()
+}
+
+impl Parts<'_> {
     /// Components that supports hold.
     pub(crate) fn held(&self) -> Vec<[bool; 6]> {
         let mut held = vec![[false; 6]; self.nodes.len()];
-        for (support, _) in self.supports {
+        for support in self.supports {
             held[support.node] = support.fixed;
         }
         held
@@ -108,57 +170,17 @@ impl Parts<'_> {
         }
     }
 
-    fn size(&self) -> f64 {
-        let position = |node: &Node| Vector3::from(node.position);
-        let mut points = self.nodes.iter().flatten().map(position);
-        let Some(first) = points.next() else { return 0.0 };
-        let (low, high) = points.fold((first, first), |(low, high), point| (low.inf(&point), high.sup(&point)));
-        (high - low).norm()
-    }
-
     /// Two nodes at one place are most often one node written twice.
     fn check_places(&self, cx: &mut Context) {
-        let tolerance = 1e-9 * self.size();
-        let mut joined: FxHashSet<(usize, usize)> = FxHashSet::default();
-        for spring in self.springs {
-            if let Some([a, b]) = spring.spring.pair() {
-                joined.insert((a.min(b), a.max(b)));
-            }
-        }
-        // A few nodes are compared with one another sooner than they are sorted.
-        let few = self.nodes.len() <= FEW;
-        let mut grid = Grid::new(tolerance);
-        let mut found = 0;
-        for (index, node) in self.nodes.iter().enumerate() {
-            let Some(node) = node else { continue };
-            let (before, near) = match few {
-                true => (0..index, None),
-                false => (0..0, Some(grid.near(node.position.into()))),
-            };
-            let same = before.chain(near.into_iter().flatten()).filter(|&other| {
-                let place = |index: usize| self.nodes[index].as_ref().map_or([f64::NAN; 3], |node| node.position);
-                let one_body =
-                    self.bodies.of_node[other].is_some() && self.bodies.of_node[other] == self.bodies.of_node[index];
-                (Vector3::from(place(other)) - Vector3::from(node.position)).norm() <= tolerance
-                    && !one_body
-                    && !joined.contains(&(other, index))
-            });
-            if let Some(Some(other)) = same.min().map(|other| &self.nodes[other]) {
-                // In a heap of nodes every one is near all others.
-                if found == 20 {
-                    return;
-                }
-                found += 1;
-                cx.error(
-                    InputError::new(format!("nodes '{}' and '{}' are at one place", other.name, node.name))
-                        .at(node.span)
-                        .label(format!("same place as '{}'", other.name))
-                        .help("use one node for both, or join them by a spring or a rigid body"),
-                );
-            }
-            if !few {
-                grid.add(node.position.into(), index);
-            }
+        let place = |node: usize| self.nodes[node].as_ref().map(|node| node.position);
+        for pair in coincident(self.nodes.len(), &place, self.springs, self.bodies, MANY) {
+            let (Some(other), Some(node)) = (&self.nodes[pair.0], &self.nodes[pair.1]) else { continue };
+            cx.error(
+                InputError::new(format!("nodes '{}' and '{}' are at one place", other.name, node.name))
+                    .at(node.span)
+                    .label(format!("same place as '{}'", other.name))
+                    .help("use one node for both, or join them by a spring or a rigid body"),
+            );
         }
     }
 
@@ -203,7 +225,7 @@ impl Parts<'_> {
         for member in self.members.iter().flatten() {
             sets.join(member.nodes[0], member.nodes[1]);
         }
-        let mut holders: Vec<usize> = self.supports.iter().map(|(support, _)| support.node).collect();
+        let mut holders: Vec<usize> = self.supports.iter().map(|support| support.node).collect();
         for spring in self.springs {
             match spring.spring.pair() {
                 Some([a, b]) => sets.join(a, b),

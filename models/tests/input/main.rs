@@ -1,5 +1,6 @@
 //! Network files, their errors, and the models that they make.
 
+mod again;
 mod networks;
 mod never_panics;
 mod patterns;
