@@ -18,14 +18,13 @@ use pennate_solver::packs::{self, Auxiliary};
 use pennate_solver::system::System;
 
 use super::Reason;
-use super::moved::{self, Mover};
+use super::explicit::{Explicit, Joints, Kept};
+use super::moved::Mover;
 use super::nearby::{Nearby, apart, size};
 use super::neighbour::{self, Packs};
-use super::numbers::{Places, change_value};
-use super::slopes::{Component, Hold, Slopes};
+use super::numbers::Places;
+use super::slopes::{Component, Slopes};
 
-/// Parts of a parameter at which forces are compared: h and 2 h, extrapolated to h = 0, leave h⁴.
-const PARTS: [f64; 4] = [1e-3, -1e-3, 2e-3, -2e-3];
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
 /// distance of the part δ of a parameter, it changes by that part over 4 δ.
 const NEAR: f64 = 1e-4;
@@ -36,16 +35,6 @@ const ROUNDING: f64 = 1e-12;
 /// The second of two auxiliary stiffnesses over the first one.
 const SOFTER: f64 = packs::MODERATE.member / packs::EXACTING.member;
 
-/// Values for every joint.
-type Joints = Vec<[f64; 6]>;
-
-/// What follows a parameter while the joints stay where they are, and the motion of what is held.
-struct Explicit {
-    forces: Joints,
-    held: Joints,
-    moves: bool,
-}
-
 impl Slopes<'_> {
     /// Derivatives of the probes that are needed at the end of a step, and of components that the next step keeps; `None`
     /// where they have to be found in another way.
@@ -55,6 +44,7 @@ impl Slopes<'_> {
         chains: Packs<D>,
         (index, state): (usize, &Equilibrium),
         kept: &[Component],
+        copies: &mut Option<Kept<D>>,
     ) -> Option<Result<Vec<f64>, Reason>> {
         if !self.is_linear(system) || D == 6 && kept.iter().any(|&(_, component)| component >= 3) {
             return None;
@@ -74,7 +64,7 @@ impl Slopes<'_> {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, chains, (index, state), (&needed, &read), (&all, kept.len()));
+        let found = self.slopes_of(system, chains, (index, state), (&needed, &read), (&all, kept.len()), copies);
         self.nearby = Some(Some(all));
         found
     }
@@ -86,6 +76,7 @@ impl Slopes<'_> {
         (index, state): (usize, &Equilibrium),
         (needed, read): (&BTreeSet<usize>, &[(usize, Weights)]),
         (all, kept): (&[Nearby], usize),
+        copies: &mut Option<Kept<D>>,
     ) -> Option<Result<Vec<f64>, Reason>> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
         let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
@@ -96,7 +87,7 @@ impl Slopes<'_> {
         let auxiliaries: &[Auxiliary] = if system.holds_strains() { &both } else { &[packs::AUXILIARY] };
         for (round, &auxiliary) in auxiliaries.iter().enumerate() {
             set_auxiliary(system, auxiliary);
-            let Some(found) = self.explicit(system, chains, index, all) else {
+            let Some(found) = self.explicit(system, chains, (index, all), copies) else {
                 set_auxiliary(system, packs::AUXILIARY);
                 return None;
             };
@@ -129,7 +120,10 @@ impl Slopes<'_> {
             return None;
         }
         let regular = system.equations.size == 0 || self.is_regular(system, index, &explicit);
-        set_auxiliary(system, packs::AUXILIARY);
+        // Nobody goes on from the end of the last step, unless neighbours are looked at.
+        if !regular || index + 1 < self.design.steps.len() {
+            set_auxiliary(system, packs::AUXILIARY);
+        }
         // A singular point may be near, or wires so stiff that motions of second order count: neighbours tell the two apart.
         regular.then_some(Ok(slopes))
     }
@@ -160,92 +154,6 @@ impl Slopes<'_> {
             }
         }
         seen.into_iter().filter(|&(step, _)| step == index).map(|(_, probe)| probe).collect()
-    }
-
-    /// What follows each of the parameters while the joints stay where they are.
-    fn explicit<const D: usize>(
-        &self,
-        system: &System<D>,
-        chains: Packs<D>,
-        index: usize,
-        all: &[Nearby],
-    ) -> Option<Vec<Explicit>> {
-        let structure = &self.design.structure;
-        let places = Places::of(structure, &self.design.steps);
-        let joints = system.state.joints.len();
-        let mut explicit: Vec<Explicit> = (0..self.row.len())
-            .map(|_| Explicit { forces: vec![[0.0; 6]; joints], held: vec![[0.0; 6]; joints], moves: false })
-            .collect();
-        let (mut moved, mut whose) = (Vec::new(), Vec::new());
-        for nearby in all {
-            for &input in &nearby.inputs {
-                if (places.supports..places.springs).any(|part| nearby.is_owned(part, input)) {
-                    return None;
-                }
-                let drives = nearby.drives(input, index, &places, structure.drives.len());
-                let mover = Mover { design: self.design, nearby, places: &places, input, drives: &drives };
-                let members = mover.members(&system.topology);
-                let times = size(self.row[input]) / apart(self.row[input]);
-                moved.extend(PARTS.map(|part| mover.at(&members, &system.drives, part * times)));
-                whose.push(input);
-                self.hold_along(system, (nearby, input), &places, &mut explicit[input])?;
-            }
-        }
-        let forces = moved::forces(system, chains, moved);
-        for (forces, input) in forces.chunks_exact(PARTS.len()).zip(whose) {
-            let far = size(self.row[input]);
-            for (joint, total) in explicit[input].forces.iter_mut().enumerate() {
-                for (c, total) in total.iter_mut().enumerate() {
-                    let slope = |at: usize| (forces[at][joint][c] - forces[at + 1][joint][c]) / (2.0 * far * PARTS[at]);
-                    *total = slope(0) + (slope(0) - slope(2)) / 3.0;
-                }
-            }
-        }
-        Some(explicit)
-    }
-
-    /// The motion of what is held by a parameter; `None` where it is a turn in space.
-    fn hold_along<const D: usize>(
-        &self,
-        system: &System<D>,
-        (nearby, input): (&Nearby, usize),
-        places: &Places,
-        explicit: &mut Explicit,
-    ) -> Option<()> {
-        let counts = self.design.steps.iter().scan(places.changes, |at, step| {
-            let first = *at;
-            *at += step.changes.len();
-            Some(first)
-        });
-        let firsts: Vec<usize> = counts.collect();
-        let change = |(step, place): (usize, usize)| {
-            if !nearby.is_owned(firsts[step] + place, input) {
-                return 0.0;
-            }
-            let value = |steps: &[pennate_solver::structure::Step]| change_value(&steps[step].changes[place]);
-            (value(&nearby.high.steps) - value(&nearby.low.steps)) / (2.0 * apart(self.row[input]))
-        };
-        for held in &system.equations.held {
-            let rate = match self.holds.get(&(held.node, held.component)) {
-                None => 0.0,
-                Some(Hold::To(step, place)) => change((*step, *place)),
-                Some(Hold::From(moved, rates)) => moved.map_or(0.0, change) + rates[input],
-            };
-            if rate == 0.0 {
-                continue;
-            }
-            explicit.moves = true;
-            let motion = &mut explicit.held[system.topology.links[held.node].joint];
-            let (vector, offset) = match held.kind {
-                HeldKind::Translation { direction } => (direction, 0),
-                HeldKind::Rotation { .. } if D == 6 => return None,
-                HeldKind::Rotation { axis } => (axis, 3),
-            };
-            for c in 0..3 {
-                motion[offset + c] += rate * vector[c];
-            }
-        }
-        Some(())
     }
 
     /// Adds what quantities change by where nothing moves: by their own numbers, and by those of arms of bodies.

@@ -31,6 +31,7 @@ mod adjoint;
 mod design;
 mod error;
 mod evaluate;
+mod explicit;
 mod gradient;
 mod group;
 mod join;

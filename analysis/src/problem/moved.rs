@@ -17,12 +17,11 @@ use super::neighbour::Packs;
 use super::numbers::Places;
 use super::together;
 
-/// The parts of a design that a parameter reaches, all joints, and the drives.
+/// The parts of a design that a parameter reaches, and all joints.
 pub(super) struct Moved {
     structure: Structure,
     /// The members, by their index in the design.
     members: Vec<MemberId>,
-    drives: Vec<f64>,
 }
 
 /// A parameter as it moves a design: the design and those on both sides.
@@ -83,6 +82,11 @@ impl Mover<'_> {
     fn springs(&self) -> bool {
         let Places { members, springs, bodies, .. } = *self.places;
         (0..members).chain(springs..bodies).any(|part| self.owns(part))
+    }
+
+    /// The drives, so many times as far as half the way from the lower to the upper design.
+    pub(super) fn drives_at(&self, drives: &[f64], times: f64) -> Vec<f64> {
+        drives.iter().zip(self.drives).map(|(value, way)| value + 0.5 * times * way).collect()
     }
 
     /// The parts, so many times as far as half the way from the lower to the upper design.
@@ -164,10 +168,8 @@ impl Mover<'_> {
             },
             other => other,
         };
-        let values = drives.iter().zip(self.drives).map(|(value, way)| value + 0.5 * times * way);
         Moved {
             members: members.to_vec(),
-            drives: values.collect(),
             structure: Structure {
                 nodes: (0..structure.nodes.len()).map(nodes).collect(),
                 members: chosen,
@@ -184,26 +186,58 @@ impl Mover<'_> {
     }
 }
 
-/// Forces on the joints of a system, where parts of it are these, one after the other.
-pub(super) fn forces<const D: usize>(system: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Vec<Vec<[f64; 6]>> {
-    let joints = system.state.joints.len();
-    if all.is_empty() || joints == 0 {
-        return vec![Vec::new(); all.len()];
+/// Systems of parts that were moved, ready to stand where another one does.
+pub(super) struct Copies<const D: usize> {
+    systems: Vec<Copy<D>>,
+}
+
+/// Some of the parts side by side, and their members by their index in the design.
+struct Copy<const D: usize> {
+    system: System<D>,
+    members: Vec<MemberId>,
+    count: usize,
+}
+
+impl<const D: usize> Copies<D> {
+    /// Systems of parts of one that is given.
+    pub(super) fn of(system: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Self {
+        if all.is_empty() || system.state.joints.is_empty() {
+            return Self { systems: Vec::new() };
+        }
+        // Gravity would be that of all.
+        let alone = all.len() > 1 && !together::joins(&all[0].structure);
+        let systems = match alone {
+            true => all.into_iter().filter_map(|one| Copy::of(system, packs, vec![one])).collect(),
+            false => Copy::of(system, packs, all).into_iter().collect(),
+        };
+        Self { systems }
     }
-    // Gravity would be that of all.
-    if all.len() > 1 && !together::joins(&all[0].structure) {
-        return all.into_iter().flat_map(|one| forces(system, packs, vec![one])).collect();
+
+    /// Forces on the joints of a system, where parts of it are these under drives of their own, one after the other.
+    pub(super) fn forces(&mut self, system: &System<D>, drives: &[Vec<f64>]) -> Vec<Vec<[f64; 6]>> {
+        let joints = system.state.joints.len();
+        let (mut all, mut rest) = (Vec::with_capacity(drives.len()), drives);
+        for copy in &mut self.systems {
+            let (own, others) = rest.split_at(copy.count);
+            rest = others;
+            copy.system.auxiliary = system.auxiliary;
+            copy.system.stand_in(system, &copy.members, &own.concat());
+            all.extend(copy.system.exert().chunks_exact(joints).map(<[_]>::to_vec));
+        }
+        all
     }
-    let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
-    let drives: Vec<f64> = all.iter().flat_map(|moved| moved.drives.iter().copied()).collect();
-    let topology = topology(&system.topology, &all);
-    let parts = all.into_iter().map(|moved| (moved.structure, Vec::new()));
-    let Some((structure, _)) = join::join(parts) else { return Vec::new() };
-    let chains = packs(&structure, 0);
-    let mut moved = System::new(Arc::new(structure), Arc::new(topology), chains, system.equations.active, false);
-    moved.auxiliary = system.auxiliary;
-    moved.stand_in(system, &members, &drives);
-    moved.exert().chunks_exact(joints).map(<[_]>::to_vec).collect()
+}
+
+impl<const D: usize> Copy<D> {
+    fn of(like: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Option<Self> {
+        let count = all.len();
+        let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
+        let topology = topology(&like.topology, &all);
+        let (structure, _) = join::join(all.into_iter().map(|moved| (moved.structure, Vec::new())))?;
+        let chains = packs(&structure, 0);
+        let system = System::new(Arc::new(structure), Arc::new(topology), chains, like.equations.active, false);
+        Some(Self { system, members, count })
+    }
 }
 
 /// As many copies of the joints, with arms and axes of each.

@@ -9,6 +9,7 @@ use pennate_solver::path::Path;
 use pennate_solver::structure::{Change, Step};
 
 use super::design::{Design, take_pieces};
+use super::explicit::Kept;
 use super::gradient::Row;
 use super::nearby::Nearby;
 use super::neighbour::{self, NOTHING, Packs};
@@ -82,7 +83,7 @@ impl<'a> Slopes<'a> {
     pub(super) fn run<const D: usize>(mut self, mut path: Path<'static, D>, packs: Packs<D>, first: History) -> Row {
         let count = self.design.steps.len().max(1);
         let mut history = first;
-        let mut reason = None;
+        let (mut reason, mut copies) = (None, None);
         for index in 0..count {
             if index > 0 {
                 let control = self.control;
@@ -90,7 +91,7 @@ impl<'a> Slopes<'a> {
             }
             let ends = history.steps.iter().filter(|step| !step.increments.is_empty());
             self.stable.extend(ends.map(|step| step.stable));
-            if let Err(stopped) = self.step(&mut path, packs, index, &history) {
+            if let Err(stopped) = self.step(&mut path, packs, (index, &history), &mut copies) {
                 reason = reason.or(Some(stopped));
                 if self.after.len() <= index {
                     break;
@@ -121,8 +122,8 @@ impl<'a> Slopes<'a> {
         &mut self,
         path: &mut Path<'static, D>,
         packs: Packs<D>,
-        index: usize,
-        history: &History,
+        (index, history): (usize, &History),
+        copies: &mut Option<Kept<D>>,
     ) -> Result<(), Reason> {
         let Some(record) = history.steps.first() else { return Err(Reason::Interrupted) };
         if record.status != Status::Converged {
@@ -153,7 +154,7 @@ impl<'a> Slopes<'a> {
         path.system.advance(path.system.equations.has_general());
         path.system.assemble(false);
         let (probes, inputs) = (self.after[index].len(), self.row.len());
-        let found = self.adjoint(&mut path.system, packs, (index, &last.state), &kept);
+        let found = self.adjoint(&mut path.system, packs, (index, &last.state), &kept, copies);
         let (mut slopes, reason) = match found {
             Some(Ok(slopes)) => (slopes, None),
             Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
