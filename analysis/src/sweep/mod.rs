@@ -5,7 +5,7 @@ mod vary;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pennate_models::{Document, InputErrors, Model};
+use pennate_models::{Document, InputErrors, Model, Reading};
 use pennate_solver::batch::TOGETHER;
 use pennate_solver::error::{FreeMotion, SolveError};
 use pennate_solver::history::Status;
@@ -53,18 +53,30 @@ pub fn solve(
     answered: &(dyn Fn(usize, Answer) + Sync),
 ) {
     let indices: Vec<usize> = (0..cases.len()).collect();
-    let groups: Vec<&[usize]> = indices
-        .chunk_by(|&a, &b| std::ptr::eq(cases[a].document, cases[b].document))
-        .flat_map(|group| group.chunks(TOGETHER))
-        .filter(|group| group.iter().any(|&index| wanted(index)))
+    let of_files: Vec<&[usize]> =
+        indices.chunk_by(|&a, &b| std::ptr::eq(cases[a].document, cases[b].document)).collect();
+    // A file is read once, if that serves.
+    let read = |of_file: &&[usize]| cases[of_file[0]].document.reading(&[]).ok().map(|(reading, _)| reading);
+    let readings: Vec<Option<Reading>> = of_files.par_iter().map(read).collect();
+    let groups: Vec<(&[usize], Option<&Reading>)> = of_files
+        .iter()
+        .zip(&readings)
+        .flat_map(|(of_file, reading)| of_file.chunks(TOGETHER).map(move |group| (group, reading.as_ref())))
+        .filter(|(group, _)| group.iter().any(|&index| wanted(index)))
         .collect();
-    groups.par_iter().for_each(|group| solve_group(cases, group, wanted, accuracy, interrupted, answered));
+    groups.par_iter().for_each(|&group| solve_group(cases, group, wanted, accuracy, interrupted, answered));
+}
+
+/// The network of a case.
+fn model(case: &Case<'_>, reading: Option<&Reading>) -> Result<Model, InputErrors> {
+    let numbers = reading.and_then(|reading| reading.set(&case.settings));
+    numbers.map_or_else(|| case.document.model(&case.settings), Ok)
 }
 
 /// Solves cases of one file side by side, and those alone that need more than the others.
 fn solve_group(
     cases: &[Case<'_>],
-    group: &[usize],
+    (group, reading): (&[usize], Option<&Reading>),
     wanted: &(dyn Fn(usize) -> bool + Sync),
     accuracy: f64,
     interrupted: &AtomicBool,
@@ -75,7 +87,7 @@ fn solve_group(
     if stopped() {
         return;
     }
-    let models: Vec<_> = group.iter().map(|&index| cases[index].document.model(&cases[index].settings)).collect();
+    let models: Vec<_> = group.iter().map(|&index| model(&cases[index], reading)).collect();
     let sound: Vec<&Model> = models.iter().flatten().collect();
     let mut together = solve_together(&sound, accuracy, &options, &mut |_| !stopped()).into_iter();
     let shared: Vec<Option<Shared>> =
