@@ -250,8 +250,14 @@ impl Problem {
     }
 }
 
+/// Numbers of at most so many are copied: that is quicker than to make Python keep them as they are.
+const FEW: usize = 1000;
+
 fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Bound<'py, PyAny>> {
-    let flat = values.into_pyarray(py);
+    let flat = match values.len() <= FEW {
+        true => PyArray1::from_slice(py, &values),
+        false => values.into_pyarray(py),
+    };
     match shape {
         [_] => Ok(flat.into_any()),
         shape => Ok(flat.reshape(shape.to_vec())?.into_any()),

@@ -104,8 +104,7 @@ class Problem:
         Returns:
             (n, m) or (m,); not a number where there is no answer, and `reasons` says why.
         """
-        y, self._last.found, self._last.stable = self._call.evaluate(np.asarray(x, dtype=np.float64))
-        self._last.designs = 1 if y.ndim == 1 else len(y)
+        y, *self._last.answer = self._call.evaluate(np.asarray(x, dtype=np.float64))
         return y
 
     def gradient(self, x: npt.ArrayLike) -> tuple[Array, Array]:
@@ -117,15 +116,15 @@ class Problem:
         Returns:
             `y`, (n, m) or (m,), and `j`, (n, m, k) or (m, k); not a number where there is no answer, or no derivative.
         """
-        y, j, self._last.found, self._last.stable = self._call.gradient(np.asarray(x, dtype=np.float64))
-        self._last.designs = 1 if y.ndim == 1 else len(y)
+        y, j, *self._last.answer = self._call.gradient(np.asarray(x, dtype=np.float64))
         return y, j
 
     @property
     def reasons(self) -> list[Reason | None]:
         """One entry a design of the last call that this thread made: why it has no answer, or `None`."""
-        found: list[Reason | None] = [None] * getattr(self._last, "designs", 0)
-        for index, kind, text in getattr(self._last, "found", []):
+        why, stable = getattr(self._last, "answer", ([], []))
+        found: list[Reason | None] = [None] * len(stable)
+        for index, kind, text in why:
             found[index] = Reason(text, kind)
         return found
 
@@ -159,7 +158,7 @@ class Problem:
         `None` where that is not defined, or not known. Plane networks are judged out of their plane as well, unless the file
         says `dimension = "plane"`.
         """
-        return list(getattr(self._last, "stable", []))
+        return list(getattr(self._last, "answer", ([], []))[1])
 
     def live(self, count: int | None = None) -> Live | Lives:
         """An equilibrium at the values of the file, to be followed from there; with a number, so many side by side.

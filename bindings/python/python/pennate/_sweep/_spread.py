@@ -79,9 +79,9 @@ class Spread(Problem):
             for number, part in enumerate(parts)
             for place, reason in part.reasons.items()
         )
-        self._last.found, self._last.designs = list(reasons), len(rows)
         verdicts = np.concatenate([part.stable for part in parts]).tolist()
-        self._last.stable = [None if verdict < 0 else bool(verdict) for verdict in verdicts]
+        stable = [None if verdict < 0 else bool(verdict) for verdict in verdicts]
+        self._last.answer = [list(reasons), stable]
         return parts
 
     def __repr__(self) -> str:
