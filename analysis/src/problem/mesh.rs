@@ -1,5 +1,7 @@
 //! One mesh for many designs.
 
+use std::borrow::Cow;
+
 use pennate_models::{Mesh, Model};
 
 /// The mesh that serves what either of two serves.
@@ -18,7 +20,10 @@ pub(super) fn finer(a: Mesh, b: Mesh) -> Mesh {
 }
 
 /// The mesh of one design for another: stretches of graded members keep their parts of their segments.
-pub(super) fn fitted(mesh: &Mesh, of: &Model, to: &Model) -> Mesh {
+pub(super) fn fitted<'a>(mesh: &'a Mesh, of: &Model, to: &Model) -> Cow<'a, Mesh> {
+    if mesh.grading.is_empty() {
+        return Cow::Borrowed(mesh);
+    }
     let mut fitted = mesh.clone();
     for (&member, stretches) in &mut fitted.grading {
         let [from, to] = [of, to].map(|model| &model.members[member].segments);
@@ -26,5 +31,5 @@ pub(super) fn fitted(mesh: &Mesh, of: &Model, to: &Model) -> Mesh {
             stretch.length *= to[stretch.segment].length / from[stretch.segment].length;
         }
     }
-    fitted
+    Cow::Owned(fitted)
 }
