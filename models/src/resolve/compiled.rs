@@ -7,7 +7,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use pennate_solver::structure::{Formulation, Release, Spring as SpringLaw};
+use pennate_solver::structure::{Formulation, Release};
 
 use super::context::{Context, Names};
 use super::joints::{self, Bodies};
@@ -213,11 +213,8 @@ impl Compiled {
         follows.bodies = cx.meets(|cx| Bodies::resolve(network.rigid_bodies.as_ref(), names, count, cx));
         follows.supports = cx.meets(|cx| joints::supports(network.supports.as_ref(), names, &found.bodies, cx));
         let own = cx.meets(|cx| joints::springs(network.springs.as_ref(), names, &place, cx));
-        let moved = |nodes: &[usize; 2]| nodes.iter().any(|node| follows.nodes.binary_search(node).is_ok());
-        let moved = self.first.springs.iter().any(|spring| match &spring.spring {
-            SpringLaw::Axial { nodes, .. } | SpringLaw::Coupling { nodes, .. } => moved(nodes),
-            SpringLaw::Ground { .. } => false,
-        });
+        let moved = |nodes: [usize; 2]| nodes.iter().any(|node| follows.nodes.binary_search(node).is_ok());
+        let moved = self.first.springs.iter().any(|spring| spring.spring.pair().is_some_and(moved));
         follows.springs = own || moved;
         follows.rotations |= follows.springs;
     }
