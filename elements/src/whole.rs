@@ -1,4 +1,4 @@
-//! All nodes of one spatial element at once: tangent, strains and forces in global axes, nothing eliminated.
+//! All nodes of one spatial element at once: tangent and strains in global axes, nothing eliminated.
 //!
 //! A solve for equilibrium eliminates the nodes between the ends of an element; vibration and buckling need them. Node i
 //! of 0…P has the components of its displacement and of its spatial spin, in global axes. With the local unknowns
@@ -123,18 +123,6 @@ pub fn tangent<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>
         }
     }
     whole
-}
-
-/// Forces and moments that stresses put on all nodes, in global axes.
-pub fn forces<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>) -> Vec<[f64; 6]> {
-    let gradient = gradient::<L, P>(at);
-    let mut forces = vec![[0.0; 6]; P + 1];
-    for i in 0..P {
-        let [first, own] = Space::expand_gradient(&nodes.frame_of(i), &gradient[i], [0.0; 3]);
-        forces[0] = add(forces[0], first);
-        forces[i + 1] = add(forces[i + 1], own);
-    }
-    forces
 }
 
 /// Rows by which the strains at the Gauss points of an element change with the motions of its nodes, each times the root

@@ -111,6 +111,31 @@ fn a_plane_frame_buckles_sideways() {
     assert_near(unloaded["reversed"].as_f64().expect("a factor"), -0.680_427_362_26, 1e-3);
 }
 
+/// A cantilever under a force across its tip tilts sideways at 4.0126 √(EI GJ)/L², S. P. Timoshenko and J. M. Gere, Theory of
+/// Elastic Stability (1961), art. 6.3; twice the first zero of the Bessel function of order −1/4.
+///
+/// Held strains answer a ramp by multipliers, whose rates are those of its beginning however far the ramp leads.
+#[test]
+fn a_cantilever_tilts_at_the_same_load_whatever_the_ramp() {
+    const CRITICAL: f64 = 4.012_599_343_578_9;
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("cantilever.toml");
+    for shear in ["GA2 = 1e7, GA3 = 1e7, EA = 1e7", "EA = 300"] {
+        for load in [1e-3, 1.0, 1e3] {
+            let text = format!(
+                "format = \"pennate/1\"\nnodes = {{ A = [0, 0], T = [100, 0] }}\n\
+                 sections.r = {{ stiffness = {{ {shear}, GJ = 2e3, EI2 = 3e3, EI3 = 4e3 }} }}\n\
+                 members.m = {{ nodes = [\"A\", \"T\"], section = \"r\" }}\nsupports.A = \"clamped\"\n\
+                 [[steps]]\nforce.T = [0, {load:?}, 0]\n"
+            );
+            std::fs::write(&file, text).expect("a file");
+            let found = buckling(&file, &["--count", "1"]);
+            assert_eq!(found["modes"][0]["family"], "out_of_plane");
+            assert_near(load * factors(&found)[0], CRITICAL * (2e3f64 * 3e3).sqrt() / 1e4, 1e-6);
+        }
+    }
+}
+
 /// A muscle between clamps: it pulls as it contracts, and no pressure buckles it.
 ///
 /// Without shear, that is: the shear-flexible rod of the reference buckles in tension, at forces of the order of GA.

@@ -8,8 +8,8 @@ use pennate_elements::beam::At;
 use pennate_elements::interpolation::Table;
 use pennate_elements::laws::{LocalLaw, WithLaw};
 use pennate_elements::mass::{self, Inertia};
-use pennate_elements::rotation::{self, turn};
-use pennate_elements::small::{V3, add, axpy, scale, sub, tapply, tmul};
+use pennate_elements::rotation::turn;
+use pennate_elements::small::{V3, add, scale, sub};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
 use pennate_elements::{beam::Beam, beam::Moduli};
@@ -275,13 +275,11 @@ pub struct Evaluated {
     pub mass: Rows,
     /// Strains at its integration points by the motions of its nodes.
     pub rows: StrainRows,
-    /// Forces and moments of the stresses on both ends.
-    pub ends: [[f64; 6]; 2],
 }
 
 impl Evaluated {
     /// With an inertia: strains, mass, and what the tangent has beside the products of strains; without, for rates of
-    /// stiffness and stresses: the rate of the tangent at a fixed shape, and forces.
+    /// stiffness and stresses: the rate of the tangent at a fixed shape.
     pub fn of(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
         state.formulation.apply(OfLaw { state, stressing, inertia })
     }
@@ -319,14 +317,7 @@ impl Evaluated {
                 own.stiffness = whole::tangent::<L, P>(&At { moduli: &bare, ..at }, &nodes, load);
                 own.mass = mass::mass(&state.piece, state.curvature, &nodes, inertia);
             }
-            None => {
-                own.stiffness = whole::tangent::<L, P>(&at, &nodes, load);
-                own.ends = if P == 1 {
-                    on_ends(&whole::forces::<L, P>(&at, &nodes), state, stressing)
-                } else {
-                    at_ends(&table, state, stressing)
-                };
-            }
+            None => own.stiffness = whole::tangent::<L, P>(&at, &nodes, load),
         }
         own
     }
@@ -355,39 +346,6 @@ impl WithLaw for OfLaw<'_> {
             _ => Evaluated::of_order::<L, 5>(state, stressing, inertia),
         }
     }
-}
-
-/// What stresses and the load on an element put on its end nodes.
-fn on_ends(forces: &[[f64; 6]], state: &ElementState<6>, stressing: &Stressing) -> [[f64; 6]; 2] {
-    let half = scale(0.5 * state.piece.length, stressing.load);
-    let mut ends = [forces[0], forces[forces.len() - 1]];
-    for end in &mut ends {
-        for c in 0..3 {
-            end[c] -= half[c];
-        }
-    }
-    ends
-}
-
-/// Forces and moments on the sections at both ends of an element: the polynomials through those at its Gauss points.
-///
-/// Rates of stresses at a frozen shape are not in balance, so that what they put on an end as a node has a part of the
-/// element in it, and is off by as much as that is long.
-fn at_ends<const P: usize>(table: &Table<P>, state: &ElementState<6>, stressing: &Stressing) -> [[f64; 6]; 2] {
-    std::array::from_fn(|end| {
-        let s = end as f64;
-        let other = |g: usize| (0..P).filter(move |&other| other != g).map(|other| table.points[other]);
-        let mut stress = [0.0; 6];
-        for (g, own) in stressing.stress.iter().enumerate() {
-            axpy(&mut stress, other(g).map(|other| (s - other) / (table.points[g] - other)).product(), *own);
-        }
-        let bend = rotation::matrix(rotation::exp(scale(s * state.piece.length, state.curvature)));
-        let axes = tmul(&bend, &state.piece.axes).map(|axis| turn(state.ends[end].rotation, axis));
-        let sign = 2.0 * s - 1.0;
-        let [force, moment] = [[stress[0], stress[1], stress[2]], [stress[3], stress[4], stress[5]]]
-            .map(|part| scale(sign, tapply(&axes, &part)));
-        [force[0], force[1], force[2], moment[0], moment[1], moment[2]]
-    })
 }
 
 /// Geometric stiffness of axial springs for changes of the displacement of their ends.

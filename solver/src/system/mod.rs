@@ -17,6 +17,7 @@ use crate::structure::{MemberId, NodeId, SectionState, Structure};
 
 mod adopt;
 mod advance;
+mod after;
 mod carriers;
 mod certain;
 mod dashpots;

@@ -13,29 +13,26 @@
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.6.
 
+mod response;
+
 use std::sync::Arc;
 
 use pennate_elements::small::{V3, add, cross, norm, scale, sub};
 
 use crate::base::{self, Base, Reach};
-use crate::chain::ElementState;
 use crate::error::SolveError;
 use crate::modes::{Found, Place, place, split};
 use crate::options::{Options, Progress};
 use crate::spectral::factor::Factor;
 use crate::spectral::operators::{
-    Assembled, Entries, Evaluated, Operators, Stressing, element_columns, matrix, mirror, scatter, spring_change,
+    Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
 };
 use crate::spectral::pencil::{Pairs, Pencil};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns, end_curvature};
-use crate::structure::{Drive, Step, Structure};
-use crate::system::{State, System};
+use crate::structure::{Step, Structure};
+use crate::system::System;
 
-/// Part of the ramp by which its beginning is known, where sections or held motions change.
-const BEGINNING: f64 = 1e-3;
-/// Solves with corrected multipliers of rigid components.
-const CORRECTIONS: usize = 8;
 /// Largest motion of a joint up to a critical factor, over the size of the network.
 ///
 /// Muscles that contract freely get no stresses but by rounding, which has factors of 10⁷ and more: there the linear response
@@ -58,7 +55,7 @@ pub enum Ramp {
 pub struct Critical {
     /// Fraction of the ramp, negative for a ramp the other way.
     pub factor: f64,
-    /// Part of it that rounding may be.
+    /// Part of it that rounding may be, and what the response to the ramp is known to.
     pub rounding: f64,
     /// Whether it leaves the plane.
     pub family: Family,
@@ -169,13 +166,14 @@ impl Base {
     }
 }
 
-/// The linear response to the beginning of a ramp, per unit of its fraction.
-struct Response {
-    /// Of every element of every member.
-    stressings: Vec<Vec<Stressing>>,
-    /// Motions of the joints.
-    motions: Vec<[f64; 6]>,
-    part: f64,
+/// K′ of the beginning of a ramp.
+struct Change {
+    /// Over all unknowns.
+    entries: Entries,
+    /// The largest displacement of a joint per unit of the ramp.
+    motion: f64,
+    /// Part of it that it may be off.
+    error: f64,
 }
 
 impl Beginning {
@@ -188,7 +186,8 @@ impl Beginning {
         let unknowns = Unknowns::new(system);
         let assembled = Assembled::new(system, &unknowns);
         let mut without_potential = system.without_potential();
-        let (change, motion) = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
+        let Change { entries: change, motion, error } =
+            self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
         let least = motion / (FARTHEST * self.base.system.size);
 
         let (parts, left_out) = split(&self.base, &unknowns, &without_potential);
@@ -225,6 +224,7 @@ impl Beginning {
                 let shape = Shape::new(system, &unknowns, &x);
                 let largest = shape.largest(system.size).value;
                 let shape = shape.scaled(1.0 / largest);
+                let rounding = rounding.max(error);
                 critical.push(Critical { factor: 1.0 / value, rounding, family: *family, shape });
             }
             let least = least.max(found.values.first().map_or(0.0, |first| first / OTHER_WAY));
@@ -252,9 +252,8 @@ impl Beginning {
         })
     }
 
-    /// K′ over all unknowns, and the largest displacement of a joint per unit of the ramp; nothing where the state does not
-    /// respond.
-    fn change(&mut self, unknowns: &Unknowns, without_potential: &mut Vec<(usize, usize)>) -> Option<(Entries, f64)> {
+    /// K′; nothing where the state does not respond.
+    fn change(&mut self, unknowns: &Unknowns, without_potential: &mut Vec<(usize, usize)>) -> Option<Change> {
         let response = self.response()?;
         let motion = response.motions.iter().fold(0.0f64, |most, m| most.max(norm([m[0], m[1], m[2]])));
         let system = &mut self.base.system;
@@ -263,20 +262,14 @@ impl Beginning {
         for member in 0..system.members.len() {
             let slot = &system.members[member];
             let pack = &system.packs[slot.pack];
-            let mut ends = [[0.0; 6]; 2];
             for e in 0..pack.elements() {
                 let state = pack.element(slot.lane, e);
                 let own = Evaluated::of(&state, &response.stressings[member][e], None);
                 scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);
-                if e == 0 {
-                    ends[0] = own.ends[0];
-                }
-                if e + 1 == pack.elements() {
-                    ends[1] = own.ends[1];
-                }
             }
-            end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
-            add_end_forces(system, member, &ends, &mut forces);
+            let ends = &response.ends[member];
+            end_curvature(system, unknowns, member, ends, &mut |i, j, value| entries.push((i, j, value)));
+            add_end_forces(system, member, ends, &mut forces);
         }
         let moved = |node: usize| -> V3<f64> {
             let link = &system.topology.links[node];
@@ -308,99 +301,8 @@ impl Beginning {
         mirror(&before, -1.0 / response.part, &mut entries);
         self.set(0.0);
         self.base.system.assemble(false);
-        Some((entries, motion))
+        Some(Change { entries, motion, error: response.error })
     }
-
-    /// Loads and sections at a fraction of the ramp.
-    fn set(&mut self, fraction: f64) {
-        let system = &mut self.base.system;
-        system.fraction = fraction;
-        for (value, (from, to)) in system.drives.iter_mut().zip(self.from.iter().zip(&self.to)) {
-            *value = from + fraction * (to - from);
-        }
-        system.apply_drives();
-    }
-
-    fn response(&mut self) -> Option<Response> {
-        let system = &self.base.system;
-        let rest = states(system);
-        let controls = system.structure.drives.iter().zip(self.from.iter().zip(&self.to));
-        let sections = controls.into_iter().any(|(drive, (from, to))| matches!(drive, Drive::Control) && from != to);
-        let moving = system.equations.held.iter().any(|row| row.from != row.to);
-        let rigid = rest.iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
-        let start = self.base.system.snapshot();
-        let response = if sections || moving || rigid {
-            // Twice as far, a second time: what is of second order in the fraction drops out. Backwards it may be another
-            // row of a muscle's table.
-            let part = BEGINNING;
-            let (first, second) = (self.step(&start, part, rigid)?, self.step(&start, 2.0 * part, rigid)?);
-            Response::between(&rest, [&first, &second], [2.0 / part, -0.5 / part], part)
-        } else {
-            // Loads alone have a response in exact proportion.
-            let first = self.step(&start, 1.0, false)?;
-            Response::between(&rest, [&first, &first], [1.0, 0.0], 1.0)
-        };
-        self.set(0.0);
-        self.base.system.assemble(false);
-        Some(response)
-    }
-
-    /// Solves once for a fraction of the ramp, at the shape of the state; elements with their stresses, and the motions.
-    fn step(&mut self, start: &State, fraction: f64, rigid: bool) -> Option<Stepped> {
-        self.set(fraction);
-        let system = &mut self.base.system;
-        // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
-        // tangent, which is of second order in the fraction.
-        for _ in 0..if rigid { CORRECTIONS } else { 1 } {
-            system.assemble(true);
-            system.advance(true)?;
-            system.restore_shape(start, 1.0);
-        }
-        let states = states(system);
-        let motions = (0..system.forces.len()).map(|joint| system.equations.motion(joint, &system.rhs, true)).collect();
-        system.restore(start);
-        Some((states, motions))
-    }
-}
-
-/// Elements with their stresses at a fraction of a ramp, and the motions of the joints up to there.
-type Stepped = (Vec<Vec<ElementState<6>>>, Vec<[f64; 6]>);
-
-impl Response {
-    /// The sum of two differences to the state at rest, each with its weight.
-    fn between(rest: &[Vec<ElementState<6>>], ends: [&Stepped; 2], weights: [f64; 2], part: f64) -> Self {
-        let change = |rest: &ElementState<6>, ends: [&ElementState<6>; 2]| {
-            let sum = |of: &dyn Fn(&ElementState<6>) -> f64| -> f64 {
-                (0..2).map(|k| weights[k] * (of(ends[k]) - of(rest))).sum()
-            };
-            // Auxiliary stiffness is no part of the problem.
-            let is_free = |d: usize| rest.moduli.held[d] == 0.0;
-            Stressing {
-                stiffness: std::array::from_fn(|d| if is_free(d) { sum(&|s| s.stiffness()[d]) } else { 0.0 }),
-                stress: (0..rest.stress.len()).map(|g| std::array::from_fn(|d| sum(&|s| s.stress[g][d]))).collect(),
-                load: std::array::from_fn(|c| sum(&|s| s.load[c])),
-            }
-        };
-        let member = |index: usize| {
-            let elements = rest[index].iter().enumerate();
-            elements.map(|(e, rest)| change(rest, [&ends[0].0[index][e], &ends[1].0[index][e]])).collect()
-        };
-        let motions = ends[0].1.iter().zip(&ends[1].1);
-        Self {
-            stressings: (0..rest.len()).map(member).collect(),
-            motions: motions.map(|(a, b)| add(scale(weights[0], *a), scale(weights[1], *b))).collect(),
-            part,
-        }
-    }
-}
-
-/// All elements of all members.
-fn states(system: &System<6>) -> Vec<Vec<ElementState<6>>> {
-    let member = |slot: &crate::system::MemberSlot| {
-        let pack = &system.packs[slot.pack];
-        (0..pack.elements()).map(|e| pack.element(slot.lane, e)).collect()
-    };
-    system.members.iter().map(member).collect()
 }
 
 /// Adds forces on the ends of a member to those of its joints.
