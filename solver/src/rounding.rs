@@ -11,9 +11,10 @@
 
 use pennate_elements::beam::Ends;
 use pennate_elements::rotation::{log, turn};
-use pennate_elements::small::{V3, add, cross, norm, sub};
+use pennate_elements::small::{V3, add, cross, norm, scale, sub};
 
 use crate::history::Rounding;
+use crate::joints::Link;
 use crate::reduce;
 use crate::structure::{MemberId, NodeId};
 use crate::system::System;
@@ -29,6 +30,8 @@ const MINOR: f64 = 1e-3;
 /// those of rounding alone: a network that was brought back to where it was, and one that nothing loads.
 const NOTHING: f64 = 1e-9;
 const RESTING: f64 = 10.0;
+/// A direction is no nearer to an axis than that where its cosine is less.
+const OBLIQUE: f64 = 0.9;
 /// What an iteration leaves is nothing below this part of displacements and rotations, or below so many times what
 /// rounding moves.
 const SETTLED: f64 = 1e-12;
@@ -49,6 +52,16 @@ impl Lots {
 
     fn draw_three(&mut self, size: f64) -> V3<f64> {
         std::array::from_fn(|_| size * self.draw())
+    }
+
+    /// The same in axes of which one is the unit vector `along`: a member is far stiffer there than across, and components in other
+    /// axes might draw what cancels just there.
+    fn draw_along(&mut self, size: f64, along: V3<f64>) -> V3<f64> {
+        let aside = if along[2].abs() < OBLIQUE { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+        let across = cross(aside, along);
+        let across = scale(1.0 / norm(across), across);
+        let [a, b, c] = self.draw_three(size);
+        add(scale(a, along), add(scale(b, across), scale(c, cross(along, across))))
     }
 }
 
@@ -100,7 +113,7 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
         *sum = std::array::from_fn(|c| -(sum[c] + left[c]));
     }
     let mut largest = Largest::default();
-    let mut grid = Vec::with_capacity(system.topology.links.len());
+    let mut units = Vec::with_capacity(system.topology.links.len());
     for (node, link) in system.topology.links.iter().enumerate() {
         let joint = &system.state.joints[link.joint];
         let moved = system.node_motion(link, &motions);
@@ -108,11 +121,11 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
         let far = norm(joint.point(link.arm));
         largest.take(0, far, norm([moved[0], moved[1], moved[2]]), node);
         largest.take(1, angle, norm([moved[3], moved[4], moved[5]]), node);
-        let [shift, spin] = [lots.draw_three(UNIT * far), lots.draw_three(UNIT * angle)];
-        grid.push([shift[0], shift[1], shift[2], spin[0], spin[1], spin[2]]);
+        units.push([UNIT * far, UNIT * angle]);
     }
     for (index, force) in members.iter().enumerate() {
-        take_member(system, index, force, &motions, &grid, &mut largest);
+        let shaken = shaken(system, index, &units, &mut lots);
+        take_member(system, index, force, &motions, &shaken, &mut largest);
     }
     let there = (largest.values[0] / system.size).max(largest.values[1]);
     let settled = remaining <= SETTLED * there || remaining <= MUCH * moved;
@@ -124,18 +137,15 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
 /// Places that are kept to a unit of their own leave no less between stiff members.
 pub(crate) fn floor<const D: usize>(system: &mut System<D>) -> f64 {
     let mut lots = Lots(0);
-    let mut grid = Vec::with_capacity(system.topology.links.len());
-    for link in &system.topology.links {
+    let unit = |link: &Link| {
         let joint = &system.state.joints[link.joint];
-        let [shift, spin] =
-            [norm(joint.point(link.arm)), norm(log(joint.place.rotation))].map(|size| lots.draw_three(UNIT * size));
-        grid.push([shift[0], shift[1], shift[2], spin[0], spin[1], spin[2]]);
-    }
+        [norm(joint.point(link.arm)), norm(log(joint.place.rotation))].map(|size| UNIT * size)
+    };
+    let units: Vec<[f64; 2]> = system.topology.links.iter().map(unit).collect();
     let mut joints = vec![[0.0; 6]; system.forces.len()];
     for index in 0..system.members.len() {
         let force = disturbed(system, index, &mut lots);
-        let nodes = system.structure.members[index].nodes;
-        let shaken = resisted(system, index, &nodes.map(|node| grid[node]));
+        let shaken = resisted(system, index, &shaken(system, index, &units, &mut lots));
         for (end, joint) in joints_of(system, index).into_iter().enumerate() {
             for (i, &component) in system.equations.active.iter().enumerate() {
                 joints[joint][component] += (force[end * D + i] + shaken[end * D + i]).abs();
@@ -169,7 +179,7 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
     let turned = UNIT * turned[0].max(turned[1]).min(1.0);
     // Errors of elements in a row add up like steps of either sign.
     let steps = (pack.elements() as f64).sqrt();
-    let moves = lots.draw_three(turned * (steps * length + arms));
+    let moves = lots.draw_along(turned * (steps * length + arms), direction(system, index));
     let turns = lots.draw_three(turned * steps);
     let shift = [moves[0], moves[1], moves[2], turns[0], turns[1], turns[2]];
     let condensed: Ends<f64, D> = pack.condensed(slot.lane);
@@ -208,6 +218,24 @@ fn disturb_spring<const D: usize>(system: &System<D>, index: usize, lots: &mut L
     }
 }
 
+/// The axis of a member at its end.
+fn direction<const D: usize>(system: &System<D>, index: MemberId) -> V3<f64> {
+    let slot = &system.members[index];
+    turn(system.packs[slot.pack].end(slot.lane, 1).rotation, slot.tangents[1])
+}
+
+/// What places that are kept to units of their own may move the ends of a member against one another by; `units` are those of the
+/// displacement and the rotation of every node.
+///
+/// Of two ends that are displaced by as much, equal signs would cancel, and leave nothing of a stretch. So the last end is moved
+/// by the units of both.
+fn shaken<const D: usize>(system: &System<D>, index: MemberId, units: &[[f64; 2]], lots: &mut Lots) -> [[f64; 6]; 2] {
+    let [first, last] = system.structure.members[index].nodes.map(|node| units[node]);
+    let shift = lots.draw_along(first[0].hypot(last[0]), direction(system, index));
+    let spins = [first[1], last[1]].map(|size| lots.draw_three(size));
+    [[[0.0; 3], spins[0]], [shift, spins[1]]].map(|[u, spin]| [u[0], u[1], u[2], spin[0], spin[1], spin[2]])
+}
+
 /// The forces with which a member answers a motion of its joints.
 fn resisted<const D: usize>(system: &System<D>, index: MemberId, motions: &[[f64; 6]; 2]) -> [f64; 12] {
     let slot = &system.members[index];
@@ -228,20 +256,18 @@ fn resisted<const D: usize>(system: &System<D>, index: MemberId, motions: &[[f64
 
 /// Takes the forces of a member's ends: what they are, and how far the motions of its joints move them.
 ///
-/// Places are kept to a unit of their own, `grid`: that moves no place farther, but forces by the stiffness between them.
+/// Places are kept to a unit of their own, which moves the ends by `shaken`: no place farther, but forces by the stiffness
+/// between them.
 fn take_member<const D: usize>(
     system: &System<D>,
     index: MemberId,
     force: &[f64; 12],
     motions: &[[f64; 6]],
-    grid: &[[f64; 6]],
+    shaken: &[[f64; 6]; 2],
     largest: &mut Largest,
 ) {
     let nodes = system.structure.members[index].nodes;
-    let moved = nodes.map(|node| {
-        let motion = &motions[system.topology.links[node].joint];
-        std::array::from_fn(|c| motion[c] + grid[node][c])
-    });
+    let moved = [0, 1].map(|end| add(motions[system.topology.links[nodes[end]].joint], shaken[end]));
     let answer = resisted(system, index, &moved);
     let active = system.equations.active;
     let info = system.end_info(index, system.members[index].ends);

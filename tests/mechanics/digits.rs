@@ -348,6 +348,33 @@ fn a_tip_of_a_hundred_millionth_of_the_length_is_no_obstacle() {
     assert!(displacement < 1e-8, "{displacement:e}");
 }
 
+/// Nothing acts on the free end of a tail that can be neither stretched nor sheared: the force there is rounding of the places of its
+/// ends, which lie as far from where they were as each other. Every copy states that it may be there.
+#[test]
+fn forces_of_stiff_members_that_are_carried_far_are_as_uncertain_as_stated() {
+    for (angle, size) in COPIES {
+        let c = Copy { angle, size };
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = {}, M = {}, T = {} }}\nsections.r = {}\n\
+             sections.w = {{ stiffness = {{ EI3 = {:?} }}, shear = false, stretch = false }}\n\
+             members.r = {{ nodes = [\"A\", \"M\"], section = \"r\" }}\n\
+             members.w = {{ nodes = [\"M\", \"T\"], section = \"w\" }}\nsupports.A = \"clamped\"\n[[steps]]\nforce.M = {}\n",
+            c.at(0.0, 0.0),
+            c.at(100.0, 0.0),
+            c.at(110.0, 0.0),
+            c.section(1e4, 5e3, 1e4),
+            1e4 * size * size,
+            c.force(1.0, 3.0)
+        );
+        let solved = solve(&text);
+        let state = solved.last();
+        let largest = state.members.iter().flat_map(|member| member.end_forces).map(|f| Vector3::from(f).norm());
+        let stated = largest.fold(0.0, f64::max) * state.rounding.and_then(|r| r.errors[2]).expect("an estimate");
+        let free = Vector3::from(state.members[1].end_forces[1]).norm();
+        assert!(free <= 3.0 * stated, "{angle} degrees, {size} times: {free:e}, {stated:e} stated");
+    }
+}
+
 /// A network that is back where it was, and one that nothing loads, have motions and forces of rounding alone: no digits
 /// of them are counted, and nobody is warned.
 #[test]
