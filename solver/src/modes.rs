@@ -16,7 +16,7 @@ use crate::options::{Options, Progress};
 use crate::results;
 use crate::spectral::factor::Factor;
 use crate::spectral::operators::{Assembled, Form, Operators};
-use crate::spectral::pencil::Pencil;
+use crate::spectral::pencil::{Pencil, SETTLED};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::{MemberId, Step, Structure};
@@ -88,8 +88,8 @@ pub enum NoModes {
 pub struct Found<T, E> {
     /// The solve that led to the state.
     pub history: History,
-    /// On the elements asked for, and on those of the next order.
-    pub result: Result<[T; 2], E>,
+    /// On the elements asked for, and on those of higher orders.
+    pub result: Result<T, E>,
 }
 
 /// Members that have no mass.
@@ -110,7 +110,7 @@ pub fn modes(
     wanted: usize,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
-) -> Result<Found<Modes, NoModes>, SolveError> {
+) -> Result<Found<[Modes; 2], NoModes>, SolveError> {
     let (mut followed, history) = base::follow(structure, steps, count, options, observe)?;
     if !base::is_complete(&history) {
         return Ok(Found { history, result: Err(NoModes::NotReached) });
@@ -200,7 +200,8 @@ impl Lowest {
     fn of(operators: &Operators, wanted: usize) -> Option<Self> {
         let Shifted { shift, stiffness, form, factor } = Shifted::of(operators)?;
         let (other, constraints) = (&operators.mass, &operators.constraints);
-        let pencil = Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other, constraints };
+        let pencil =
+            Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other, constraints, settled: SETTLED };
         let pairs = pencil.largest(wanted);
         let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
             // xᵀ (K + s M) x = 1 and xᵀ M x = 1/(ω² + s)

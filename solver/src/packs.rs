@@ -49,6 +49,9 @@ pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e3);
 /// The other one.
 pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e2);
 
+/// Order of the elements that converge fastest.
+pub const HIGHEST: usize = 5;
+
 /// Chains of all members in space, on elements of an order higher by `enrich`.
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
     packs(structure, enrich)

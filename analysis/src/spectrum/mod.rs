@@ -10,11 +10,12 @@ mod values;
 
 use pennate_models::model::MemberId;
 use pennate_models::{Mesh, Model};
-use pennate_solver::buckling::{NoFactors, Ramp};
+use pennate_solver::buckling::{self, NoFactors, Ramp};
 use pennate_solver::error::FreeMotion;
 use pennate_solver::history::History;
 use pennate_solver::modes::{NoModes, Place};
 use pennate_solver::options::{Options, Progress};
+use pennate_solver::packs;
 use pennate_solver::spectral::shape::{Largest, Shape};
 use pennate_solver::spectral::unknowns::Family;
 
@@ -151,7 +152,7 @@ pub fn solve(
     };
     let start = (options.clock)();
     let mut search = Search { model: &model, request, place, options, observe, rounds: 0 };
-    let adapted = adapt(&mut search, Mesh::initial(&model, request.accuracy));
+    let adapted = adapt(&mut search, first_mesh(&model, request));
     let solve = (options.clock)().saturating_sub(start);
     let timing = Timing { solve, ..Timing::default() };
     match adapted {
@@ -159,6 +160,15 @@ pub fn solve(
             Ok(finish(model, request, place, mesh, values.unwrap_or_default(), worst, timing))
         }
         Err(failure) => Err(failure.with(model)),
+    }
+}
+
+/// The mesh to begin with: of elements with orders enough beyond theirs for what is found on these.
+fn first_mesh(model: &Model, request: &Request) -> Mesh {
+    let mesh = Mesh::initial(model, request.accuracy);
+    match request.question {
+        Question::Modes => mesh,
+        Question::Buckling => Mesh { order: mesh.order.min(packs::HIGHEST - buckling::MORE_ORDERS), ..mesh },
     }
 }
 

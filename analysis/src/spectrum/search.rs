@@ -80,7 +80,7 @@ impl Adaptive for Search<'_> {
                 return Err(Failure::Massless(massless));
             }
         }
-        let (history, values) = self.solve(&structure, &steps)?;
+        let (history, values) = self.solve(&structure, &steps, mesh.lowest_order(self.model))?;
         let worst = match &values {
             Some(values) => values.entries.iter().filter_map(|entry| entry.error).fold(0.0, f64::max),
             None if history.steps.iter().any(|step| step.status == Status::Interrupted) => {
@@ -96,12 +96,11 @@ impl Adaptive for Search<'_> {
     fn judge(&self, found: &Round, best: Option<&Round>, rounds: usize) -> Next<()> {
         let Round { mesh, values, worst } = found;
         let (model, accuracy) = (self.model, self.request.accuracy);
-        if values.is_none() {
-            return Next::Refine(shortened(model, mesh, 2));
-        }
+        let Some(values) = values else { return Next::Refine(shortened(model, mesh, 2)) };
         // All nodes of all elements take part, and rounding grows with the fourth power of their number.
         let stalled = best.is_some_and(|before| before.worst < NEAR && *worst > STALLED * before.worst);
-        let finer = shortened(model, mesh, refinement_factor(worst / accuracy, mesh.lowest_order(model)));
+        let finer =
+            shortened(model, mesh, refinement_factor(worst / accuracy, mesh.lowest_order(model) + values.raised));
         let goes_on = *worst > accuracy && rounds < MAX_ROUNDS && !stalled && finer != *mesh;
         if goes_on { Next::Refine(finer) } else { Next::End(()) }
     }
@@ -113,7 +112,12 @@ impl Adaptive for Search<'_> {
 
 impl Search<'_> {
     /// The history of a mesh, and the values where the state was reached.
-    fn solve(&mut self, structure: &Structure, steps: &[Step]) -> Result<(History, Option<Values>), Failure> {
+    fn solve(
+        &mut self,
+        structure: &Structure,
+        steps: &[Step],
+        order: usize,
+    ) -> Result<(History, Option<Values>), Failure> {
         let (Where { count, ramp }, wanted) = (self.place, self.request.count);
         let mechanism = |SolveError::Mechanism(motions)| Failure::Mechanism(motions);
         match self.request.question {
@@ -130,7 +134,7 @@ impl Search<'_> {
                 let found = buckling::buckle(structure, steps, ramp, wanted, self.options, self.observe);
                 let Found { history, result } = found.map_err(mechanism)?;
                 match result {
-                    Ok(levels) => Ok((history, Some(Values::of_buckling(structure, ramp, levels)))),
+                    Ok(levels) => Ok((history, Some(Values::of_buckling(structure, ramp, levels, order)))),
                     Err(NoFactors::NotReached) => Ok((history, None)),
                     Err(why) => Err(Failure::NoFactors(why)),
                 }

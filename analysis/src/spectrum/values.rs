@@ -11,6 +11,10 @@ use crate::solution::diagonal;
 
 /// An eigenvalue counts as no smaller than this part of the largest wanted, when errors are judged.
 const SMALLEST: f64 = 1e-9;
+/// Part of the difference of two orders that is left of it on the higher one, at least: two may agree by chance.
+const LEFT: f64 = 0.01;
+/// Part of the largest difference of any value on the two lower orders below which one of them is chance.
+const CHANCE: f64 = 1e-2;
 
 /// The modes of the higher order, with the errors of those on the mesh itself.
 #[derive(Debug, Default)]
@@ -20,6 +24,8 @@ pub(super) struct Values {
     pub place: Place,
     pub notes: Vec<Note>,
     pub unknowns: usize,
+    /// By how much the order of the elements whose error is stated is higher than that of the mesh.
+    pub raised: usize,
 }
 
 impl Values {
@@ -50,23 +56,26 @@ impl Values {
             notes.push(Note::NoStiffness);
         }
         notes.extend(remarks(structure, &fine.left_out, fine.reach, fine.complete));
-        Self { entries, reversed: None, place: fine.place, notes, unknowns: fine.unknowns }
+        Self { entries, reversed: None, place: fine.place, notes, unknowns: fine.unknowns, raised: 0 }
     }
 
-    pub(super) fn of_buckling(structure: &Structure, ramp: Ramp, [coarse, fine]: [Buckling; 2]) -> Self {
+    /// `order` is that of the mesh.
+    pub(super) fn of_buckling(structure: &Structure, ramp: Ramp, mut levels: Vec<Buckling>, order: usize) -> Self {
+        let factors = |level: &Buckling| level.critical.iter().map(|critical| critical.factor).collect();
+        let by_level: Vec<Vec<f64>> = levels.iter().map(factors).collect();
+        let (errors, raised) = errors_of(&by_level, order);
+        let Some(fine) = levels.pop() else { return Self::default() };
+        let mut errors = errors.into_iter();
         let size = diagonal(structure.nodes.iter().copied());
         // Of loads that are present once a factor counts from nothing.
         let present = if let Ramp::Present(_) = ramp { 1.0 } else { 0.0 };
         let none = fine.critical.is_empty();
-        let mut coarse_values = coarse.critical.iter().map(|critical| critical.factor);
         let entries = fine
             .critical
             .into_iter()
             .map(|critical| {
                 let value = critical.factor + present;
-                let error = coarse_values
-                    .next()
-                    .map(|coarse| ((coarse - critical.factor).abs() / value).max(critical.rounding));
+                let error = errors.next().map(|error| (error / value).max(critical.rounding));
                 Entry {
                     value,
                     error,
@@ -82,7 +91,36 @@ impl Values {
             notes.push(Note::NothingCritical);
         }
         let reversed = fine.reversed.map(|factor| factor + present);
-        Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns }
+        Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns, raised }
+    }
+}
+
+/// Errors of the values on the highest of two or three orders of elements, and by how much the order that they are those of is
+/// higher than the lowest, `order`.
+///
+/// Of two it is the difference, which is the error of the lower one. Of three the differences fall by a ratio r from one
+/// order to the next, and that falls by (2P − 1)/(2P + 3) about the order P between them (M. Ainsworth, SIAM J. Numer. Anal. 42,
+/// 2004, 553), so that the highest one is off by the last difference times q/(1 − q), with q the next ratio. The ratio is the largest of
+/// any value.
+fn errors_of(levels: &[Vec<f64>], order: usize) -> (Vec<f64>, usize) {
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
+    let relative = |apart: &[f64], to: &[f64]| apart.iter().zip(to).map(|(d, v)| d / v.abs()).fold(0.0, f64::max);
+    match levels {
+        [.., low, middle, high] => {
+            let last = apart(middle, high);
+            let first = apart(low, middle);
+            let counted = CHANCE * relative(&first, high);
+            let ratios =
+                first.iter().zip(&last).zip(high).filter(|((first, _), value)| **first > counted * value.abs());
+            let ratio = ratios.map(|((first, last), _)| last / first).fold(0.0, f64::max);
+            let order = (order + 1) as f64;
+            let next = (ratio * (2.0 * order - 1.0) / (2.0 * order + 3.0)).max(LEFT);
+            // Differences that do not fall by half say nothing of what follows.
+            let left = if next < 0.5 { next / (1.0 - next) } else { 1.0 };
+            (last.into_iter().map(|apart| left * apart).collect(), 2)
+        }
+        [low, high] => (apart(low, high), 0),
+        _ => (Vec::new(), 0),
     }
 }
 

@@ -21,13 +21,14 @@ use pennate_elements::small::{V3, add, cross, norm, scale, sub};
 
 use crate::base::{self, Base, Reach};
 use crate::error::SolveError;
-use crate::modes::{Found, Place, place, split};
+use crate::modes::{Found, Part, Place, place, split};
 use crate::options::{Options, Progress};
+use crate::packs;
 use crate::spectral::factor::Factor;
 use crate::spectral::operators::{
     Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
 };
-use crate::spectral::pencil::{Pairs, Pencil};
+use crate::spectral::pencil::{Known, Pairs, Pencil, SETTLED};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns, end_curvature};
 use crate::structure::{Step, Structure};
@@ -40,6 +41,12 @@ use crate::system::System;
 const FARTHEST: f64 = 1e6;
 /// Factors of the ramp the other way are looked for up to so many times the first one.
 const OTHER_WAY: f64 = 1e3;
+/// A family without a factor among those of a lower order is looked at up to so many times the largest of these.
+const BEYOND: f64 = 1.5;
+/// Residual of a motion of a lower order, over its eigenvalue: the square of it is nothing beside the error of that order.
+const ROUGHLY: f64 = 1e-5;
+/// Orders beyond that of the elements asked for, at most.
+pub const MORE_ORDERS: usize = 2;
 
 /// What λ multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +115,8 @@ struct Beginning {
     to: Vec<f64>,
 }
 
-/// The `wanted` smallest factors of a ramp.
+/// The `wanted` smallest factors of a ramp: on the elements asked for and on those of the next two orders, or of the next one
+/// where there are no more.
 ///
 /// # Errors
 /// Those of [`crate::solve`].
@@ -119,7 +127,7 @@ pub fn buckle(
     wanted: usize,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
-) -> Result<Found<Buckling, NoFactors>, SolveError> {
+) -> Result<Found<Vec<Buckling>, NoFactors>, SolveError> {
     let count = match ramp {
         Ramp::Of(step) => step,
         Ramp::Present(step) => (step + 1).min(steps.len()),
@@ -139,15 +147,52 @@ pub fn buckle(
         }
         Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
     }
-    let mut level = |enrich| {
+    let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
+    let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
+    let mut level = |enrich: usize, below: Option<&Buckling>| {
         let mut base = followed.base(enrich).ok_or(NoFactors::NotSettled)?;
         if let Ramp::Present(_) = ramp {
             base.once_more();
         }
-        Beginning { base, from: from.clone(), to: to.clone() }.factors(wanted)
+        let asked = Asked { wanted, below, last: enrich == most };
+        Beginning { base, from: from.clone(), to: to.clone() }.factors(&asked)
     };
-    let result = level(0).and_then(|coarse| Ok([coarse, level(1)?]));
-    Ok(Found { history, result })
+    let mut levels: Vec<Buckling> = Vec::new();
+    for enrich in 0..=most {
+        match level(enrich, levels.last()) {
+            Ok(found) => levels.push(found),
+            Err(why) => return Ok(Found { history, result: Err(why) }),
+        }
+    }
+    Ok(Found { history, result: Ok(levels) })
+}
+
+/// What is looked for on one order of the elements.
+struct Asked<'a> {
+    /// How many factors.
+    wanted: usize,
+    /// Those of the order below.
+    below: Option<&'a Buckling>,
+    /// Whether this is the highest order, whose factors are the answer.
+    last: bool,
+}
+
+impl Asked<'_> {
+    /// How many factors of a family to look for, and what is known of them, all being smaller than the inverse of `least`.
+    ///
+    /// One more than were found on the order below: where all of them are among those wanted, some may be missing.
+    fn of(&self, family: Family, least: f64) -> (usize, Known) {
+        let everything = (self.wanted, Known { least, about: None });
+        let Some(below) = self.below else { return everything };
+        let Some(largest) = below.critical.last() else { return everything };
+        let own: Vec<f64> = below.critical.iter().filter(|c| c.family == family).map(|c| c.factor).collect();
+        let near = least.max(1.0 / (BEYOND * largest.factor));
+        let known = match own.first() {
+            Some(first) => Known { least, about: Some(1.0 / first) },
+            None => Known { least: near, about: None },
+        };
+        ((own.len() + 1).min(self.wanted), known)
+    }
 }
 
 impl Base {
@@ -176,8 +221,19 @@ struct Change {
     error: f64,
 }
 
+/// Factors of all families.
+#[derive(Default)]
+struct Factors {
+    critical: Vec<Critical>,
+    complete: bool,
+    reversed: Option<f64>,
+    neutral: Vec<Family>,
+    /// Whether a family may have more of those wanted.
+    crowded: bool,
+}
+
 impl Beginning {
-    fn factors(mut self, wanted: usize) -> Result<Buckling, NoFactors> {
+    fn factors(mut self, asked: &Asked) -> Result<Buckling, NoFactors> {
         let system = &mut self.base.system;
         let moving = system.equations.held.iter().any(|row| row.from != row.to);
         if self.from == self.to && !moving && system.fading.is_empty() {
@@ -186,70 +242,90 @@ impl Beginning {
         let unknowns = Unknowns::new(system);
         let assembled = Assembled::new(system, &unknowns);
         let mut without_potential = system.without_potential();
-        let Change { entries: change, motion, error } =
-            self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
-        let least = motion / (FARTHEST * self.base.system.size);
+        let change = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
 
         let (parts, left_out) = split(&self.base, &unknowns, &without_potential);
         if parts.is_empty() {
             return Err(NoFactors::NoPotential);
         }
-        let system = &mut self.base.system;
-        let (mut critical, mut complete, mut reversed) = (Vec::new(), true, None::<f64>);
-        let mut neutral = Vec::new();
-        for (family, numbers) in &parts {
+        let mut found = self.of_families(&unknowns, &assembled, &change, &parts, asked)?;
+        if found.crowded {
+            let asked = Asked { below: None, ..*asked };
+            found = self.of_families(&unknowns, &assembled, &change, &parts, &asked)?;
+        }
+        let Factors { critical, complete, reversed, neutral, .. } = found;
+        if neutral.len() == parts.len() {
+            return Err(NoFactors::Neutral);
+        }
+        let place = place(&mut self.base.system);
+        let (reach, unknowns) = (self.base.reach, unknowns.size);
+        Ok(Buckling { critical, reversed, place, reach, left_out, neutral, complete, unknowns })
+    }
+
+    fn of_families(
+        &self,
+        unknowns: &Unknowns,
+        assembled: &Assembled,
+        change: &Change,
+        parts: &[Part],
+        asked: &Asked,
+    ) -> Result<Factors, NoFactors> {
+        let system = &self.base.system;
+        let settled = if asked.last { SETTLED } else { ROUGHLY };
+        let least = change.motion / (FARTHEST * system.size);
+        let mut all = Factors { complete: true, ..Factors::default() };
+        let mut counts = Vec::new();
+        for (family, numbers) in parts {
             let operators = assembled.of_family(numbers);
             if operators.stiffness.rows() == 0 {
                 continue;
             }
-            let forwards = matrix(&change, numbers).map(|value| -value);
-            let backwards = forwards.map(|value| -value);
+            let forwards = matrix(&change.entries, numbers).map(|value| -value);
             let factor = || Factor::new(&operators.stiffness).filter(|factor| factor.neutral == 0);
             let Some(pivots) = factor() else {
-                neutral.push(*family);
+                all.neutral.push(*family);
                 continue;
             };
             if pivots.negative > 0 {
                 return Err(NoFactors::Unstable(pivots.negative));
             }
-            let pairs = |factor: Factor, other: &sprs::CsMat<f64>, least: f64, wanted: usize| -> Pairs {
+            let pairs = |factor: Factor, other: &sprs::CsMat<f64>, known: Known, wanted: usize| -> Pairs {
                 let Operators { stiffness, form, constraints, .. } = &operators;
-                let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints };
-                pencil.largest_above(least, wanted)
+                let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints, settled };
+                pencil.largest_above(known, wanted)
             };
-            let found = pairs(pivots, &forwards, least, wanted);
-            complete &= found.complete;
+            let (count, known) = asked.of(*family, least);
+            counts.push((*family, count));
+            let found = pairs(pivots, &forwards, known, count);
+            all.complete &= found.complete;
             for ((value, vector), &rounding) in found.values.iter().zip(&found.vectors).zip(&found.rounding) {
                 let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
-                let shape = Shape::new(system, &unknowns, &x);
+                let shape = Shape::new(system, unknowns, &x);
                 let largest = shape.largest(system.size).value;
                 let shape = shape.scaled(1.0 / largest);
-                let rounding = rounding.max(error);
-                critical.push(Critical { factor: 1.0 / value, rounding, family: *family, shape });
+                let rounding = rounding.max(change.error);
+                all.critical.push(Critical { factor: 1.0 / value, rounding, family: *family, shape });
             }
+            if !asked.last {
+                continue;
+            }
+            let backwards = forwards.map(|value| -value);
             let least = least.max(found.values.first().map_or(0.0, |first| first / OTHER_WAY));
-            if let Some(value) = factor().and_then(|factor| pairs(factor, &backwards, least, 1).values.first().copied())
-            {
-                let factor = -1.0 / value;
-                reversed = Some(reversed.map_or(factor, |known| known.max(factor)));
+            let nearest = factor().and_then(|factor| {
+                let known = Known { least, about: None };
+                pairs(factor, &backwards, known, 1).values.first().map(|value| -1.0 / value)
+            });
+            if let Some(factor) = nearest {
+                all.reversed = Some(all.reversed.map_or(factor, |known| known.max(factor)));
             }
         }
-        if neutral.len() == parts.len() {
-            return Err(NoFactors::Neutral);
-        }
-        critical.sort_by(|a, b| a.factor.total_cmp(&b.factor));
-        critical.truncate(wanted);
-        let place = place(system);
-        Ok(Buckling {
-            critical,
-            reversed,
-            place,
-            reach: self.base.reach,
-            left_out,
-            neutral,
-            complete,
-            unknowns: unknowns.size,
-        })
+        all.critical.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        all.critical.truncate(asked.wanted);
+        let is_full = |&(family, count): &(Family, usize)| {
+            count < asked.wanted && all.critical.iter().filter(|c| c.family == family).count() == count
+        };
+        all.crowded = counts.iter().any(is_full);
+        Ok(all)
     }
 
     /// K′; nothing where the state does not respond.

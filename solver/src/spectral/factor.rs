@@ -7,7 +7,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Par, Side};
@@ -32,31 +32,73 @@ pub struct Factor {
     pub neutral: usize,
 }
 
-impl Factor {
-    /// Factorizes a matrix with both triangles; nothing where a pivot vanishes.
-    pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
+/// Where a symmetric matrix has entries, and in which order it is factorized.
+#[derive(Debug)]
+pub struct Analysis {
+    pattern: SymbolicSparseColMat<usize>,
+    symbolic: SymbolicCholesky<usize>,
+}
+
+/// Entries of the lower triangle by columns, and the diagonal.
+struct Lower {
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    entries: Vec<f64>,
+    diagonal: Vec<f64>,
+}
+
+impl Lower {
+    fn of(matrix: &CsMat<f64>) -> Self {
         let size = matrix.rows();
-        let mut starts = vec![0; size + 1];
-        let (mut rows, mut entries) = (Vec::new(), Vec::new());
-        let mut diagonal = vec![0.0; size];
+        let mut lower =
+            Self { starts: vec![0; size + 1], rows: Vec::new(), entries: Vec::new(), diagonal: vec![0.0; size] };
         for (column, vector) in matrix.outer_iterator().enumerate() {
             // By symmetry row `column` is the column, and its entries from the diagonal on the lower triangle.
             for (row, &value) in vector.iter().filter(|entry| entry.0 >= column) {
-                rows.push(row);
-                entries.push(value);
+                lower.rows.push(row);
+                lower.entries.push(value);
                 if row == column {
-                    diagonal[row] = value;
+                    lower.diagonal[row] = value;
                 }
             }
-            starts[column + 1] = rows.len();
+            lower.starts[column + 1] = lower.rows.len();
         }
-        let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
+        lower
+    }
+}
+
+impl Analysis {
+    fn of(size: usize, lower: &Lower) -> Option<Self> {
+        let pattern = SymbolicSparseColMat::new_checked(size, size, lower.starts.clone(), None, lower.rows.clone());
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
             ..CholeskySymbolicParams::default()
         };
         let symbolic =
             factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
+        Some(Self { pattern, symbolic })
+    }
+
+    fn is_of(&self, lower: &Lower) -> bool {
+        self.pattern.col_ptr() == lower.starts && self.pattern.row_idx() == lower.rows
+    }
+}
+
+impl Factor {
+    /// Factorizes a matrix with both triangles; nothing where a pivot vanishes.
+    pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
+        Self::with(matrix, &mut None)
+    }
+
+    /// The same with the analysis of one before, where its entries were in the same places; it is left for the next one.
+    pub fn with(matrix: &CsMat<f64>, known: &mut Option<Analysis>) -> Option<Self> {
+        let (size, lower) = (matrix.rows(), Lower::of(matrix));
+        let analysis = match known.take().filter(|analysis| analysis.is_of(&lower)) {
+            Some(analysis) => analysis,
+            None => Analysis::of(size, &lower)?,
+        };
+        let Analysis { pattern, symbolic } = known.insert(analysis);
+        let Lower { entries, diagonal, .. } = lower;
         let mut values = vec![0.0; symbolic.len_val()];
         let scratch = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
         symbolic

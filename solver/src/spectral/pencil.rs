@@ -25,7 +25,9 @@ use faer::{Mat, Side};
 use sprs::CsMat;
 
 use super::factor::Factor;
+pub(crate) use super::krylov::SETTLED;
 use super::krylov::{self, Largest, Pair, ROUNDING};
+
 use super::operators::{Form, dot, multiply, multiply_columns};
 
 /// Unknowns up to which the whole spectrum is computed.
@@ -83,6 +85,17 @@ pub struct Pencil<'a> {
     pub other: &'a CsMat<f64>,
     /// G
     pub constraints: &'a CsMat<f64>,
+    /// Residual of a pair at which it is found, over its eigenvalue: that is known to the square.
+    pub settled: f64,
+}
+
+/// What is known of the largest eigenvalue before a search.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// It is larger.
+    pub least: f64,
+    /// It is about this one, of a coarser mesh.
+    pub about: Option<f64>,
 }
 
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
@@ -99,35 +112,42 @@ pub struct Pairs {
 }
 
 impl Pencil<'_> {
-    /// The `count` largest eigenvalues above `least`, none of them negative, where `other` may have large negative ones.
+    /// The `count` largest eigenvalues above what is known of them, none of them negative, where `other` may have large
+    /// negative ones.
     ///
     /// Where the count of pivots says that there are none, nothing is searched for. An auxiliary stiffness in place of a
     /// rigid one makes that count too large at most.
-    pub fn largest_above(self, least: f64, count: usize) -> Pairs {
-        if least > 0.0 && self.count_above(least) == Some(0) {
+    pub fn largest_above(self, known: Known, count: usize) -> Pairs {
+        if known.about.is_none() && known.least > 0.0 && self.count_above(known.least) == Some(0) {
             return Pairs { complete: true, ..Pairs::default() };
         }
-        let mut pairs = self.shifted(least).largest(count);
-        let kept = pairs.values.iter().take_while(|value| **value > least).count();
+        let mut pairs = self.shifted(known).largest(count);
+        let kept = pairs.values.iter().take_while(|value| **value > known.least).count();
         pairs.values.truncate(kept);
         pairs.rounding.truncate(kept);
         pairs.vectors.truncate(kept);
         pairs
     }
 
-    /// The same pencil with the factors of a shift, where it is large and has an eigenvalue above `least`.
+    /// The same pencil with the factors of a shift, where it is large and has an eigenvalue above the least.
     ///
     /// The smallest positive 1/θ lies between a shift that leaves all pivots positive and one that does not, which few
     /// factorizations tell far sooner than a search among large negative eigenvalues.
-    fn shifted(self, least: f64) -> Self {
+    fn shifted(self, Known { least, about }: Known) -> Self {
         if self.factor.size() <= SMALL {
             return self;
         }
         let trace = |matrix: &CsMat<f64>| matrix.diag().iter().map(|(_, value)| value.abs()).sum::<f64>();
-        let definite = |shift: f64| {
+        let mut analysis = None;
+        let mut definite = |shift: f64| {
             let shifted = self.stiffness - &self.other.map(|value| value * shift);
-            Factor::new(&shifted).filter(|factor| factor.negative == 0 && factor.neutral == 0)
+            Factor::with(&shifted, &mut analysis).filter(|factor| factor.negative == 0 && factor.neutral == 0)
         };
+        if let Some(shift) = about.map(|about| SHIFT / about)
+            && let Some(factor) = definite(shift)
+        {
+            return Self { factor, shift, ..self };
+        }
         let mut high = if least > 0.0 { 1.0 / least } else { FARTHEST * trace(self.stiffness) / trace(self.other) };
         if !high.is_finite() || definite(high).is_some() {
             return self;
@@ -330,7 +350,7 @@ impl Pencil<'_> {
             self.factor.size(),
             [count, EXTRA],
             search,
-            TOLERANCE,
+            [TOLERANCE, self.settled],
             &mut |ys| operator.act(ys.to_owned()),
             &any_above,
         )
@@ -506,8 +526,15 @@ mod tests {
         let none = TriMat::new((0, size)).to_csr();
         let form = Form { strains: none.clone(), rest: stiffness.clone() };
         let factor = Factor::new(&stiffness).unwrap();
-        let pencil =
-            Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other: &mass, constraints: &none };
+        let pencil = Pencil {
+            factor,
+            shift: 0.0,
+            stiffness: &stiffness,
+            form: &form,
+            other: &mass,
+            constraints: &none,
+            settled: SETTLED,
+        };
         for count in [6, 30] {
             let pairs = pencil.largest(count);
             assert!(pairs.complete);
