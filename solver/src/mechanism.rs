@@ -13,7 +13,7 @@ use crate::system::System;
 /// Stiffness of a motion over that of its components one by one, below which it is free.
 const FREE: f64 = 1e-12;
 /// The same below which a motion is nearly free: of sixteen digits fewer than seven are left.
-const NEAR: f64 = 1e-9;
+pub(crate) const NEAR: f64 = 1e-9;
 /// At most so many motions are looked for.
 const MANY: usize = 60;
 /// Part of a motion outside of the free ones up to which it is one of them.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use pennate_models::{Mesh, discretize, read};
+use pennate_solver::error::SolveError;
 use pennate_solver::history::{Cause, History, Note, Status};
 use pennate_solver::options::Options;
 
@@ -49,6 +50,18 @@ fn a_bar_that_would_turn_about_itself_is_named() {
     let said = |across: &str| solve("turned_bar.toml", &[("across", across)], None).steps[0].notes.contains(&note);
     assert!(said("0.01"));
     assert!(!said("0"));
+}
+
+/// A motion whose stiffness is no more than rounding is free, whatever sign its pivot has; on any mesh.
+#[test]
+fn what_rounding_alone_resists_is_a_mechanism() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/turns_about_its_support.toml");
+    let model = read(&file, &[]).expect("a network");
+    for accuracy in [1e-2, 1e-4, 1e-6, 1e-8] {
+        let (structure, steps) = discretize(&model, &Mesh::initial(&model, accuracy));
+        let solved = pennate_solver::solve(&structure, &steps, &Options::default(), &mut |_| true);
+        assert!(matches!(solved, Err(SolveError::Mechanism(_))), "{accuracy:e}");
+    }
 }
 
 /// Without a load across any axial force is in equilibrium.

@@ -276,9 +276,12 @@ impl<'a, const D: usize> Path<'a, D> {
     pub fn free_motions(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
         let prestressed = self.is_prestressed();
         let wants_near = self.options.near_motion;
-        let (free, near) = self.look_at_rest(steps, &mut |system, neutral| match neutral {
+        let (free, near) = self.look_at_rest(steps, &mut |system, at_rest| match at_rest.idle + at_rest.negative {
             _ if prestressed => (Vec::new(), None),
-            0 => (Vec::new(), wants_near.then(|| mechanism::near_motion(system)).flatten()),
+            // What rounding explains of a stiffness is none.
+            0 if at_rest.smallest >= mechanism::NEAR || system.hidden_signs() == 0 => {
+                (Vec::new(), wants_near.then(|| mechanism::near_motion(system)).flatten())
+            }
             _ => (mechanism::free_motions(system), None),
         });
         self.near = near;
@@ -288,13 +291,14 @@ impl<'a, const D: usize> Path<'a, D> {
     /// A motion that the unloaded structure resists by next to nothing, where there is one and none is free.
     pub fn near_motion(&mut self, steps: &[Step]) -> Option<NearMotion> {
         let prestressed = self.is_prestressed();
-        self.look_at_rest(steps, &mut |system, neutral| {
-            if neutral == 0 && !prestressed { mechanism::near_motion(system) } else { None }
+        self.look_at_rest(steps, &mut |system, at_rest| {
+            let free = at_rest.idle + at_rest.negative > 0;
+            if free || prestressed { None } else { mechanism::near_motion(system) }
         })
     }
 
     /// Looks at the unloaded structure with what the first step holds, and at the number of its pivots that are not positive.
-    fn look_at_rest<R>(&mut self, steps: &[Step], look: &mut dyn FnMut(&mut System<D>, usize) -> R) -> R {
+    fn look_at_rest<R>(&mut self, steps: &[Step], look: &mut dyn FnMut(&mut System<D>, &Inertia) -> R) -> R {
         let mut held = self.held.clone();
         for (node, component) in first_rows(&self.system.structure, steps) {
             self.insert(node, component, 0.0, 0.0);
@@ -304,7 +308,7 @@ impl<'a, const D: usize> Path<'a, D> {
         // The system is assembled with the rows of the first step; `held` has them, `self.held` those of the supports.
         let inertia = self.system.assemble(false);
         self.system.note_rest();
-        let seen = look(&mut self.system, inertia.idle + inertia.negative);
+        let seen = look(&mut self.system, &inertia);
         let same = held.len() == self.held.len();
         self.system.hold(self.held.values().copied().collect());
         self.at_rest = Some(if same { inertia } else { self.system.assemble(false) });
