@@ -18,6 +18,8 @@ const STRAIGHT: f64 = 0.85;
 /// next to which every tangent is singular.
 const SHORT: f64 = 1e-3;
 const OTHER: [f64; 2] = [2.3, 0.7];
+/// The part of a stride that is gone where its end is a singular state, as far as rounding can tell.
+const ELSEWHERE: f64 = 0.6;
 /// An increment of the arc is not made shorter than this part of the first.
 const SHORTEST_ARC: f64 = 1e-7;
 
@@ -175,6 +177,11 @@ impl<const D: usize> Path<'_, D> {
             }
             let count = self.count(&point.inertia);
             let base = self.base;
+            if walk.touches && count.neutral && !base.neutral && !short {
+                // So near to where branches meet the state may lie on either.
+                walk.next = ELSEWHERE * s;
+                continue;
+            }
             let limit = ahead.rate * walk.tangent.rate < 0.0;
             let conservative = count.potential && base.potential;
             let changed = if conservative {
