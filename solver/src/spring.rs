@@ -26,7 +26,7 @@ pub enum Spring {
     Axial {
         /// First and second node.
         nodes: [NodeId; 2],
-        /// Force per length; of six components also moment per radian.
+        /// Force per length.
         stiffness: f64,
         /// Length without force.
         natural_length: f64,
@@ -138,8 +138,8 @@ impl Spring {
         (length - natural_length).abs() > 1e-12 * length
     }
 
-    /// By how much its force grows with its length, of a spring along a line that is this long.
-    pub(crate) fn line_stiffness(&self, _length: f64) -> Option<f64> {
+    /// By how much its force grows with its length (force per length), of a spring along a line.
+    pub(crate) fn line_stiffness(&self) -> Option<f64> {
         match self {
             Self::Axial { stiffness, .. } => Some(*stiffness),
             Self::Ground { .. } | Self::Coupling { .. } => None,

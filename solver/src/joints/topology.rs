@@ -30,7 +30,7 @@ pub enum EndKind {
     Welded,
     /// The end turns freely; with `spin_removed` not about the member itself.
     Free {
-        /// Whether the end turns about the member with the joint.
+        /// Whether the end is kept from turning about the member itself.
         spin_removed: bool,
     },
     /// Free about axes that turn with the joint.

@@ -15,8 +15,8 @@ use crate::structure::{Branch, Method};
 const FALSE_ALARM: f64 = 3.0 * BRACKET;
 /// Increments of a walk to a singular point that must be near.
 const STRIDES: usize = 80;
-/// How often a walk goes back to the same state where it leapt, by what part of the stride it goes on there, and how fast strides may grow
-/// again.
+/// How often a walk goes back to the same state where it leapt, by what part of the stride it goes on there, and how fast
+/// strides may grow again.
 const AGAIN: usize = 4;
 const SHORTER: f64 = 0.2;
 const GROWTH: f64 = 1.5;

@@ -361,7 +361,7 @@ pub fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entri
         };
         let apart = sub(place(nodes[1]), place(nodes[0]));
         let length = pennate_elements::small::norm(apart);
-        let Some(stiffness) = spring.line_stiffness(length) else { continue };
+        let Some(stiffness) = spring.line_stiffness() else { continue };
         let axis = scale(1.0 / length, apart);
         let stretch = pennate_elements::small::dot(axis, sub(moved(nodes[1]), moved(nodes[0])));
         let force = stiffness * stretch;

@@ -17,8 +17,11 @@ use crate::structure::MemberId;
 const NONE: f64 = 1e-6;
 
 impl<const D: usize> System<D> {
-    /// Members with a moment about themselves that nothing takes, at the last assembly.
+    /// Members with a moment about themselves that nothing takes, at the last assembly; none where they cannot turn out of a plane.
     pub fn turned_about_themselves(&self) -> Vec<MemberId> {
+        if D == 3 {
+            return Vec::new();
+        }
         let mut torques = vec![(0.0, Vec::new()); self.topology.idle.len()];
         let mut found = BTreeSet::new();
         let moves = |moment: f64| moment.abs() > NONE * self.moment_scale;
