@@ -186,8 +186,9 @@ pub trait Pack<const D: usize>: Send {
     fn restore_shape(&mut self, row: &[f64], part: f64);
     /// How far the element ends of every member are from the state in a row.
     fn distances(&self, row: &[f64]) -> Vec<Size>;
-    /// Linear extrapolation of the local unknowns and stresses from two states; nodes follow as after [`Pack::advance`].
-    fn predict(&mut self, before: &[f64], last: &[f64], ratio: f64);
+    /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
+    /// so many times what led to them from a state before; nodes follow as after [`Pack::advance`].
+    fn predict(&mut self, states: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>);
     /// Sets the spatial moduli of a segment of a plane chain, for its lateral stiffness.
     fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
     /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state.
@@ -526,8 +527,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.distances_impl(row)
     }
 
-    fn predict(&mut self, before: &[f64], last: &[f64], ratio: f64) {
-        T::run(state::Predict { chain: self, before, last, ratio });
+    fn predict(&mut self, [before, last]: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>) {
+        T::run(state::Predict { chain: self, before, last, ratio, bend });
     }
 
     fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {

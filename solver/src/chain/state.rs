@@ -2,7 +2,7 @@
 
 use pennate_elements::beam::{Beam, Piece};
 use pennate_elements::real::{self, Real, Work};
-use pennate_elements::small::{add, scale, sub};
+use pennate_elements::small::{add, axpy, scale, sub};
 
 use super::Chain;
 
@@ -41,12 +41,14 @@ impl Saved<'_> {
     }
 }
 
-/// The extrapolation from two states, as work in lanes.
+/// The extrapolation from two states, or from three, as work in lanes.
 pub(super) struct Predict<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     pub chain: &'a mut Chain<T, B, D, P>,
     pub before: &'a [f64],
     pub last: &'a [f64],
     pub ratio: f64,
+    /// A state before these, and how many times what led from it to the next is added.
+    pub bend: Option<(&'a [f64], f64)>,
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_, T, B, D, P> {
@@ -54,7 +56,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
 
     #[inline(always)]
     fn run(self) {
-        let Self { chain, before, last, ratio } = self;
+        let Self { chain, before, last, ratio, bend } = self;
         let [before, last] = [before, last].map(|row| chain.saved(row));
         let ratio = T::splat(ratio);
         for i in 0..chain.state.local.len() {
@@ -66,6 +68,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
         for (e, piece) in chain.pieces.iter().enumerate() {
             let (a, b) = (before.last_local::<T, B, D>(piece, e), last.last_local::<T, B, D>(piece, e));
             chain.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
+        }
+        let Some((earlier, times)) = bend else { return };
+        let (earlier, times) = (chain.saved(earlier), T::splat(times));
+        for i in 0..chain.state.local.len() {
+            let (a, b) = (earlier.stress::<T, D>(i), before.stress::<T, D>(i));
+            axpy(&mut chain.state.stress[i], times, sub(b, a));
+            if i % P + 1 < P {
+                let (a, b) = (earlier.local::<T, D>(i), before.local::<T, D>(i));
+                axpy(&mut chain.state.local[i], times, sub(b, a));
+            }
+        }
+        for (e, piece) in chain.pieces.iter().enumerate() {
+            let (a, b) = (earlier.last_local::<T, B, D>(piece, e), before.last_local::<T, B, D>(piece, e));
+            axpy(&mut chain.state.local[e * P + P - 1], times, sub(b, a));
         }
     }
 }

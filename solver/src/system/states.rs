@@ -4,7 +4,7 @@ use pennate_elements::small::{V3, add, norm, scale, sub};
 
 use super::{Places, System};
 use crate::chain::Size;
-use crate::joints::EndKind;
+use crate::joints::{EndKind, JointState};
 
 /// A state of a system as a value: all that an increment changes, but for the loads.
 ///
@@ -115,19 +115,42 @@ impl<const D: usize> System<D> {
 
     /// Extrapolates linearly from two states: from the last one, by so many times what led there from the one before.
     pub fn predict(&mut self, before: &State, last: &State, ratio: f64) {
-        for (pack, (before, last)) in self.packs.iter_mut().zip(before.chains.iter().zip(&last.chains)) {
-            pack.predict(before, last, ratio);
+        self.extrapolate([before, last], ratio, None);
+    }
+
+    /// Extrapolates by the parabola through three states, at distances along the path: from the first to the second, from there to
+    /// the last, and from there on.
+    pub fn predict_bent(&mut self, [earlier, before, last]: [&State; 3], [first, second, ahead]: [f64; 3]) {
+        // Newton's divided differences.
+        let bend = ahead * (ahead + second) / (first + second);
+        self.extrapolate([before, last], (ahead + bend) / second, Some((earlier, -bend / first)));
+    }
+
+    fn extrapolate(&mut self, [before, last]: [&State; 2], ratio: f64, bend: Option<(&State, f64)>) {
+        for (index, pack) in self.packs.iter_mut().enumerate() {
+            let bend = bend.map(|(earlier, times)| (&*earlier.chains[index], times));
+            pack.predict([&before.chains[index], &last.chains[index]], ratio, bend);
         }
-        let mut motions = std::mem::take(&mut self.motions);
-        for (joint, motion) in motions.iter_mut().enumerate() {
-            let (a, b) = (before.places.joints[joint], last.places.joints[joint]);
-            self.state.joints[joint] = b;
+        let way = |a: &JointState, b: &JointState| {
             let spin = between(a.place.rotation, b.place.rotation);
             let spin = if D == 3 { [0.0, 0.0, b.place.angle - a.place.angle] } else { spin };
-            let step = sub(b.place.displacement, a.place.displacement);
+            (sub(b.place.displacement, a.place.displacement), spin)
+        };
+        let mut motions = std::mem::take(&mut self.motions);
+        for (joint, motion) in motions.iter_mut().enumerate() {
+            let (a, b) = (&before.places.joints[joint], &last.places.joints[joint]);
+            self.state.joints[joint] = *b;
+            let (step, spin) = way(a, b);
             for c in 0..3 {
                 motion[c] = ratio * step[c];
                 motion[3 + c] = ratio * spin[c];
+            }
+            if let Some((earlier, times)) = bend {
+                let (step, spin) = way(&earlier.places.joints[joint], a);
+                for c in 0..3 {
+                    motion[c] += times * step[c];
+                    motion[3 + c] += times * spin[c];
+                }
             }
         }
         self.move_joints(&motions, true);
@@ -137,14 +160,22 @@ impl<const D: usize> System<D> {
                 if *kind == EndKind::Welded {
                     continue;
                 }
-                let (a, b) = (before.places.releases[index][end], last.places.releases[index][end]);
-                let target = &mut self.state.releases[index][end];
-                *target = b;
-                let spin = scale(ratio, between(a.rotation, b.rotation));
-                for t in 0..2 {
-                    target.turns[t] += ratio * (b.turns[t] - a.turns[t]);
+                let (a, b) = (&before.places.releases[index][end], &last.places.releases[index][end]);
+                let mut spin = scale(ratio, between(a.rotation, b.rotation));
+                let mut turns: [f64; 2] = std::array::from_fn(|t| ratio * (b.turns[t] - a.turns[t]));
+                let mut angle = ratio * (b.angle - a.angle);
+                if let Some((earlier, times)) = bend {
+                    let z = &earlier.places.releases[index][end];
+                    spin = add(spin, scale(times, between(z.rotation, a.rotation)));
+                    turns = std::array::from_fn(|t| turns[t] + times * (a.turns[t] - z.turns[t]));
+                    angle += times * (a.angle - z.angle);
                 }
-                target.angle += ratio * (b.angle - a.angle);
+                let target = &mut self.state.releases[index][end];
+                *target = *b;
+                for t in 0..2 {
+                    target.turns[t] += turns[t];
+                }
+                target.angle += angle;
                 target.rotation =
                     pennate_elements::rotation::compose(pennate_elements::rotation::exp(spin), b.rotation);
                 if let EndKind::Axes(axes) = kind {
