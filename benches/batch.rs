@@ -3,8 +3,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use pennate_analysis::batch::{self, Design};
 use pennate_models::{Mesh, discretize, read_text};
-use pennate_solver::batch::{self, Design};
 use pennate_solver::options::Options;
 
 /// Designs that are solved in one go.

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::batch::{self, Design};
 use pennate_models::{Mesh, Model, discretize, read, read_text, scenes};
-use pennate_solver::batch::{self, Design};
 use pennate_solver::history::History;
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;

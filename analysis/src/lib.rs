@@ -38,6 +38,7 @@
 
 pub mod accuracy;
 mod adapt;
+pub mod batch;
 pub mod fit;
 pub mod flow;
 pub mod problem;
@@ -45,3 +46,4 @@ pub mod solution;
 pub mod spectrum;
 pub mod strains;
 pub mod sweep;
+mod together;

@@ -87,6 +87,30 @@ pub struct StepHistory {
     pub failure: Option<Failure>,
 }
 
+impl StepHistory {
+    /// One that has not begun.
+    pub fn empty(stability: Dimension) -> Self {
+        Self {
+            status: Status::NotConverged,
+            fraction: 0.0,
+            iterations: 0,
+            factorizations: 0,
+            increments: Vec::new(),
+            refined: None,
+            missing: Vec::new(),
+            variations: Vec::new(),
+            stable: None,
+            vibration: None,
+            stability,
+            negative_pivots: 0,
+            critical_points: Vec::new(),
+            jumps: Vec::new(),
+            notes: Vec::new(),
+            failure: None,
+        }
+    }
+}
+
 /// Small vibrations about a state without damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vibration {

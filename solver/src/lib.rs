@@ -6,7 +6,6 @@
 //! increment ([`path`]).
 
 pub mod base;
-pub mod batch;
 pub mod buckling;
 pub mod chain;
 mod dense;
@@ -14,7 +13,6 @@ pub mod error;
 mod flutter;
 mod held;
 pub mod history;
-pub mod join;
 pub mod joints;
 pub mod lateral;
 mod linear;

@@ -18,8 +18,6 @@ pub struct Options {
     /// Ends of steps are to go on from, on a finer mesh, and not to be read off. Where no step needs more than one
     /// increment, they are not solved on a mesh of the next order.
     pub rough: bool,
-    /// A step ends, not converged, at the first sign of a loss of stability, which is not looked into.
-    pub stop_unstable: bool,
     /// Threads that condense members; results do not depend on it.
     pub threads: usize,
     /// Set from outside where nobody wants to wait any longer: an iteration under way is given up, and the observer is
@@ -38,7 +36,6 @@ impl Default for Options {
             estimate: false,
             near_motion: false,
             rough: false,
-            stop_unstable: false,
             threads: 1,
             stop: None,
             clock: || Duration::ZERO,

@@ -1,7 +1,7 @@
 //! Designs solved side by side end where each ends alone.
 
+use pennate_analysis::batch::{self, Design, Reason};
 use pennate_models::{Mesh, discretize, read_text};
-use pennate_solver::batch::{self, Design, Reason};
 use pennate_solver::options::Options;
 
 const DYAD: &str = include_str!("../../models/networks/dyad.toml");

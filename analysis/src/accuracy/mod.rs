@@ -27,7 +27,8 @@ use self::free::compare_with_free;
 use self::judge::{every_end_is_estimated, judge};
 use self::points::{critical_error, estimate_critical_points};
 
-pub use self::together::{Shared, solve_together};
+pub use self::together::Shared;
+pub(crate) use self::together::solve_together;
 
 /// The accuracy asked for, and what came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,23 +1,15 @@
 //! Networks of one topology, solved side by side.
 
 use pennate_models::{Mesh, Model, discretize};
-use pennate_solver::batch::{self, Design};
-use pennate_solver::options::{Options, Progress};
 
 use super::error::relative_error;
 use super::judge::every_end_is_estimated;
+use crate::batch::{self, Design};
 use crate::solution::{ProbeTable, stable};
 
 /// Solves networks of one topology side by side on the meshes that their accuracy should need, without what they share
 /// more than once; nothing for those that need more than that, which [`super::solve_to_accuracy`] has to solve.
-///
-/// Numbers of iterations and the like are those of all that were solved together.
-pub fn solve_together(
-    models: &[&Model],
-    asked: f64,
-    options: &Options,
-    observe: &mut dyn FnMut(&Progress) -> bool,
-) -> Vec<Option<Shared>> {
+pub(crate) fn solve_together(models: &[&Model], asked: f64, wanted: &dyn Fn() -> bool) -> Vec<Option<Shared>> {
     let meshes: Vec<Mesh> = models.iter().map(|model| Mesh::initial(model, asked)).collect();
     let large = models.iter().zip(&meshes).any(|(model, mesh)| mesh.of_the_way(model, asked).is_some());
     if large {
@@ -31,7 +23,7 @@ pub fn solve_together(
             Design { structure, steps }
         })
         .collect();
-    let histories = batch::histories(&designs, options, observe);
+    let histories = batch::histories(&designs, wanted);
     let judged = models.iter().zip(&meshes).zip(&designs).zip(histories).map(|(((model, mesh), design), history)| {
         let history = history?;
         let probes = ProbeTable::new(model, &history);

@@ -21,9 +21,10 @@ use super::Reason;
 use super::explicit::{Explicit, Joints, Kept};
 use super::moved::Mover;
 use super::nearby::{Nearby, apart, size};
-use super::neighbour::{self, Packs};
+use super::neighbour;
 use super::numbers::Places;
 use super::slopes::{Component, Slopes};
+use crate::together::{self, Packs};
 
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
 /// distance of the part δ of a parameter, it changes by that part over 4 δ.
@@ -347,7 +348,7 @@ fn adjoint_of<const D: usize>(system: &mut System<D>, weights: &Weights, moves: 
 
 /// The component of a node, in the axes of its support.
 fn weights_of<const D: usize>(system: &System<D>, (node, component): Component) -> Weights {
-    let axis = neighbour::axis(&system.structure, node, component);
+    let axis = together::axis(&system.structure, node, component);
     let offset = if component < 3 { 0 } else { 3 };
     let mut weights = [0.0; 6];
     weights[offset..offset + 3].copy_from_slice(&axis);

@@ -8,9 +8,8 @@ use rayon::prelude::*;
 use super::group::Answer;
 use super::{Control, Output, Problem, Reason, outputs};
 use crate::solution::ProbeTable;
+use crate::together::TOGETHER;
 
-/// Designs that are solved side by side: as many as the widest lanes hold of one member.
-const TOGETHER: usize = 8;
 /// Designs at most whose error is estimated for a batch.
 const SAMPLE: usize = 8;
 

@@ -7,9 +7,9 @@ use pennate_solver::system::System;
 
 use super::moved::{Copies, Mover};
 use super::nearby::{Nearby, apart, size};
-use super::neighbour::Packs;
 use super::numbers::{Places, change_value};
 use super::slopes::{Hold, Slopes};
+use crate::together::Packs;
 
 /// Parts of a parameter at which forces are compared: h and 2 h, extrapolated to h = 0, leave h⁴.
 const PARTS: [f64; 4] = [1e-3, -1e-3, 2e-3, -2e-3];

@@ -1,23 +1,10 @@
 //! Neighbours in the list of designs, side by side where they go the plain way.
 
-use std::fmt;
-use std::sync::{Mutex, PoisonError};
-
 use pennate_models::probes::ProbeKind;
-use pennate_solver::history::Equilibrium;
-use pennate_solver::joints::Active;
-use pennate_solver::structure::{Dimension, Step, Structure};
 
 use super::design::Design;
-use super::join::{self, Share};
-use super::together::{self, Analysed};
-use super::track::{self, Kind};
 use super::{Control, Problem, Reason};
-
-const PLANE: Active<3> = [0, 1, 5];
-const SPACE: Active<6> = [0, 1, 2, 3, 4, 5];
-/// Forces of a design smaller than this part of the largest of its group are not looked at closely enough there.
-const FEEBLE: f64 = 1e-2;
+use crate::together::{self, Asked, End, Look, Posed, Workspace};
 
 /// What is known of a design.
 pub(super) struct Answer {
@@ -36,33 +23,6 @@ impl Answer {
     }
 }
 
-/// What is kept from one group to the next: analyses of equations, which no answer depends on.
-#[derive(Default)]
-pub(super) struct Workspace {
-    plane: Analysed<3>,
-    space: Analysed<6>,
-}
-
-/// Those that no thread uses at present: as many as threads did at once.
-#[derive(Default)]
-pub(super) struct Workspaces(Mutex<Vec<Workspace>>);
-
-impl Workspaces {
-    pub(super) fn take(&self) -> Workspace {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
-    }
-
-    pub(super) fn give_back(&self, workspace: Workspace) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
-    }
-}
-
-impl fmt::Debug for Workspaces {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Workspaces")
-    }
-}
-
 impl Problem {
     /// The answers of a group of designs, in order.
     pub(super) fn solve_group(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Answer> {
@@ -71,68 +31,35 @@ impl Problem {
             return rows.iter().map(|_| nothing(Reason::Interrupted)).collect();
         }
         let designs: Vec<Result<Design, Reason>> = rows.iter().map(|row| self.design(row)).collect();
-        let plain: Vec<&Design> = designs.iter().flatten().filter(|design| self.is_plain(design)).collect();
-        let shared = plain.iter().all(|design| together::joins(&design.structure));
-        let mut values: Vec<Option<Vec<f64>>> = match shared {
-            true => self.solve_together(&plain, workspace),
-            false => plain.iter().flat_map(|design| self.solve_together(&[*design], workspace)).collect(),
-        };
-        values.reverse();
+        let sound: Vec<&Design> = designs.iter().flatten().collect();
+        let mut values = self.solve_together(&sound, control, workspace).into_iter();
         let answer = |design: Result<Design, Reason>| match design {
             Err(reason) => nothing(reason),
-            Ok(design) => {
-                let values = if self.is_plain(&design) { values.pop().flatten() } else { None };
-                match values {
-                    // Side by side nothing goes beyond a state that is not stable.
-                    Some(values) => Answer { values, reason: None, stable: Some(true) },
-                    None => self.solve_design(&design, control),
-                }
-            }
+            Ok(design) => match values.next().flatten() {
+                // Side by side nothing goes beyond a state that is not stable.
+                Some(values) => Answer { values, reason: None, stable: Some(true) },
+                None => self.solve_design(&design, control),
+            },
         };
         designs.into_iter().map(answer).collect()
     }
 
-    fn is_plain(&self, design: &Design) -> bool {
-        let graded = !self.mesh.grading.is_empty() && !design.structure.sections.is_empty();
-        !graded && together::is_plain(&design.structure, &design.steps)
-    }
-
-    /// The outputs of designs of one group; nothing for those that have to be solved alone.
-    fn solve_together(&self, designs: &[&Design], workspace: &mut Workspace) -> Vec<Option<Vec<f64>>> {
-        let all = designs.iter().map(|design| (design.structure.clone(), design.steps.clone())).collect();
-        let Some((structure, steps, shares)) = join::join(all) else { return Vec::new() };
-        let count = designs.len();
-        let states = match structure.dimension {
-            Dimension::Plane => {
-                let analysed = workspace.plane.entry(count).or_default();
-                self.states(structure, &steps, (PLANE, &track::plane()), analysed)
-            }
-            Dimension::Space => {
-                let analysed = workspace.space.entry(count).or_default();
-                self.states(structure, &steps, (SPACE, &track::space()), analysed)
-            }
-        };
-        let Some(states) = states else {
-            // One of them is doubtful: others need not wait for it.
-            let (first, second) = designs.split_at(count / 2);
-            if first.is_empty() {
-                return vec![None];
-            }
-            let mut found = self.solve_together(first, workspace);
-            found.extend(self.solve_together(second, workspace));
-            return found;
-        };
-        designs.iter().zip(&shares).map(|(design, share)| self.outputs_of(design, share, &shares, &states)).collect()
-    }
-
-    fn states<const D: usize>(
+    /// The outputs of some designs; nothing for those that have to be solved alone.
+    fn solve_together(
         &self,
-        structure: Structure,
-        steps: &[Step],
-        of: (Active<D>, &Kind<D>),
-        analysed: &mut Vec<pennate_solver::system::System<D>>,
-    ) -> Option<Vec<Option<Equilibrium>>> {
-        together::solve(structure, steps, of, analysed, &|step| self.reads(step))
+        designs: &[&Design],
+        control: &Control,
+        workspace: &mut Workspace,
+    ) -> Vec<Option<Vec<f64>>> {
+        // Segments of graded members have to be named, which histories alone are.
+        if !self.mesh.grading.is_empty() && designs.iter().any(|design| !design.structure.sections.is_empty()) {
+            return designs.iter().map(|_| None).collect();
+        }
+        let posed: Vec<Posed<'_>> = designs.iter().map(|design| (&design.structure, design.steps.as_slice())).collect();
+        let look = |step| if self.reads(step) { Look::State } else { Look::Not };
+        let asked = Asked { look: &look, wanted: &|| !control.is_stopped() };
+        let ends = together::solve(&posed, &asked, workspace);
+        designs.iter().zip(ends).map(|(design, ends)| ends.map(|ends| self.outputs_of(design, &ends))).collect()
     }
 
     /// Whether the end of a step is looked at: an expression may refer to any step before.
@@ -142,27 +69,16 @@ impl Problem {
         self.outputs.iter().any(|output| output.step == step || output.step > step && refers(output.probe))
     }
 
-    /// The outputs of one design of a group; nothing where its forces are small beside those of others.
-    fn outputs_of(
-        &self,
-        design: &Design,
-        share: &Share,
-        all: &[Share],
-        states: &[Option<Equilibrium>],
-    ) -> Option<Vec<f64>> {
-        let mut after: Vec<Vec<f64>> = Vec::with_capacity(states.len());
-        for state in states {
-            let Some(state) = state else {
-                after.push(vec![f64::NAN; design.model.probes.len()]);
-                continue;
+    /// The outputs of a design at the ends of its steps.
+    fn outputs_of(&self, design: &Design, ends: &[Option<End>]) -> Vec<f64> {
+        let mut after: Vec<Vec<f64>> = Vec::with_capacity(ends.len());
+        for end in ends {
+            let values = match end {
+                Some(end) => design.model.probes.evaluate(&end.state, &after),
+                None => vec![f64::NAN; design.model.probes.len()],
             };
-            let largest = all.iter().map(|share| share.largest_force(state)).fold(0.0, f64::max);
-            if share.largest_force(state) < FEEBLE * largest {
-                return None;
-            }
-            let values = design.model.probes.evaluate(&share.of(state), &after);
             after.push(values);
         }
-        Some(self.outputs.iter().map(|output| after[output.step][output.probe]).collect())
+        self.outputs.iter().map(|output| after[output.step][output.probe]).collect()
     }
 }

@@ -12,9 +12,10 @@ use rayon::prelude::*;
 
 use super::design::Design;
 use super::numbers::{self, Numbers, Places};
-use super::track::{self, Track};
+use super::track::Track;
 use super::{Problem, Reason, mesh, neighbour};
 use crate::solution::ProbeTable;
+use crate::together;
 
 /// Part of a change that is gone at once, at the least.
 const SHORTEST: f64 = 1e-3;
@@ -304,9 +305,9 @@ impl Followable {
             Followed::Plane(path) => {
                 let path = *path;
                 let sideways = path.stability == Dimension::Space && path.lateral.is_some();
-                Self::Plane(Box::new(Track::new(track::plane(), path.system, sideways, steps)))
+                Self::Plane(Box::new(Track::new(together::plane(), path.system, sideways, steps)))
             }
-            Followed::Space(path) => Self::Space(Box::new(Track::new(track::space(), path.system, false, steps))),
+            Followed::Space(path) => Self::Space(Box::new(Track::new(together::space(), path.system, false, steps))),
         }
     }
 

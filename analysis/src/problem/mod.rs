@@ -34,7 +34,6 @@ mod evaluate;
 mod explicit;
 mod gradient;
 mod group;
-mod join;
 mod live;
 mod mesh;
 mod moved;
@@ -43,7 +42,6 @@ mod neighbour;
 mod numbers;
 mod outputs;
 mod slopes;
-mod together;
 mod topology;
 mod track;
 
@@ -55,6 +53,7 @@ use pennate_solver::options::Options;
 
 use crate::accuracy::solve_to_accuracy;
 use crate::solution::Solution;
+use crate::together::Workspaces;
 
 pub use error::{ProblemError, Reason};
 pub use evaluate::Evaluation;
@@ -79,7 +78,7 @@ pub struct Problem {
     error: Vec<f64>,
     /// Once derivatives were asked for: nothing where the design of the file has none.
     reach: Arc<OnceLock<Option<nearby::Reach>>>,
-    workspaces: Arc<group::Workspaces>,
+    workspaces: Arc<Workspaces>,
 }
 
 impl Problem {

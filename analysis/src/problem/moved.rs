@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use pennate_elements::section::Section;
 use pennate_elements::small::sub;
-use pennate_solver::join;
 use pennate_solver::joints::{EndKind, Link, Topology};
 use pennate_solver::structure::{
     Drive, Fibres, Member, MemberId, Release, RigidBody, SectionLaw, SectionState, Segment, Spring, Structure,
@@ -13,9 +12,8 @@ use pennate_solver::system::System;
 
 use super::design::Design;
 use super::nearby::Nearby;
-use super::neighbour::Packs;
 use super::numbers::Places;
-use super::together;
+use crate::together::{self, Packs};
 
 /// The parts of a design that a parameter reaches, and all joints.
 pub(super) struct Moved {
@@ -233,7 +231,7 @@ impl<const D: usize> Copy<D> {
         let count = all.len();
         let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
         let topology = topology(&like.topology, &all);
-        let (structure, _) = join::join(all.into_iter().map(|moved| (moved.structure, Vec::new())))?;
+        let (structure, ..) = together::join(all.into_iter().map(|moved| (moved.structure, Vec::new())).collect())?;
         let chains = packs(&structure, 0);
         let system = System::new(Arc::new(structure), Arc::new(topology), chains, like.equations.active, false);
         Some(Self { system, members, count })

@@ -6,37 +6,19 @@
 //! distance, and smooth: differences of neighbours on both sides have the exact first derivative. Multipliers of held strains
 //! converge by the ratio of their auxiliary stiffness, so that steps are repeated where there are any.
 
-use std::sync::Arc;
-
-use pennate_solver::chain::Pack;
 use pennate_solver::history::{Equilibrium, History, Increment, StepHistory};
 use pennate_solver::joints::{Held, HeldKind};
-use pennate_solver::path;
 use pennate_solver::results;
-use pennate_solver::structure::{Step, Structure};
+use pennate_solver::structure::Structure;
 use pennate_solver::system::System;
 
-/// Builds the chains of a structure.
-pub(super) type Packs<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
+use crate::together::axis;
 
 /// A first step smaller than this (radians, or sizes of the network) is rounding: the numbers that differ have no influence.
 pub(super) const NOTHING: f64 = 1e-10;
 /// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
 const MOST: usize = 8;
 const SETTLED: f64 = 1e-11;
-
-/// A system for a structure of the same topology and mesh.
-pub(super) fn system<const D: usize>(
-    like: &System<D>,
-    packs: Packs<D>,
-    structure: Structure,
-    steps: &[Step],
-) -> System<D> {
-    let structure = Arc::new(structure);
-    let topology = path::topology(&structure, steps);
-    let chains = packs(&structure, 0);
-    System::new(structure, topology, chains, like.equations.active, false)
-}
 
 /// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
 /// there but for the factors. Gives how far its joints moved (radians, or sizes of the network), to second order: the step
@@ -108,29 +90,6 @@ pub(super) fn rows(held: &[Held], structure: &Structure) -> Vec<Held> {
         Held { kind, ..*held }
     };
     held.iter().map(row).collect()
-}
-
-/// The direction of a component of a node, in the axes of its support.
-pub(super) fn axis(structure: &Structure, node: usize, component: usize) -> [f64; 3] {
-    let support = structure.supports.iter().find(|support| support.node == node);
-    let mut global = [0.0; 3];
-    global[component % 3] = 1.0;
-    support.map_or(global, |support| support.axes[component % 3])
-}
-
-/// The present value of a component of a node, in the axes of its support.
-pub(super) fn present<const D: usize>(system: &System<D>, node: usize, component: usize) -> f64 {
-    let link = system.topology.links[node];
-    let joint = &system.state.joints[link.joint];
-    let axis = axis(&system.structure, node, component);
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    if component < 3 {
-        dot(axis, joint.point(link.arm))
-    } else if D == 3 {
-        axis[2] * joint.place.angle
-    } else {
-        dot(axis, joint.theta)
-    }
 }
 
 /// A history of one state alone, for what is asked of histories.

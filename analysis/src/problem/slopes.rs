@@ -12,9 +12,10 @@ use super::design::{Design, take_pieces};
 use super::explicit::Kept;
 use super::gradient::Row;
 use super::nearby::Nearby;
-use super::neighbour::{self, NOTHING, Packs};
+use super::neighbour::{self, NOTHING};
 use super::{Control, Problem, Reason, mesh};
 use crate::solution;
+use crate::together::{self, Packs};
 
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
 ///
@@ -338,7 +339,7 @@ impl<'a> Slopes<'a> {
         for &(drive, value) in steps.iter().take(index + 1).flat_map(|step| &step.targets) {
             drives[drive] = value;
         }
-        let mut system = neighbour::system(&path.system, packs, structure, &self.design.steps);
+        let mut system = together::system(&path.system, packs, structure, &self.design.steps);
         system.adopt(&path.system);
         system.stand_at_end(&path.system, held, &drives);
         let moved = neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
@@ -351,7 +352,7 @@ impl<'a> Slopes<'a> {
         };
         let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(later).collect();
         let mut values = self.probes(&model, record, state, &after);
-        values.extend(kept.iter().map(|&(node, component)| neighbour::present(&system, node, component)));
+        values.extend(kept.iter().map(|&(node, component)| together::present(&system, node, component)));
         Ok(Neighbour { values, moved })
     }
 

@@ -4,39 +4,18 @@ use std::sync::Arc;
 
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::Held;
-use pennate_solver::lateral::{self, Lateral};
 use pennate_solver::newton::{Aim, Newton, Start};
-use pennate_solver::packs;
 use pennate_solver::path::OutOfPlane;
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Member, Step, Structure};
 use pennate_solver::system::{State, System};
 
-use super::neighbour::{self, Packs};
+use super::neighbour;
+use crate::together::{self, Kind};
 
 /// An iteration that takes more than this, or whose first move is larger (radians, or lengths of a member), may lead anywhere.
 const FEW: usize = 8;
 const FAR: f64 = 0.5;
-
-/// What builds systems of D components a node, and what judges their stability out of the plane.
-pub(super) struct Kind<const D: usize> {
-    pub packs: Packs<D>,
-    /// Of networks in the plane alone.
-    pub lateral: Option<Sideways<D>>,
-}
-
-/// Builds what judges the stability of a plane system out of its plane.
-pub(super) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<D> + Send>;
-
-/// Networks in the plane.
-pub(super) fn plane() -> Kind<3> {
-    Kind { packs: packs::plane, lateral: Some(|plane| Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))) }
-}
-
-/// Networks in space.
-pub(super) fn space() -> Kind<6> {
-    Kind { packs: packs::space, lateral: None }
-}
 
 /// A system at an equilibrium, with the numbers that it belongs to.
 pub(super) struct Track<const D: usize> {
@@ -61,12 +40,6 @@ struct Verdict {
     odd: bool,
 }
 
-impl<const D: usize> Clone for Kind<D> {
-    fn clone(&self) -> Self {
-        Self { packs: self.packs, lateral: self.lateral }
-    }
-}
-
 impl<const D: usize> Track<D> {
     /// Takes over a system at the end of its steps.
     pub(super) fn new(kind: Kind<D>, system: System<D>, sideways: bool, steps: Vec<Step>) -> Self {
@@ -81,7 +54,7 @@ impl<const D: usize> Track<D> {
     /// Another system in the same state.
     pub(super) fn another(&self) -> Self {
         let structure = (*self.system.structure).clone();
-        let mut system = neighbour::system(&self.system, self.kind.packs, structure, &self.steps);
+        let mut system = together::system(&self.system, self.kind.packs, structure, &self.steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, self.system.equations.held.clone(), &self.system.drives);
         Self::new(self.kind.clone(), system, self.lateral.is_some(), self.steps.clone())
@@ -115,7 +88,7 @@ impl<const D: usize> Track<D> {
 
     /// The same with another geometry: in another system, which takes the place of the present one where it gets there.
     fn step_anew(&mut self, structure: Structure, steps: Vec<Step>, held: Vec<Held>, drives: &[f64]) -> bool {
-        let mut system = neighbour::system(&self.system, self.kind.packs, structure, &steps);
+        let mut system = together::system(&self.system, self.kind.packs, structure, &steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, held, drives);
         let lateral = self.kind.lateral.map(|build| build(&system));

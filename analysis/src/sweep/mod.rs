@@ -6,7 +6,6 @@ mod vary;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pennate_models::{Document, InputErrors, Model, Reading};
-use pennate_solver::batch::TOGETHER;
 use pennate_solver::error::{FreeMotion, SolveError};
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;
@@ -14,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::accuracy::{Shared, Verdict, solve_to_accuracy, solve_together};
 use crate::solution::Solution;
+use crate::together::TOGETHER;
 
 pub use plan::{Parameter, Plan};
 pub use vary::{Vary, combinations};
@@ -89,7 +89,7 @@ fn solve_group(
     }
     let models: Vec<_> = group.iter().map(|&index| model(&cases[index], reading)).collect();
     let sound: Vec<&Model> = models.iter().flatten().collect();
-    let mut together = solve_together(&sound, accuracy, &options, &mut |_| !stopped()).into_iter();
+    let mut together = solve_together(&sound, accuracy, &|| !stopped()).into_iter();
     let shared: Vec<Option<Shared>> =
         models.iter().map(|model| model.as_ref().ok().and_then(|_| together.next().flatten())).collect();
     let finish = |((&index, model), shared): ((&usize, Result<Model, InputErrors>), Option<Shared>)| {

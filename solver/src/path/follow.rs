@@ -158,10 +158,6 @@ impl<const D: usize> Path<'_, D> {
                         march.increment = increment;
                         continue;
                     }
-                    Judged::Unstable => {
-                        self.system.restore(&self.last);
-                        return self.gave_up(record, march.fraction, &tally);
-                    }
                     Judged::Lost(rough) => rough,
                 },
                 Err(lost) => {
@@ -176,9 +172,6 @@ impl<const D: usize> Path<'_, D> {
                     self.rough_end(stride.target, &march.reason(lost, self.newton.residual), fold)
                 }
             };
-            if self.options.stop_unstable {
-                return self.gave_up(record, march.fraction, &tally);
-            }
             match self.lose_stability(ramp, record, march.fraction, &course, rough, &mut tally) {
                 After::Stop => return false,
                 After::GoOn { at, .. } if at >= 1.0 => return self.arrived(record, &tally),
@@ -273,9 +266,6 @@ impl<const D: usize> Path<'_, D> {
         let doubtful = leapt((&moved, &foreseen));
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;
-        if self.options.stop_unstable && (guarded || flipped) {
-            return Judged::Unstable;
-        }
         let wrong = is_doubtful(&self.system, (&moved, &foreseen), predicted, found.iterations);
         let beyond = march.foresees_buckling && found.iterations >= MANY;
         let hard = wrong || beyond || !conservative && found.iterations >= self.too_many(rose);
@@ -334,13 +324,6 @@ impl<const D: usize> Path<'_, D> {
     fn interrupted(&mut self, record: &mut StepHistory, fraction: f64, tally: &Tally) -> bool {
         record.status = Status::Interrupted;
         self.settle(record, fraction, tally);
-        false
-    }
-
-    /// Ends a step at the last state, without a look at what is beyond.
-    fn gave_up(&mut self, record: &mut StepHistory, fraction: f64, tally: &Tally) -> bool {
-        self.settle(record, fraction, tally);
-        record.status = Status::NotConverged;
         false
     }
 

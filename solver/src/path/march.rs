@@ -42,8 +42,6 @@ pub(super) enum Judged {
     Accepted(Reached),
     /// It may lie on another path: try again with this increment.
     TooLong(f64),
-    /// It is not stable, and no more is wanted.
-    Unstable,
     /// Stability is lost before it, or the path cannot be followed there.
     Lost(Rough),
 }

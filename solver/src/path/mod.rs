@@ -35,7 +35,6 @@ pub use doubt::is_doubtful;
 use follow::{Course, Ramp};
 pub use guide::Guide;
 pub use held::{first_rows, topology};
-use report::empty_step;
 
 /// Which rows are held, by node and component.
 pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
@@ -174,7 +173,8 @@ impl<'a, const D: usize> Path<'a, D> {
         // Whether a step needed more than one increment.
         let mut winding = false;
         for index in 0..total {
-            let mut record = empty_step(self.stability, std::mem::take(&mut self.notes));
+            let notes = std::mem::take(&mut self.notes);
+            let mut record = StepHistory { notes, ..StepHistory::empty(self.stability) };
             if !going {
                 record.status = Status::NotReached;
                 record.stable = None;

@@ -221,24 +221,3 @@ pub(super) fn cause_of(kind: CriticalKind, sideways: bool) -> Cause {
         (CriticalKind::Bifurcation, true) => Cause::SidewaysBifurcation,
     }
 }
-
-pub(super) fn empty_step(stability: Dimension, notes: Vec<Note>) -> StepHistory {
-    StepHistory {
-        status: Status::NotConverged,
-        fraction: 0.0,
-        iterations: 0,
-        factorizations: 0,
-        increments: Vec::new(),
-        refined: None,
-        missing: Vec::new(),
-        variations: Vec::new(),
-        stable: None,
-        vibration: None,
-        stability,
-        negative_pivots: 0,
-        critical_points: Vec::new(),
-        jumps: Vec::new(),
-        notes,
-        failure: None,
-    }
-}

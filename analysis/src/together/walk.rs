@@ -6,16 +6,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use pennate_solver::history::Equilibrium;
-use pennate_solver::joints::{Active, Held, HeldKind};
+use pennate_solver::history::{Equilibrium, Variation};
+use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
 use pennate_solver::path::{self, OutOfPlane};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Drive, Method, Stability, Step, Structure};
 use pennate_solver::system::{State, System};
 
-use super::neighbour;
-use super::track::Kind;
+use super::Asked;
+use super::kind::{self, Kind};
 
 /// How many times as far as the step before a step may go to be foretold, and by what part the directions of their loads may
 /// differ.
@@ -23,10 +23,10 @@ const FARTHEST: f64 = 2.0;
 const PARALLEL: f64 = 1e-12;
 
 /// Systems whose equations are analysed: by the number of designs, one for every step.
-pub(super) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
+pub(crate) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
 
 /// Whether a design may be solved at all in this way.
-pub(super) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
+pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
     let relaxed = !structure.springs.iter().any(|spring| spring.is_prestressed(&structure.nodes));
     let plain = |step: &Step| step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
     // The moment of a rotation in space that is let go has no potential while it fades.
@@ -36,43 +36,84 @@ pub(super) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
 }
 
 /// Whether designs may share one structure: gravity would be that of all of them.
-pub(super) fn joins(structure: &Structure) -> bool {
+pub(crate) fn joins(structure: &Structure) -> bool {
     !structure.drives.iter().any(|drive| matches!(drive, Drive::Gravity(_)))
 }
 
-/// The states at the ends of the steps that are `read`; nothing where the way is not plain.
-pub(super) fn solve<const D: usize>(
+/// What is wanted of the end of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Look {
+    /// It is gone on from.
+    Not,
+    /// Its state.
+    State,
+    /// Its state on elements of the next order too.
+    Error,
+}
+
+/// The end of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct End {
+    pub state: Equilibrium,
+    pub finer: Option<Finer>,
+}
+
+/// What elements of the next order say of an end.
+#[derive(Clone, Debug)]
+pub(crate) struct Finer {
+    pub state: Equilibrium,
+    /// See [`StepHistory::missing`](pennate_solver::history::StepHistory::missing).
+    pub missing: Vec<f64>,
+    /// How fast the state may vary along the elements in use.
+    pub variations: Vec<Vec<Variation>>,
+}
+
+/// The ends of the steps that are looked at; nothing where the way is not plain, or where nobody waits for them any longer.
+pub(super) fn ends<const D: usize>(
     structure: Structure,
     steps: &[Step],
-    (active, kind): (Active<D>, &Kind<D>),
+    kind: &Kind<D>,
     analysed: &mut Vec<System<D>>,
-    read: &dyn Fn(usize) -> bool,
-) -> Option<Vec<Option<Equilibrium>>> {
+    asked: &Asked<'_>,
+) -> Option<Vec<Option<End>>> {
     let structure = Arc::new(structure);
     let topology = path::topology(&structure, steps);
-    let chains = (kind.packs)(&structure, 0);
-    let system = System::new(Arc::clone(&structure), topology, chains, active, false);
-    let states = [State::default(), State::default()];
-    let mut walk = Walk { system, held: BTreeMap::new(), lateral: None, states, way: None };
+    let system = kind.build(structure, topology, 0);
+    let states = std::array::from_fn(|_| State::default());
+    let mut walk = Walk { system, finer: None, held: BTreeMap::new(), lateral: None, states, way: None, times: None };
     walk.begin(steps, kind, analysed)?;
-    let mut states = Vec::with_capacity(steps.len());
+    let mut ends = Vec::with_capacity(steps.len());
     for (index, step) in steps.iter().enumerate() {
+        if !(asked.wanted)() {
+            return None;
+        }
         walk.change(&step.changes);
         walk.hold(kind, steps, analysed, index + 1);
-        walk.step(step)?;
-        states.push(read(index).then(|| walk.read()));
+        let look = (asked.look)(index);
+        // What is only gone on from need not be exact, unless the next step holds it where it is.
+        let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
+        walk.step(step, if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result })?;
+        ends.push(match look {
+            Look::Not => None,
+            Look::State => Some(End { state: walk.read(), finer: None }),
+            Look::Error => Some(End { state: walk.read(), finer: Some(walk.refine(kind)?) }),
+        });
     }
-    Some(states)
+    Some(ends)
 }
 
 struct Walk<const D: usize> {
     system: System<D>,
+    /// The same on elements of the next order, once it was looked at.
+    finer: Option<System<D>>,
     held: BTreeMap<(usize, usize), Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
-    /// The last equilibrium, and the one before it.
-    states: [State; 2],
+    /// The last equilibrium, and the two before it.
+    states: [State; 3],
     /// By how much the last step moved the drives, where it moved nothing else.
     way: Option<Vec<f64>>,
+    /// How many times that is the step before it, where both went one way.
+    times: Option<f64>,
 }
 
 impl<const D: usize> Walk<D> {
@@ -106,7 +147,7 @@ impl<const D: usize> Walk<D> {
     }
 
     fn insert(&mut self, node: usize, component: usize, to: f64) {
-        let axis = neighbour::axis(&self.system.structure, node, component);
+        let axis = kind::axis(&self.system.structure, node, component);
         let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
         self.held.insert((node, component), Held { node, component, kind, from: to, to });
     }
@@ -116,11 +157,11 @@ impl<const D: usize> Walk<D> {
             match *change {
                 Change::Prescribe { node, component, to } => self.insert(node, component, to),
                 Change::Hold { node, component } => {
-                    let present = neighbour::present(&self.system, node, component);
+                    let present = kind::present(&self.system, node, component);
                     self.insert(node, component, present);
                 }
                 Change::MoveBy { node, component, by } => {
-                    let present = neighbour::present(&self.system, node, component);
+                    let present = kind::present(&self.system, node, component);
                     self.insert(node, component, present + by);
                 }
                 // The reaction has fallen to zero at the end of the step.
@@ -140,13 +181,13 @@ impl<const D: usize> Walk<D> {
             return;
         }
         self.system.hold(rows);
-        let mut known = neighbour::system(&self.system, kind.packs, (*self.system.structure).clone(), steps);
+        let mut known = kind::system(&self.system, kind.packs, (*self.system.structure).clone(), steps);
         known.hold_like(&self.system);
         analysed.push(known);
     }
 
-    /// Goes to the end of a step in one increment; where loads go on as in the step before, from what its ends foretell.
-    fn step(&mut self, step: &Step) -> Option<()> {
+    /// Goes to the end of a step in one increment; where loads go on as in the steps before, from what their ends foretell.
+    fn step(&mut self, step: &Step, aim: Aim) -> Option<()> {
         let system = &mut self.system;
         let mut way: Vec<f64> = system.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in &step.targets {
@@ -161,16 +202,20 @@ impl<const D: usize> Walk<D> {
         if !system.loads_have_potential() {
             return None;
         }
-        let [last, before] = &mut self.states;
-        std::mem::swap(last, before);
+        self.states.rotate_right(1);
+        let [last, before, earlier] = &mut self.states;
         system.save(last);
         let mut foreseen = None;
         if let Some(times) = times {
-            system.predict(before, last, times);
+            match self.times {
+                Some(before_that) => system.predict_bent([earlier, before, last], [1.0 / before_that, 1.0, times]),
+                None => system.predict(before, last, times),
+            }
             foreseen = Some(system.distances(last));
         }
+        self.times = times;
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
-        let start = Start { predicted, rest, negative_limit: 0, aim: Aim::Result, may_wander: false };
+        let start = Start { predicted, rest, negative_limit: 0, aim, may_wander: false };
         let found = Newton::default().solve(system, start).ok()?;
         let moved = system.distances(last);
         let foreseen = foreseen.as_ref().unwrap_or(&system.first_moves);
@@ -196,6 +241,20 @@ impl<const D: usize> Walk<D> {
             self.system.gather(pending);
         }
         results::equilibrium(&mut self.system)
+    }
+
+    /// The present state on elements of the next order.
+    fn refine(&mut self, kind: &Kind<D>) -> Option<Finer> {
+        let system = &self.system;
+        let build = || kind.build(Arc::clone(&system.structure), Arc::clone(&system.topology), 1);
+        let finer = self.finer.get_or_insert_with(build);
+        finer.hold_like(system);
+        finer.prolong(system);
+        Newton::default().solve(finer, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
+        let state = results::equilibrium(finer);
+        let missing = finer.members.iter().map(|slot| finer.packs[slot.pack].top_energy(slot.lane)).collect();
+        let variations = system.members.iter().map(|slot| system.packs[slot.pack].variations(slot.lane)).collect();
+        Some(Finer { state, missing, variations })
     }
 }
 

@@ -1,0 +1,120 @@
+//! Several designs in one structure, side by side: members of equal mesh share the lanes of the processor.
+
+use std::ops::Range;
+
+use pennate_solver::history::Equilibrium;
+use pennate_solver::structure::{Change, Drive, Step, Structure};
+
+use super::walk::{End, Finer};
+
+/// What belongs to one of the designs in a state of all.
+#[derive(Clone, Debug)]
+pub(crate) struct Share {
+    nodes: Range<usize>,
+    members: Range<usize>,
+    springs: Range<usize>,
+    sections: Range<usize>,
+}
+
+impl Share {
+    /// The state of one design.
+    fn of(&self, all: &Equilibrium) -> Equilibrium {
+        Equilibrium {
+            nodes: all.nodes[self.nodes.clone()].to_vec(),
+            members: all.members[self.members.clone()].to_vec(),
+            springs: all.springs[self.springs.clone()].to_vec(),
+            sections: all.sections[self.sections.clone()].to_vec(),
+            compliances: Vec::new(),
+            rounding: None,
+            ..*all
+        }
+    }
+
+    /// The end of a step of one design.
+    pub(super) fn end(&self, all: &End) -> End {
+        let finer = all.finer.as_ref().map(|finer| Finer {
+            state: self.of(&finer.state),
+            missing: finer.missing[self.members.clone()].to_vec(),
+            variations: finer.variations[self.members.clone()].to_vec(),
+        });
+        End { state: self.of(&all.state), finer }
+    }
+
+    /// The largest force on the members of one design.
+    pub(super) fn largest_force(&self, all: &Equilibrium) -> f64 {
+        let forces = all.members[self.members.clone()].iter().flat_map(|member| member.end_forces);
+        forces.flatten().fold(0.0, |largest, force| largest.max(force.abs()))
+    }
+}
+
+/// One structure of designs of one topology that have nothing in common, one after the other, their steps side by side, and what
+/// belongs to each; nothing of no design. Gravity of one would be that of all, and compliances are left out.
+pub(crate) fn join(designs: Vec<(Structure, Vec<Step>)>) -> Option<(Structure, Vec<Step>, Vec<Share>)> {
+    let mut at = [0; 4];
+    let shares = designs.iter().map(|(structure, _)| share(structure, &mut at)).collect();
+    let mut rest = designs.into_iter();
+    let (mut all, mut steps) = rest.next()?;
+    all.compliances.clear();
+    for (structure, own) in rest {
+        append(&mut all, &mut steps, structure, &own);
+    }
+    Some((all, steps, shares))
+}
+
+/// What belongs to a structure that comes after so many nodes, members, springs and sections.
+fn share(structure: &Structure, at: &mut [usize; 4]) -> Share {
+    let counts = [structure.nodes.len(), structure.members.len(), structure.springs.len(), structure.sections.len()];
+    let [nodes, members, springs, sections] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
+    *at = [nodes.end, members.end, springs.end, sections.end];
+    Share { nodes, members, springs, sections }
+}
+
+fn append(all: &mut Structure, steps: &mut [Step], structure: Structure, own: &[Step]) {
+    let (node, member) = (all.nodes.len(), all.members.len());
+    let (law, drive) = (all.laws.len(), all.drives.len());
+    all.nodes.extend(structure.nodes);
+    all.laws.extend(structure.laws);
+    all.members.extend(structure.members.into_iter().map(|mut moved| {
+        moved.nodes = moved.nodes.map(|n| n + node);
+        moved.segments.iter_mut().for_each(|segment| segment.law += law);
+        moved.control = moved.control.map(|control| control + drive);
+        moved
+    }));
+    all.sections.extend(structure.sections.into_iter().map(|moved| moved + member));
+    all.supports.extend(structure.supports.into_iter().map(|mut moved| {
+        moved.node += node;
+        moved
+    }));
+    all.bodies.extend(structure.bodies.into_iter().map(|mut moved| {
+        moved.nodes.iter_mut().for_each(|n| *n += node);
+        moved.reference += node;
+        moved
+    }));
+    all.springs.extend(structure.springs.into_iter().map(|mut moved| {
+        moved.nodes_mut().iter_mut().for_each(|n| *n += node);
+        moved
+    }));
+    all.drives.extend(structure.drives.into_iter().map(|moved| match moved {
+        Drive::Force(at, component) => Drive::Force(at + node, component),
+        Drive::Moment(at, component) => Drive::Moment(at + node, component),
+        Drive::FollowerForce(at, component) => Drive::FollowerForce(at + node, component),
+        Drive::FollowerMoment(at, component) => Drive::FollowerMoment(at + node, component),
+        Drive::Distributed(at, component) => Drive::Distributed(at + member, component),
+        Drive::Control | Drive::Gravity(_) => moved,
+    }));
+    for (step, own) in steps.iter_mut().zip(own) {
+        step.targets.extend(own.targets.iter().map(|&(target, value)| (target + drive, value)));
+        step.changes.extend(own.changes.iter().map(|&change| moved_change(change, node)));
+        step.min_increments = step.min_increments.max(own.min_increments);
+    }
+}
+
+fn moved_change(mut change: Change, by: usize) -> Change {
+    match &mut change {
+        Change::Prescribe { node, .. }
+        | Change::Hold { node, .. }
+        | Change::MoveBy { node, .. }
+        | Change::Free { node, .. } => *node += by,
+    }
+    change
+}

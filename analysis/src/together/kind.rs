@@ -1,0 +1,83 @@
+//! Networks in the plane and in space: what builds their systems, and what holds them.
+
+use std::sync::Arc;
+
+use pennate_solver::chain::Pack;
+use pennate_solver::joints::{Active, Topology};
+use pennate_solver::lateral::{self, Lateral};
+use pennate_solver::packs;
+use pennate_solver::path::{self, OutOfPlane};
+use pennate_solver::structure::{Step, Structure};
+use pennate_solver::system::System;
+
+/// Builds the chains of a structure.
+pub(crate) type Packs<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
+
+/// What systems of D components a node are built with, and what judges their stability out of the plane.
+#[derive(Clone, Copy)]
+pub(crate) struct Kind<const D: usize> {
+    pub packs: Packs<D>,
+    pub active: Active<D>,
+    /// Of networks in the plane alone.
+    pub lateral: Option<Sideways<D>>,
+}
+
+impl<const D: usize> Kind<D> {
+    /// A system on elements of an order higher by `enrich`.
+    pub(super) fn build(&self, structure: Arc<Structure>, topology: Arc<Topology>, enrich: usize) -> System<D> {
+        let chains = (self.packs)(&structure, enrich);
+        System::new(structure, topology, chains, self.active, false)
+    }
+}
+
+/// Builds what judges the stability of a plane system out of its plane.
+pub(crate) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<D> + Send>;
+
+/// Networks in the plane.
+pub(crate) fn plane() -> Kind<3> {
+    let lateral = |plane: &System<3>| -> Box<dyn OutOfPlane<3> + Send> {
+        Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))
+    };
+    Kind { packs: packs::plane, active: [0, 1, 5], lateral: Some(lateral) }
+}
+
+/// Networks in space.
+pub(crate) fn space() -> Kind<6> {
+    Kind { packs: packs::space, active: [0, 1, 2, 3, 4, 5], lateral: None }
+}
+
+/// A system for a structure of the same topology and mesh.
+pub(crate) fn system<const D: usize>(
+    like: &System<D>,
+    packs: Packs<D>,
+    structure: Structure,
+    steps: &[Step],
+) -> System<D> {
+    let structure = Arc::new(structure);
+    let topology = path::topology(&structure, steps);
+    let chains = packs(&structure, 0);
+    System::new(structure, topology, chains, like.equations.active, false)
+}
+
+/// The direction of a component of a node, in the axes of its support.
+pub(crate) fn axis(structure: &Structure, node: usize, component: usize) -> [f64; 3] {
+    let support = structure.supports.iter().find(|support| support.node == node);
+    let mut global = [0.0; 3];
+    global[component % 3] = 1.0;
+    support.map_or(global, |support| support.axes[component % 3])
+}
+
+/// The present value of a component of a node, in the axes of its support.
+pub(crate) fn present<const D: usize>(system: &System<D>, node: usize, component: usize) -> f64 {
+    let link = system.topology.links[node];
+    let joint = &system.state.joints[link.joint];
+    let axis = axis(&system.structure, node, component);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    if component < 3 {
+        dot(axis, joint.point(link.arm))
+    } else if D == 3 {
+        axis[2] * joint.place.angle
+    } else {
+        dot(axis, joint.theta)
+    }
+}

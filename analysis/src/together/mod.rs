@@ -1,0 +1,113 @@
+//! Designs of one topology, side by side in the lanes of the processor.
+//!
+//! They are put into one structure: members of equal mesh share the lanes, and what a solve costs besides its members is paid
+//! once. Designs that need not take the same way, or whose way is not plain, are left to the ordinary solver.
+
+mod join;
+mod kind;
+mod walk;
+
+use std::fmt;
+use std::sync::{Mutex, PoisonError};
+
+use pennate_solver::structure::{Dimension, Step, Structure};
+
+use self::join::Share;
+pub(crate) use self::join::join;
+pub(crate) use self::kind::{Kind, Packs, axis, plane, present, space, system};
+use self::walk::{Analysed, is_plain};
+pub(crate) use self::walk::{End, Look, joins};
+
+/// Designs that are solved side by side: as many as the widest lanes hold of one member.
+pub(crate) const TOGETHER: usize = 8;
+/// Forces of a design smaller than this part of the largest of its group are not looked at closely enough there.
+const FEEBLE: f64 = 1e-2;
+
+/// A structure and its steps.
+pub(crate) type Posed<'a> = (&'a Structure, &'a [Step]);
+
+/// What is asked of designs.
+pub(crate) struct Asked<'a> {
+    /// What is wanted of the end of a step.
+    pub look: &'a dyn Fn(usize) -> Look,
+    /// Whether anybody still waits.
+    pub wanted: &'a dyn Fn() -> bool,
+}
+
+/// What is kept from one group to the next: analyses of equations, which no answer depends on.
+#[derive(Default)]
+pub(crate) struct Workspace {
+    plane: Analysed<3>,
+    space: Analysed<6>,
+}
+
+/// Those that no thread uses at present: as many as threads did at once.
+#[derive(Default)]
+pub(crate) struct Workspaces(Mutex<Vec<Workspace>>);
+
+impl Workspaces {
+    pub(crate) fn take(&self) -> Workspace {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    pub(crate) fn give_back(&self, workspace: Workspace) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+    }
+}
+
+impl fmt::Debug for Workspaces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Workspaces")
+    }
+}
+
+/// The ends of the steps of some designs of one topology, those not looked at empty; nothing for designs that have to be
+/// solved alone.
+pub(crate) fn solve(
+    designs: &[Posed<'_>],
+    asked: &Asked<'_>,
+    workspace: &mut Workspace,
+) -> Vec<Option<Vec<Option<End>>>> {
+    let plain: Vec<Posed<'_>> =
+        designs.iter().copied().filter(|&(structure, steps)| is_plain(structure, steps)).collect();
+    let mut found = if plain.iter().all(|&(structure, _)| joins(structure)) {
+        solve_joined(&plain, asked, workspace)
+    } else {
+        plain.iter().flat_map(|&design| solve_joined(&[design], asked, workspace)).collect()
+    }
+    .into_iter();
+    let share =
+        |&(structure, steps): &Posed<'_>| if is_plain(structure, steps) { found.next().flatten() } else { None };
+    designs.iter().map(share).collect()
+}
+
+fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, workspace: &mut Workspace) -> Vec<Option<Vec<Option<End>>>> {
+    let all = designs.iter().map(|&(structure, steps)| (structure.clone(), steps.to_vec())).collect();
+    let Some((structure, steps, shares)) = join(all) else { return Vec::new() };
+    let count = designs.len();
+    let ends = match structure.dimension {
+        Dimension::Plane => walk::ends(structure, &steps, &plane(), workspace.plane.entry(count).or_default(), asked),
+        Dimension::Space => walk::ends(structure, &steps, &space(), workspace.space.entry(count).or_default(), asked),
+    };
+    if let Some(ends) = ends {
+        return shares.iter().map(|share| ends_of(share, &shares, &ends)).collect();
+    }
+    // One of them is doubtful: others need not wait for it.
+    if count == 1 || !(asked.wanted)() {
+        return designs.iter().map(|_| None).collect();
+    }
+    let (first, second) = designs.split_at(count / 2);
+    let mut found = solve_joined(first, asked, workspace);
+    found.extend(solve_joined(second, asked, workspace));
+    found
+}
+
+/// What belongs to one design of a group; nothing where its forces are small beside those of others.
+fn ends_of(share: &Share, all: &[Share], ends: &[Option<End>]) -> Option<Vec<Option<End>>> {
+    let feeble = |end: &End| {
+        let largest = all.iter().map(|share| share.largest_force(&end.state)).fold(0.0, f64::max);
+        share.largest_force(&end.state) < FEEBLE * largest
+    };
+    let own = |end: &Option<End>| end.as_ref().map(|end| share.end(end));
+    (!ends.iter().flatten().any(feeble)).then(|| ends.iter().map(own).collect())
+}
