@@ -106,6 +106,38 @@ fn designs_of_ten_topologies_have_the_answers_that_they_have_alone() {
     compare(&format!("{HEAD}{arch}"), &["F", "h"], &["drop"], 0.6);
 }
 
+/// Ends that nobody reads are foretold by parabolas and found roughly, but for those whose places the next step keeps.
+#[test]
+fn steps_in_a_row_end_where_they_end_alone() {
+    let rods = r#"
+        parameters = { L = 100, F = 0.08 }
+        nodes = { A = [0, 0, 0], B = ["= L", 0, 0], C = ["= L", "= 0.6 * L", 0] }
+        sections = { bar = { stiffness = { EA = 2000, GA2 = 700, GA3 = 700, GJ = 3000, EI2 = 4000, EI3 = 5000 } } }
+        members = { a = { nodes = ["A", "B"], section = "bar" },
+                    b = { nodes = ["B", "C"], section = "bar", release = { start = ["ry"] } } }
+        supports = { A = "clamped", C = ["uz"] }
+        probes = { y = { node = "C", displacement = "uy" }, turn = { node = "B", rotation = "rz" },
+                   root = { node = "A", reaction = "rz" } }
+    "#;
+    let ramp = |times: &[f64]| -> String {
+        let step =
+            |times: &f64| format!("[[steps]]\nforce = {{ B = [0, \"= {times} * F\", 0], C = [0, 0, \"= F\"] }}\n");
+        times.iter().map(step).collect()
+    };
+    let all = ["y", "turn", "root"];
+    let network = |steps: &str| format!("format = \"pennate/1\"\n{rods}\n{steps}");
+    // Even steps, steps that grow and shrink, one back, and one that holds what the ones before have led to.
+    for times in
+        [&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0][..], &[1.0, 2.0, 4.0, 7.0, 7.5, 8.5, 10.0], &[2.0, 4.0, 6.0, 5.0, 4.0]]
+    {
+        assert_eq!(compare(&network(&ramp(times)), &["L", "F"], &all, 0.2), 0);
+    }
+    let held = "[[steps]]\nhold = { C = [\"ux\"] }\n[[steps]]\nforce = { B = [0, 0, 0], C = [0, 0, 0] }\n";
+    let probes = rods.replace("probes = {", "probes = { kept = { node = \"C\", reaction = \"ux\" },");
+    let text = format!("format = \"pennate/1\"\n{probes}\n{}{held}", ramp(&[3.0, 5.0, 6.0]));
+    assert_eq!(compare(&text, &["L", "F"], &["y", "turn", "root", "kept"], 0.2), 0);
+}
+
 /// What is kept from one call to the next, for speed, moves no digit: a search that is stopped and gone on with writes the same bytes.
 #[test]
 fn answers_do_not_depend_on_what_was_solved_before() {
