@@ -8,8 +8,8 @@ from mkdocs.utils import get_relative_url
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ELSEWHERE = "https://unpkg.com/iframe-worker/shim"
-FOLDERS = "elements|solver|models|analysis|bindings|src|testing|tests|benches|examples|validation|docs|\\.ci"
-# A file or folder of the repository, such as `solver/src/chain/`.
+FOLDERS = "elements|chains|solver|models|analysis|bindings|src|testing|tests|benches|examples|validation|docs|\\.ci"
+# A file or folder of the repository, such as `solver/src/path/`.
 NAMED = re.compile(rf"`((?:{FOLDERS})/[\w./-]*)`")
 # What heads of source files cite: a page of the theory, and equations of it.
 CITED = re.compile(r"docs/theory/([\w-]+\.md)((?:,? (?:Eq\.|to|and)? ?\d+\.\d+)*)")

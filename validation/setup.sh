@@ -17,7 +17,7 @@ fi
 .venv/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
 # The package is built again where its sources, or those of the program, are newer than what is installed.
 installed=$(.venv/bin/python -c 'import pennate._core; print(pennate._core.__file__)' 2>/dev/null || true)
-sources="../src ../analysis/src ../models/src ../solver/src ../elements/src ../bindings/python/src ../bindings/python/python"
+sources="../src ../analysis/src ../models/src ../solver/src ../chains ../elements/src ../bindings/python/src ../bindings/python/python"
 if [ -z "$installed" ] || [ -n "$(find $sources ../bindings/python/pyproject.toml -newer "$installed" -name '*.*' ! -name '*.pyc' ! -name '*.so' -type f | head -n 1)" ]; then
     .venv/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps ../bindings/python
 fi

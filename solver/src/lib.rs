@@ -7,7 +7,6 @@
 
 pub mod base;
 pub mod buckling;
-pub mod chain;
 mod dense;
 pub mod error;
 mod flutter;
@@ -31,6 +30,8 @@ mod split;
 mod spring;
 pub mod structure;
 pub mod system;
+
+pub use pennate_chains as chain;
 
 use std::sync::Arc;
 

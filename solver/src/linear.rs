@@ -15,7 +15,7 @@ use faer::{Conj, MatMut, Par, Side};
 /// Pivots smaller than this part of the diagonal entry they came from are rounding in an unloaded structure.
 pub(crate) const PIVOT_NOISE: f64 = 1e-12;
 /// The same where motions may be as soft as loads make them: a unit in the last place for each of a few operations.
-pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
+pub(crate) use pennate_chains::ROUNDING;
 
 /// From this size on columns are factorized several at once: joints have six of them each, which pays even where there
 /// are few entries.

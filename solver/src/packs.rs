@@ -3,17 +3,13 @@
 //! Theory: docs/theory/mixed-points.md, Eq. 6.5, for rigid strains.
 
 use std::collections::BTreeMap;
-use std::marker::PhantomData;
 
-use pennate_elements::beam::{Beam, Moduli};
-use pennate_elements::lanes::{Generic, Width};
-use pennate_elements::laws::{About, LocalLaw, WithLaw};
-use pennate_elements::plane::PlaneBeam;
-use pennate_elements::real::Real;
+use pennate_elements::beam::Moduli;
+use pennate_elements::lanes::Width;
+use pennate_elements::laws::About;
 use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
-use pennate_elements::space::SpatialBeam;
 
-use crate::chain::{Chain, ChainMesh, Pack, SegmentMesh};
+use crate::chain::{ChainMesh, Pack, SegmentMesh, Side};
 use crate::structure::{Dimension, Fibres, Formulation, Member, SectionState, Structure};
 
 /// Auxiliary stiffness of a held strain, over the largest bending stiffness EI: the larger of two parts.
@@ -54,12 +50,12 @@ pub const HIGHEST: usize = 5;
 
 /// Chains of all members in space, on elements of an order higher by `enrich`.
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
-    packs(structure, enrich)
+    packs(structure, enrich, pennate_chains_space::pack)
 }
 
 /// The same in the plane.
 pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
-    packs(structure, enrich)
+    packs(structure, enrich, pennate_chains_plane::pack)
 }
 
 /// Builds the chains of all members.
@@ -67,10 +63,11 @@ pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
 /// Members of equal mesh lie side by side, where the processor can compute with several at once: they get the same digits
 /// there as alone, up to rounding. Where elements have no higher order, as corotational ones, exact ones stand in for it,
 /// which converge to the same rod.
-fn packs<const D: usize>(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<D>>>
-where
-    for<'a> Side<'a, D>: Generic<Output = Box<dyn Pack<D>>>,
-{
+fn packs<const D: usize>(
+    structure: &Structure,
+    enrich: usize,
+    pack: fn(Width, Side<'_, D>) -> Box<dyn Pack<D>>,
+) -> Vec<Box<dyn Pack<D>>> {
     let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
     for (index, member) in structure.members.iter().enumerate() {
         let mesh = mesh(structure, index, member);
@@ -85,68 +82,10 @@ where
         let formulation = if stays { *formulation } else { Formulation::Exact };
         for meshes in meshes.chunks(widest.lanes()) {
             let side = Side { meshes, formulation, order: order + enrich };
-            packs.push(widest.for_members(meshes.len()).run(side));
+            packs.push(pack(widest.for_members(meshes.len()), side));
         }
     }
     packs
-}
-
-/// Members of equal mesh that come to lie side by side.
-struct Side<'a, const D: usize> {
-    meshes: &'a [ChainMesh],
-    formulation: Formulation,
-    order: usize,
-}
-
-impl Generic for Side<'_, 6> {
-    type Output = Box<dyn Pack<6>>;
-
-    fn with<T: Real>(self) -> Self::Output {
-        self.formulation.apply(InLanes::<T, 6>(self, PhantomData))
-    }
-}
-
-impl Generic for Side<'_, 3> {
-    type Output = Box<dyn Pack<3>>;
-
-    fn with<T: Real>(self) -> Self::Output {
-        self.formulation.apply(InLanes::<T, 3>(self, PhantomData))
-    }
-}
-
-/// Members side by side in the lanes of `T`.
-struct InLanes<'a, T, const D: usize>(Side<'a, D>, PhantomData<T>);
-
-impl<T: Real> WithLaw for InLanes<'_, T, 6> {
-    type Output = Box<dyn Pack<6>>;
-
-    fn with<L: LocalLaw>(self) -> Self::Output {
-        self.0.chain::<T, SpatialBeam<L>>()
-    }
-}
-
-impl<T: Real> WithLaw for InLanes<'_, T, 3> {
-    type Output = Box<dyn Pack<3>>;
-
-    fn with<L: LocalLaw>(self) -> Self::Output {
-        self.0.chain::<T, PlaneBeam<L>>()
-    }
-}
-
-impl<const D: usize> Side<'_, D> {
-    /// Their chain of elements B.
-    fn chain<T: Real, B: Beam<T, D>>(&self) -> Box<dyn Pack<D>> {
-        if !B::Law::HIGHER_ORDERS {
-            return Box::new(Chain::<T, B, D, 1>::new(self.meshes));
-        }
-        match self.order {
-            0 | 1 => Box::new(Chain::<T, B, D, 1>::new(self.meshes)),
-            2 => Box::new(Chain::<T, B, D, 2>::new(self.meshes)),
-            3 => Box::new(Chain::<T, B, D, 3>::new(self.meshes)),
-            4 => Box::new(Chain::<T, B, D, 4>::new(self.meshes)),
-            _ => Box::new(Chain::<T, B, D, 5>::new(self.meshes)),
-        }
-    }
 }
 
 fn mesh(structure: &Structure, index: usize, member: &Member) -> ChainMesh {

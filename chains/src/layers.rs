@@ -12,8 +12,8 @@ use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
 use pennate_elements::small::norm;
 
-use super::{Chain, Pack, lanes};
-use crate::history::Variation;
+use crate::member::Variation;
+use crate::{Chain, Pack, lanes};
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn variations_impl(&self, lane: usize) -> Vec<Variation> {

@@ -3,18 +3,18 @@
 use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 
-use super::Chain;
-use super::shape::Strains;
-use crate::history::Peak;
+use crate::Chain;
+use crate::member::Peak;
+use crate::shape::Strains;
 
 /// Present length of the axis of a member, and its largest strains.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Measures {
     /// Present length of the centre line.
     pub length: f64,
-    /// See [`crate::history::MemberState::stretch`].
+    /// Axial strain that stresses the member, the induced one apart, where its size is largest; positive in tension.
     pub stretch: Peak,
-    /// See [`crate::history::MemberState::bending`].
+    /// Largest strain that bending brings to a fibre, where sections have a shape; induced curvature apart.
     pub bending: Peak,
 }
 

@@ -11,7 +11,7 @@ use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation::{compose, inverse, turn, turn_less_identity};
 use pennate_elements::small::{V3, add, scale, sub, tapply};
 
-use super::{Chain, lanes};
+use crate::{Chain, lanes};
 
 /// The placing, as work in lanes.
 pub(super) struct Unroll<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);

@@ -4,7 +4,7 @@ use pennate_elements::beam::{Beam, Piece};
 use pennate_elements::real::{self, Real, Work};
 use pennate_elements::small::{add, axpy, scale, sub};
 
-use super::Chain;
+use crate::Chain;
 
 /// A state of a chain of so many lanes, components and order, seen in its row of numbers: poses of the element ends, local
 /// unknowns, mixed stresses.

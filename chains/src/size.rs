@@ -4,7 +4,7 @@ use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{V3, add, cross, dot, sub, tapply};
 
-use super::{Chain, Size};
+use crate::{Chain, Size};
 
 /// Sizes of an increment: largest rotation and largest displacement over the length of the member.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,7 +3,7 @@
 use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
 
-use super::Chain;
+use crate::Chain;
 
 /// The axial force of the parts of a member that cannot be stretched, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]

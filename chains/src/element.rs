@@ -5,8 +5,8 @@ use pennate_elements::laws::{Formulation, LocalLaw, WithLaw};
 use pennate_elements::real::Real;
 use pennate_elements::small::{M3, V3, add, dot, scale};
 
-use super::lanes::{lane, lane_of, lanes};
-use super::{Chain, Pack};
+use crate::lanes::{lane, lane_of, lanes};
+use crate::{Chain, Pack};
 
 /// Geometry, section and state of one element of one member.
 #[derive(Clone, Debug)]

@@ -8,10 +8,10 @@ use pennate_elements::interpolation::node;
 use pennate_elements::real::Real;
 use pennate_elements::small::{V3, add, apply, axpy, cross, identity, scale, sub, tapply};
 
-use super::Chain;
-use super::lanes::{self, lane_of, lanes};
-use super::shape::{moment_about, point, position};
-use crate::history::{SectionForces, ShapePoint};
+use crate::Chain;
+use crate::lanes::{self, lane_of, lanes};
+use crate::member::{SectionForces, ShapePoint};
+use crate::shape::{moment_about, point, position};
 
 /// Sum of the load along a member up to a place, and its moment about the origin.
 #[derive(Clone, Copy, Default)]

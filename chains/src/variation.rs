@@ -4,7 +4,7 @@ use pennate_elements::beam::{At, Beam};
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{add, apply, scale};
 
-use super::{Chain, Pack, lanes};
+use crate::{Chain, Pack, lanes};
 
 /// What a small motion of the ends of a member does in one segment, the interior following in equilibrium.
 ///

@@ -7,8 +7,8 @@ use pennate_elements::interpolation::node;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{V3, axpy, scale};
 
-use super::lanes;
-use super::{Bent, Chain, Pack};
+use crate::lanes;
+use crate::{Bent, Chain, Pack};
 
 /// The highest order of an element.
 const MOST: usize = 5;

@@ -6,8 +6,7 @@ use pennate_elements::real::Real;
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, apply, axpy, scale, tmul, zeros};
 
-use super::{ChainMesh, SegmentMesh};
-use crate::structure::Fibres;
+use crate::{ChainMesh, Fibres, SegmentMesh};
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Curve<T, const P: usize> {
@@ -16,19 +15,22 @@ pub(crate) struct Curve<T, const P: usize> {
 }
 
 /// A piece of constant curvature.
-pub(crate) struct Bent {
+#[derive(Clone, Copy, Debug)]
+pub struct Bent {
+    /// Unloaded arclength.
     pub length: f64,
+    /// In the axes of its start.
     pub curvature: V3<f64>,
 }
 
 impl Bent {
     /// Material axes at s, in those of the start: the columns.
-    pub(crate) fn frame(&self, s: f64) -> M3<f64> {
+    pub fn frame(&self, s: f64) -> M3<f64> {
         rotation::matrix(rotation::exp(scale(s, self.curvature)))
     }
 
     /// Position at s: s times the mean of the tangents up to there.
-    pub(crate) fn position(&self, s: f64) -> V3<f64> {
+    pub fn position(&self, s: f64) -> V3<f64> {
         scale(s, apply(&rotation::tangent_map(scale(s, self.curvature)), &[1.0, 0.0, 0.0]))
     }
 

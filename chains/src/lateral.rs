@@ -8,7 +8,7 @@ use pennate_elements::small::{
     Ldl, V3, axpy, madd, mscale, scale, sub_tmul, sub_tmul_symmetric, tmul, transpose, zeros,
 };
 
-use super::{Chain, lanes};
+use crate::{Chain, lanes};
 
 /// No number has more lanes.
 const MOST_LANES: usize = 8;

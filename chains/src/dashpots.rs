@@ -8,7 +8,7 @@ use pennate_elements::real::Real;
 use pennate_elements::rotation;
 use pennate_elements::small::{dot, sub};
 
-use super::{Chain, lanes};
+use crate::{Chain, lanes};
 
 /// Stiffness and force of the dashpots at the present state.
 #[derive(Debug)]

@@ -6,9 +6,9 @@ use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, add, apply, axpy, cross, norm, scale, sub, tapply, tmul};
 
-use super::lanes::{self, lane_of, lanes};
-use super::{Chain, Pack};
-use crate::history::{MemberShape, ShapeCell, ShapePoint};
+use crate::lanes::{self, lane_of, lanes};
+use crate::member::{MemberShape, ShapeCell, ShapePoint};
+use crate::{Chain, Pack};
 
 /// Local unknowns of one element, as work in lanes.
 struct LocalUnknowns<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, usize);

@@ -8,8 +8,11 @@ use pennate_elements::small::{
     Ldl, add, axpy, madd, scale, sub_apply, sub_tapply, sub_tmul, sub_tmul_symmetric, transpose, zeros,
 };
 
-use super::Chain;
-use crate::linear::ROUNDING;
+use crate::Chain;
+
+/// Pivots smaller than this part of the diagonal entry they came from are rounding: a unit in the last place for each of a
+/// few operations.
+pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The elimination, as work in lanes.
 pub(super) struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
