@@ -42,7 +42,7 @@ use geometry::{Curve, Geometry, members_of};
 pub use held::HeldForce;
 use lateral::Lateral;
 pub use measures::Measures;
-pub use side::Side;
+pub use side::{Part, Side};
 use size::Sizes;
 use transfer::{Field, InLanes};
 pub use variation::SegmentVariation;

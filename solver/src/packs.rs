@@ -50,7 +50,13 @@ pub const HIGHEST: usize = 5;
 
 /// Chains of all members in space, on elements of an order higher by `enrich`.
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
-    packs(structure, enrich, pennate_chains_space::pack)
+    packs(structure, enrich, |width, side| {
+        if side.is_high() {
+            pennate_chains_space_high::pack(width, side)
+        } else {
+            pennate_chains_space::pack(width, side)
+        }
+    })
 }
 
 /// The same in the plane.
