@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::chain::Pack;
 use crate::error::SolveError;
 use crate::history::{History, Status};
-use crate::joints::Held;
+use crate::joints::{Active, Held};
 use crate::lateral;
 use crate::newton::{Newton, Start};
 use crate::options::{Options, Progress};
@@ -82,11 +83,22 @@ pub fn is_complete(history: &History) -> bool {
 }
 
 impl Followed<'_> {
-    /// Makes the changes that a step begins with, and stands at the beginning of its ramp.
-    pub fn begin(&mut self, step: &Step) {
+    /// The beginning of the ramp of a step on elements whose order is higher by `enrich`; nothing where it is not found there.
+    ///
+    /// What the step holds where it is, or lets go, is where these elements have it: differences between orders are to show all
+    /// that depends on the mesh.
+    pub fn beginning(&mut self, step: &Step, enrich: usize) -> Option<Base> {
         match self {
-            Self::Plane(path) => begin(path, step),
-            Self::Space(path) => begin(path, step),
+            Self::Plane(path) => {
+                let chains = packs::plane(&path.system.structure, enrich);
+                let plane = beginning(path, chains, PLANE, step)?;
+                of_plane(&plane, path.stability, enrich)
+            }
+            Self::Space(path) => {
+                let chains = packs::space(&path.system.structure, enrich);
+                let space = beginning(path, chains, SPACE, step)?;
+                of_space(&space, enrich)
+            }
         }
     }
 
@@ -134,10 +146,21 @@ pub(crate) fn of_plane(plane: &System<3>, stability: Dimension, enrich: usize) -
     Some(Base { system: space, reach: Reach::BothWays })
 }
 
-fn begin<const D: usize>(path: &mut Path<'_, D>, step: &Step) {
-    path.change(&step.changes);
-    path.system.fraction = 0.0;
-    path.system.apply_drives();
+/// The system of a path on other elements, at the beginning of the ramp of a step.
+fn beginning<const D: usize>(
+    path: &mut Path<'_, D>,
+    chains: Vec<Box<dyn Pack<D>>>,
+    active: Active<D>,
+    step: &Step,
+) -> Option<System<D>> {
+    let (structure, topology) = (Arc::clone(&path.system.structure), Arc::clone(&path.system.topology));
+    let mut system = System::new(structure, topology, chains, active, false);
+    system.fading.clone_from(&path.system.fading);
+    system.hold_like(&path.system);
+    system.prolong(&path.system);
+    Newton::default().solve(&mut system, Start::nearby()).ok()?;
+    path.begin(step, &mut system);
+    Some(system)
 }
 
 fn spatial<const D: usize>(system: &System<D>, enrich: usize) -> System<6> {

@@ -11,8 +11,10 @@ use crate::solution::diagonal;
 
 /// An eigenvalue counts as no smaller than this part of the largest wanted, when errors are judged.
 const SMALLEST: f64 = 1e-9;
-/// Part of the difference of two orders that is left of it on the higher one, at least: two may agree by chance.
-const LEFT: f64 = 0.01;
+/// Part of the difference of two orders that is left of it on the higher one, at least, where one value tells: two orders may agree
+/// by chance, of several values so many times less. On a dyad of eight elements a sixth is left of the first factor, where the
+/// ratio of the differences foresees a hundredth.
+const LEFT: f64 = 0.15;
 /// Part of the largest difference of any value on the two lower orders below which one of them is chance.
 const CHANCE: f64 = 1e-2;
 
@@ -114,7 +116,7 @@ fn errors_of(levels: &[Vec<f64>], order: usize) -> (Vec<f64>, usize) {
                 first.iter().zip(&last).zip(high).filter(|((first, _), value)| **first > counted * value.abs());
             let ratio = ratios.map(|((first, last), _)| last / first).fold(0.0, f64::max);
             let order = (order + 1) as f64;
-            let next = (ratio * (2.0 * order - 1.0) / (2.0 * order + 3.0)).max(LEFT);
+            let next = (ratio * (2.0 * order - 1.0) / (2.0 * order + 3.0)).max(LEFT / high.len() as f64);
             // Differences that do not fall by half say nothing of what follows.
             let left = if next < 0.5 { next / (1.0 - next) } else { 1.0 };
             (last.into_iter().map(|apart| left * apart).collect(), 2)

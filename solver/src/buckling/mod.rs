@@ -143,17 +143,20 @@ pub fn buckle(
             for &(drive, value) in &steps[step].targets {
                 to[drive] = value;
             }
-            followed.begin(&steps[step]);
         }
         Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
     }
     let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
     let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
     let mut level = |enrich: usize, below: Option<&Buckling>| {
-        let mut base = followed.base(enrich).ok_or(NoFactors::NotSettled)?;
-        if let Ramp::Present(_) = ramp {
-            base.once_more();
-        }
+        let base = match ramp {
+            Ramp::Of(step) => followed.beginning(&steps[step], enrich),
+            Ramp::Present(_) => followed.base(enrich).map(|mut base| {
+                base.once_more();
+                base
+            }),
+        };
+        let base = base.ok_or(NoFactors::NotSettled)?;
         let asked = Asked { wanted, below, last: enrich == most };
         Beginning { base, from: from.clone(), to: to.clone() }.factors(&asked)
     };

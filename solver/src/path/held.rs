@@ -7,7 +7,7 @@ use pennate_elements::small::dot;
 use super::Path;
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
-use crate::system::Fading;
+use crate::system::{Fading, System};
 
 impl<const D: usize> Path<'_, D> {
     /// Axes in which a node's components are measured.
@@ -37,7 +37,7 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// Applies the changes that a step makes to what is held; gives the reactions that fade.
-    pub(crate) fn change(&mut self, changes: &[Change]) {
+    pub(super) fn change(&mut self, changes: &[Change]) {
         for held in self.held.values_mut() {
             held.from = held.to;
         }
@@ -65,6 +65,17 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         self.system.hold(self.held.values().copied().collect());
+    }
+
+    /// Brings another system of the network, at the end of the present step, to the beginning of the ramp of the next one.
+    pub(crate) fn begin(&mut self, step: &Step, system: &mut System<D>) {
+        let held = self.held.clone();
+        std::mem::swap(&mut self.system, system);
+        self.change(&step.changes);
+        self.system.fraction = 0.0;
+        self.system.apply_drives();
+        std::mem::swap(&mut self.system, system);
+        self.held = held;
     }
 
     fn reaction(&self, node: NodeId, component: usize) -> Fading {
