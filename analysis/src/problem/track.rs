@@ -57,7 +57,7 @@ impl<const D: usize> Track<D> {
         let mut system = together::system(&self.system, self.kind.packs, structure, &self.steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, self.system.equations.held.clone(), &self.system.drives);
-        Self::new(self.kind.clone(), system, self.lateral.is_some(), self.steps.clone())
+        Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone())
     }
 
     /// Goes to the equilibrium for other numbers; false, with nothing changed, where that is not the one next to it.
