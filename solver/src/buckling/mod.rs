@@ -26,7 +26,7 @@ use crate::options::{Options, Progress};
 use crate::packs;
 use crate::spectral::factor::Factor;
 use crate::spectral::operators::{
-    Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
+    self, Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
 };
 use crate::spectral::pencil::{Known, Pairs, Pencil, SETTLED};
 use crate::spectral::shape::Shape;
@@ -243,7 +243,7 @@ impl Beginning {
             return Err(NoFactors::NothingMoves);
         }
         let unknowns = Unknowns::new(system);
-        let assembled = Assembled::new(system, &unknowns);
+        let assembled = Assembled::without_mass(system, &unknowns);
         let mut without_potential = system.without_potential();
         let change = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
 
@@ -343,7 +343,7 @@ impl Beginning {
             let pack = &system.packs[slot.pack];
             for e in 0..pack.elements() {
                 let state = pack.element(slot.lane, e);
-                let own = Evaluated::of(&state, &response.stressings[member][e], None);
+                let own = Evaluated::of(&state, &response.stressings[member][e], operators::Part::Rate);
                 scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);
             }
             let ends = &response.ends[member];

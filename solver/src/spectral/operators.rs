@@ -137,6 +137,15 @@ type SparseRow = Vec<(usize, f64)>;
 impl Assembled {
     /// Assembles a network at its equilibrium.
     pub fn new(system: &mut System<6>, unknowns: &Unknowns) -> Self {
+        Self::with(system, unknowns, true)
+    }
+
+    /// The same without the mass matrix, which stays empty.
+    pub fn without_mass(system: &mut System<6>, unknowns: &Unknowns) -> Self {
+        Self::with(system, unknowns, false)
+    }
+
+    fn with(system: &mut System<6>, unknowns: &Unknowns, has_mass: bool) -> Self {
         let mut all = Self::default();
         for member in 0..system.members.len() {
             let slot = &system.members[member];
@@ -144,9 +153,9 @@ impl Assembled {
             for e in 0..pack.elements() {
                 let state = pack.element(lane, e);
                 let stressing = present(&state);
-                let inertia = inertia(&system.section(member, state.segment).section, &slot.turn);
+                let inertia = || inertia(&system.section(member, state.segment).section, &slot.turn);
                 let columns = element_columns(system, unknowns, member, e);
-                let own = Evaluated::of(&state, &stressing, Some(&inertia));
+                let own = Evaluated::of(&state, &stressing, Part::Present(has_mass.then(inertia)));
                 scatter(&own.stiffness, &columns, &mut all.rest);
                 scatter(&own.rows.products(), &columns, &mut all.stiffness);
                 scatter(&own.mass, &columns, &mut all.mass);
@@ -157,7 +166,7 @@ impl Assembled {
             let entries = &mut all.rest;
             end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
         }
-        for body in &system.structure.bodies {
+        for body in system.structure.bodies.iter().filter(|_| has_mass) {
             let columns = network_node(system, body.reference);
             for (i, left) in &columns {
                 for (j, right) in &columns {
@@ -201,15 +210,39 @@ fn rows(rows: &[SparseRow], numbers: &[Option<usize>]) -> CsMat<f64> {
 /// A square matrix over the unknowns of one family.
 pub fn matrix(entries: &Entries, numbers: &[Option<usize>]) -> CsMat<f64> {
     let size = numbers.iter().flatten().count();
-    let mut triplets = TriMat::with_capacity((size, size), entries.len());
-    for &(i, j, value) in entries {
-        if let (Some(i), Some(j)) = (numbers[i], numbers[j])
-            && value != 0.0
-        {
-            triplets.add_triplet(i, j, value);
-        }
+    let own = || {
+        let place = |&(i, j, value): &(usize, usize, f64)| Some((numbers[i]?, numbers[j]?, value));
+        entries.iter().filter_map(place).filter(|entry| entry.2 != 0.0)
+    };
+    // By rows, in the order in which they come.
+    let mut starts = vec![0; size + 1];
+    own().for_each(|(i, ..)| starts[i + 1] += 1);
+    (0..size).for_each(|i| starts[i + 1] += starts[i]);
+    let mut by_rows = vec![(0, 0.0); starts[size]];
+    let mut next = starts.clone();
+    for (i, j, value) in own() {
+        by_rows[next[i]] = (j, value);
+        next[i] += 1;
     }
-    triplets.to_csr()
+    // Entries at one place are summed up.
+    let (mut ends, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+    let mut sums = vec![0.0; size];
+    let mut row_of = vec![usize::MAX; size];
+    for row in 0..size {
+        let first = columns.len();
+        for &(column, value) in &by_rows[starts[row]..starts[row + 1]] {
+            if row_of[column] != row {
+                row_of[column] = row;
+                sums[column] = 0.0;
+                columns.push(column);
+            }
+            sums[column] += value;
+        }
+        columns[first..].sort_unstable();
+        values.extend(columns[first..].iter().map(|&column| sums[column]));
+        ends.push(columns.len());
+    }
+    CsMat::new((size, size), ends, columns, values)
 }
 
 /// Adds a lower triangle and its mirror image.
@@ -266,6 +299,15 @@ fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {
     columns.iter().enumerate().flat_map(node).collect()
 }
 
+/// What of an element is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub enum Part {
+    /// Strains, what the tangent has beside the products of strains, and with an inertia the mass.
+    Present(Option<Inertia>),
+    /// For rates of stiffness and stresses: the rate of the tangent at a fixed shape.
+    Rate,
+}
+
 /// Matrices of one element over the components of its nodes.
 #[derive(Debug, Default)]
 pub struct Evaluated {
@@ -278,17 +320,12 @@ pub struct Evaluated {
 }
 
 impl Evaluated {
-    /// With an inertia: strains, mass, and what the tangent has beside the products of strains; without, for rates of
-    /// stiffness and stresses: the rate of the tangent at a fixed shape.
-    pub fn of(state: &ElementState<6>, stressing: &Stressing, inertia: Option<&Inertia>) -> Self {
-        state.formulation.apply(OfLaw { state, stressing, inertia })
+    /// A part of what an element contributes.
+    pub fn of(state: &ElementState<6>, stressing: &Stressing, part: Part) -> Self {
+        state.formulation.apply(OfLaw { state, stressing, part })
     }
 
-    fn of_order<L: LocalLaw, const P: usize>(
-        state: &ElementState<6>,
-        stressing: &Stressing,
-        inertia: Option<&Inertia>,
-    ) -> Self {
+    fn of_order<L: LocalLaw, const P: usize>(state: &ElementState<6>, stressing: &Stressing, part: Part) -> Self {
         let table = Table::<P>::new();
         let pose = |end: usize| Pose { displacement: state.ends[end].displacement, rotation: state.ends[end].rotation };
         let frame = <Space as Beam<f64, 6>>::frame(&state.piece, &pose(0), &pose(1));
@@ -297,7 +334,7 @@ impl Evaluated {
         let curved: Option<[_; P]> = state.curved.as_ref().map(|frames| std::array::from_fn(|g| frames[g]));
         let stress: [[f64; 6]; P] = std::array::from_fn(|g| stressing.stress[g]);
         // A rate of the stiffness is that at a fixed shape, softening included: it has none of its own.
-        let softening = if inertia.is_some() { state.moduli.softening } else { [0.0; 2] };
+        let softening = if let Part::Present(_) = part { state.moduli.softening } else { [0.0; 2] };
         let moduli = Moduli { stiffness: stressing.stiffness, softening, ..state.moduli };
         let bare = Moduli { stiffness: [0.0; 6], ..moduli };
         let at = At {
@@ -311,13 +348,15 @@ impl Evaluated {
         let nodes = Nodes { frame: &frame, reference: &reference, local: &local };
         let load = <Space as Beam<f64, 6>>::pull_back(&frame, scale(state.piece.length, stressing.load));
         let mut own = Self::default();
-        match inertia {
-            Some(inertia) => {
+        match part {
+            Part::Present(inertia) => {
                 own.rows = whole::strain_rows::<L, P>(&at, &nodes);
                 own.stiffness = whole::tangent::<L, P>(&At { moduli: &bare, ..at }, &nodes, load);
-                own.mass = mass::mass(&state.piece, state.curvature, &nodes, inertia);
+                if let Some(inertia) = inertia {
+                    own.mass = mass::mass(&state.piece, state.curvature, &nodes, &inertia);
+                }
             }
-            None => own.stiffness = whole::tangent::<L, P>(&at, &nodes, load),
+            Part::Rate => own.stiffness = whole::tangent::<L, P>(&at, &nodes, load),
         }
         own
     }
@@ -327,23 +366,23 @@ impl Evaluated {
 struct OfLaw<'a> {
     state: &'a ElementState<6>,
     stressing: &'a Stressing,
-    inertia: Option<&'a Inertia>,
+    part: Part,
 }
 
 impl WithLaw for OfLaw<'_> {
     type Output = Evaluated;
 
     fn with<L: LocalLaw>(self) -> Evaluated {
-        let Self { state, stressing, inertia } = self;
+        let Self { state, stressing, part } = self;
         if !L::HIGHER_ORDERS {
-            return Evaluated::of_order::<L, 1>(state, stressing, inertia);
+            return Evaluated::of_order::<L, 1>(state, stressing, part);
         }
         match state.local.len() {
-            1 => Evaluated::of_order::<L, 1>(state, stressing, inertia),
-            2 => Evaluated::of_order::<L, 2>(state, stressing, inertia),
-            3 => Evaluated::of_order::<L, 3>(state, stressing, inertia),
-            4 => Evaluated::of_order::<L, 4>(state, stressing, inertia),
-            _ => Evaluated::of_order::<L, 5>(state, stressing, inertia),
+            1 => Evaluated::of_order::<L, 1>(state, stressing, part),
+            2 => Evaluated::of_order::<L, 2>(state, stressing, part),
+            3 => Evaluated::of_order::<L, 3>(state, stressing, part),
+            4 => Evaluated::of_order::<L, 4>(state, stressing, part),
+            _ => Evaluated::of_order::<L, 5>(state, stressing, part),
         }
     }
 }
