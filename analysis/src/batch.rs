@@ -10,7 +10,7 @@ use pennate_solver::options::Options;
 use pennate_solver::structure::{Dimension, Step, Structure};
 use rayon::prelude::*;
 
-use crate::together::{self, Asked, End, Look, Posed, TOGETHER, Workspace};
+use crate::together::{self, Asked, End, Look, Posed, TOGETHER};
 
 /// A structure with the steps that are made of it.
 #[derive(Clone, Debug)]
@@ -62,7 +62,7 @@ pub fn solve(designs: &[Design]) -> Vec<Outcome> {
 
 fn solve_group(group: &[Design]) -> Vec<Outcome> {
     let asked = Asked { look: &|_| Look::State, wanted: &|| true };
-    let ends = together::solve(&posed(group), &asked, &mut Workspace::default());
+    let ends = together::solve(&posed(group), &asked, None);
     group.iter().zip(ends).map(|(design, ends)| ends.map_or_else(|| alone(design), |ends| Ok(ends_of(ends)))).collect()
 }
 
@@ -79,7 +79,7 @@ pub(crate) fn histories(designs: &[Design], wanted: &dyn Fn() -> bool) -> Vec<Op
     let asked = Asked { look: &|_| Look::Error, wanted };
     let solve = |group: &[Design]| match group {
         [_] => vec![None],
-        _ => together::solve(&posed(group), &asked, &mut Workspace::default()),
+        _ => together::solve(&posed(group), &asked, None),
     };
     let ends = groups(designs).flat_map(solve);
     let history = |(design, ends): (&Design, Option<Vec<Option<End>>>)| {

@@ -58,7 +58,7 @@ impl Problem {
         let posed: Vec<Posed<'_>> = designs.iter().map(|design| (&design.structure, design.steps.as_slice())).collect();
         let look = |step| if self.reads(step) { Look::State } else { Look::Not };
         let asked = Asked { look: &look, wanted: &|| !control.is_stopped() };
-        let ends = together::solve(&posed, &asked, workspace);
+        let ends = together::solve(&posed, &asked, Some(workspace));
         designs.iter().zip(ends).map(|(design, ends)| ends.map(|ends| self.outputs_of(design, &ends))).collect()
     }
 

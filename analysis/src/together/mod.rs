@@ -62,18 +62,18 @@ impl fmt::Debug for Workspaces {
 }
 
 /// The ends of the steps of some designs of one topology, those not looked at empty; nothing for designs that have to be
-/// solved alone.
+/// solved alone. A workspace serves designs of one topology alone.
 pub(crate) fn solve(
     designs: &[Posed<'_>],
     asked: &Asked<'_>,
-    workspace: &mut Workspace,
+    mut workspace: Option<&mut Workspace>,
 ) -> Vec<Option<Vec<Option<End>>>> {
     let plain: Vec<Posed<'_>> =
         designs.iter().copied().filter(|&(structure, steps)| is_plain(structure, steps)).collect();
     let mut found = if plain.iter().all(|&(structure, _)| joins(structure)) {
-        solve_joined(&plain, asked, workspace)
+        solve_joined(&plain, asked, workspace.as_deref_mut())
     } else {
-        plain.iter().flat_map(|&design| solve_joined(&[design], asked, workspace)).collect()
+        plain.iter().flat_map(|&design| solve_joined(&[design], asked, workspace.as_deref_mut())).collect()
     }
     .into_iter();
     let share =
@@ -81,13 +81,23 @@ pub(crate) fn solve(
     designs.iter().map(share).collect()
 }
 
-fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, workspace: &mut Workspace) -> Vec<Option<Vec<Option<End>>>> {
+fn solve_joined(
+    designs: &[Posed<'_>],
+    asked: &Asked<'_>,
+    mut workspace: Option<&mut Workspace>,
+) -> Vec<Option<Vec<Option<End>>>> {
     let all = designs.iter().map(|&(structure, steps)| (structure.clone(), steps.to_vec())).collect();
     let Some((structure, steps, shares)) = join(all) else { return Vec::new() };
     let count = designs.len();
     let ends = match structure.dimension {
-        Dimension::Plane => walk::ends(structure, &steps, &plane(), workspace.plane.entry(count).or_default(), asked),
-        Dimension::Space => walk::ends(structure, &steps, &space(), workspace.space.entry(count).or_default(), asked),
+        Dimension::Plane => {
+            let analysed = workspace.as_deref_mut().map(|kept| kept.plane.entry(count).or_default());
+            walk::ends(structure, &steps, &plane(), analysed, asked)
+        }
+        Dimension::Space => {
+            let analysed = workspace.as_deref_mut().map(|kept| kept.space.entry(count).or_default());
+            walk::ends(structure, &steps, &space(), analysed, asked)
+        }
     };
     if let Some(ends) = ends {
         return shares.iter().map(|share| ends_of(share, &shares, &ends)).collect();
@@ -97,7 +107,7 @@ fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, workspace: &mut Worksp
         return designs.iter().map(|_| None).collect();
     }
     let (first, second) = designs.split_at(count / 2);
-    let mut found = solve_joined(first, asked, workspace);
+    let mut found = solve_joined(first, asked, workspace.as_deref_mut());
     found.extend(solve_joined(second, asked, workspace));
     found
 }

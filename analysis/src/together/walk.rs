@@ -73,7 +73,7 @@ pub(super) fn ends<const D: usize>(
     structure: Structure,
     steps: &[Step],
     kind: &Kind<D>,
-    analysed: &mut Vec<System<D>>,
+    mut analysed: Option<&mut Vec<System<D>>>,
     asked: &Asked<'_>,
 ) -> Option<Vec<Option<End>>> {
     let structure = Arc::new(structure);
@@ -81,14 +81,14 @@ pub(super) fn ends<const D: usize>(
     let system = kind.build(structure, topology, 0);
     let states = std::array::from_fn(|_| State::default());
     let mut walk = Walk { system, finer: None, held: BTreeMap::new(), lateral: None, states, way: None, times: None };
-    walk.begin(steps, kind, analysed)?;
+    walk.begin(steps, kind, analysed.as_deref_mut())?;
     let mut ends = Vec::with_capacity(steps.len());
     for (index, step) in steps.iter().enumerate() {
         if !(asked.wanted)() {
             return None;
         }
         walk.change(&step.changes);
-        walk.hold(kind, steps, analysed, index + 1);
+        walk.hold(kind, steps, analysed.as_deref_mut(), index + 1);
         let look = (asked.look)(index);
         // What is only gone on from need not be exact, unless the next step holds it where it is.
         let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
@@ -118,7 +118,7 @@ struct Walk<const D: usize> {
 
 impl<const D: usize> Walk<D> {
     /// Looks at the unloaded structure with what the first step holds.
-    fn begin(&mut self, steps: &[Step], kind: &Kind<D>, analysed: &mut Vec<System<D>>) -> Option<()> {
+    fn begin(&mut self, steps: &[Step], kind: &Kind<D>, analysed: Option<&mut Vec<System<D>>>) -> Option<()> {
         let structure = Arc::clone(&self.system.structure);
         for support in &structure.supports {
             for component in (0..6).filter(|&component| support.fixed[component]) {
@@ -172,9 +172,13 @@ impl<const D: usize> Walk<D> {
         }
     }
 
-    /// Sets what is held, by the analysis of a design before where there is one.
-    fn hold(&mut self, kind: &Kind<D>, steps: &[Step], analysed: &mut Vec<System<D>>, index: usize) {
+    /// Sets what is held, by the analysis of a design before where there is one, and keeps that of this one where they are kept.
+    fn hold(&mut self, kind: &Kind<D>, steps: &[Step], analysed: Option<&mut Vec<System<D>>>, index: usize) {
         let rows: Vec<Held> = self.held.values().copied().collect();
+        let Some(analysed) = analysed else {
+            self.system.hold(rows);
+            return;
+        };
         if let Some(known) = analysed.get(index) {
             self.system.hold_like(known);
             self.system.hold(rows);
