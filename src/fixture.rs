@@ -130,24 +130,7 @@ fn history() -> History {
         notes: vec![Note::TouchedSingular { fraction: 0.25 }],
         failure: None,
     };
-    let missing = StepHistory {
-        status: Status::NotReached,
-        fraction: 0.0,
-        iterations: 0,
-        factorizations: 0,
-        increments: Vec::new(),
-        refined: None,
-        missing: Vec::new(),
-        variations: Vec::new(),
-        stable: None,
-        vibration: None,
-        stability: Dimension::Space,
-        negative_pivots: 0,
-        critical_points: Vec::new(),
-        jumps: Vec::new(),
-        notes: Vec::new(),
-        failure: None,
-    };
+    let missing = StepHistory { status: Status::NotReached, ..StepHistory::empty(Dimension::Space) };
     let mesh = MeshSize { nodes: 4, elements: 3, unknowns: 9 };
     History { steps: vec![done, missing], mesh, ..History::default() }
 }

@@ -34,13 +34,13 @@ fn designs_end_where_they_end_alone() {
             let state = &step.increments.last().expect("a state").state;
             for (a, b) in end.nodes.iter().zip(&state.nodes) {
                 for c in 0..3 {
-                    assert!((a.displacement[c] - b.displacement[c]).abs() < 1e-7, "{a:?} {b:?}");
-                    assert!((a.reaction_force[c] - b.reaction_force[c]).abs() < 1e-6, "{a:?} {b:?}");
+                    assert!((a.displacement[c] - b.displacement[c]).abs() < 1e-9, "{a:?} {b:?}");
+                    assert!((a.reaction_force[c] - b.reaction_force[c]).abs() < 1e-8, "{a:?} {b:?}");
                 }
             }
             for (a, b) in end.members.iter().zip(&state.members) {
-                assert!((a.axial_force - b.axial_force).abs() < 1e-6, "{a:?} {b:?}");
-                assert!((a.length - b.length).abs() < 1e-7 && a.control == b.control, "{a:?} {b:?}");
+                assert!((a.axial_force - b.axial_force).abs() < 1e-8, "{a:?} {b:?}");
+                assert!((a.length - b.length).abs() < 1e-9 && a.control == b.control, "{a:?} {b:?}");
             }
         }
     }

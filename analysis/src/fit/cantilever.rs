@@ -96,8 +96,7 @@ impl Cantilever {
         let mut system = System::new(structure, topology, chains, OUTPUTS, false);
         let held = OUTPUTS.map(|component| {
             let axis = AXES[component % 3];
-            let kind =
-                if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+            let kind = HeldKind::of(component, axis);
             Held { node: 0, component, kind, from: 0.0, to: 0.0 }
         });
         system.hold(held.to_vec());

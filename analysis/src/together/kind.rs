@@ -69,15 +69,5 @@ pub(crate) fn axis(structure: &Structure, node: usize, component: usize) -> [f64
 
 /// The present value of a component of a node, in the axes of its support.
 pub(crate) fn present<const D: usize>(system: &System<D>, node: usize, component: usize) -> f64 {
-    let link = system.topology.links[node];
-    let joint = &system.state.joints[link.joint];
-    let axis = axis(&system.structure, node, component);
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    if component < 3 {
-        dot(axis, joint.point(link.arm))
-    } else if D == 3 {
-        axis[2] * joint.place.angle
-    } else {
-        dot(axis, joint.theta)
-    }
+    system.present(node, component, axis(&system.structure, node, component))
 }

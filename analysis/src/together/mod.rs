@@ -68,17 +68,16 @@ pub(crate) fn solve(
     asked: &Asked<'_>,
     mut workspace: Option<&mut Workspace>,
 ) -> Vec<Option<Vec<Option<End>>>> {
+    let are_plain: Vec<bool> = designs.iter().map(|&(structure, steps)| is_plain(structure, steps)).collect();
     let plain: Vec<Posed<'_>> =
-        designs.iter().copied().filter(|&(structure, steps)| is_plain(structure, steps)).collect();
+        designs.iter().zip(&are_plain).filter_map(|(design, plain)| plain.then_some(*design)).collect();
     let mut found = if plain.iter().all(|&(structure, _)| joins(structure)) {
         solve_joined(&plain, asked, workspace.as_deref_mut())
     } else {
         plain.iter().flat_map(|&design| solve_joined(&[design], asked, workspace.as_deref_mut())).collect()
     }
     .into_iter();
-    let share =
-        |&(structure, steps): &Posed<'_>| if is_plain(structure, steps) { found.next().flatten() } else { None };
-    designs.iter().map(share).collect()
+    are_plain.into_iter().map(|plain| if plain { found.next().flatten() } else { None }).collect()
 }
 
 fn solve_joined(

@@ -88,7 +88,7 @@ pub(super) fn ends<const D: usize>(
             return None;
         }
         walk.change(&step.changes);
-        walk.hold(kind, steps, analysed.as_deref_mut(), index + 1);
+        walk.hold(kind, analysed.as_deref_mut(), index + 1);
         let look = (asked.look)(index);
         // What is only gone on from need not be exact, unless the next step holds it where it is.
         let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
@@ -129,7 +129,7 @@ impl<const D: usize> Walk<D> {
         for (node, component) in path::first_rows(&structure, steps) {
             self.insert(node, component, 0.0);
         }
-        self.hold(kind, steps, analysed, 0);
+        self.hold(kind, analysed, 0);
         self.system.prestress = 1.0;
         let inertia = self.system.assemble(false);
         if inertia.idle + inertia.negative > 0 {
@@ -148,7 +148,7 @@ impl<const D: usize> Walk<D> {
 
     fn insert(&mut self, node: usize, component: usize, to: f64) {
         let axis = kind::axis(&self.system.structure, node, component);
-        let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+        let kind = HeldKind::of(component, axis);
         self.held.insert((node, component), Held { node, component, kind, from: to, to });
     }
 
@@ -173,7 +173,7 @@ impl<const D: usize> Walk<D> {
     }
 
     /// Sets what is held, by the analysis of a design before where there is one, and keeps that of this one where they are kept.
-    fn hold(&mut self, kind: &Kind<D>, steps: &[Step], analysed: Option<&mut Vec<System<D>>>, index: usize) {
+    fn hold(&mut self, kind: &Kind<D>, analysed: Option<&mut Vec<System<D>>>, index: usize) {
         let rows: Vec<Held> = self.held.values().copied().collect();
         let Some(analysed) = analysed else {
             self.system.hold(rows);
@@ -185,8 +185,9 @@ impl<const D: usize> Walk<D> {
             return;
         }
         self.system.hold(rows);
-        let mut known = kind::system(&self.system, kind.packs, (*self.system.structure).clone(), steps);
-        known.hold_like(&self.system);
+        let system = &self.system;
+        let mut known = kind.build(Arc::clone(&system.structure), Arc::clone(&system.topology), 0);
+        known.hold_like(system);
         analysed.push(known);
     }
 

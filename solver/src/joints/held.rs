@@ -80,6 +80,13 @@ pub enum HeldKind {
     },
 }
 
+impl HeldKind {
+    /// What holds a component of a node, 0 to 5, along the unit vector `axis` in global axes.
+    pub fn of(component: usize, axis: V3<f64>) -> Self {
+        if component < 3 { Self::Translation { direction: axis } } else { Self::Rotation { axis } }
+    }
+}
+
 /// One held component, and the values it has at the beginning and at the end of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use pennate_elements::small::dot;
-
 use super::Path;
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
@@ -18,22 +16,13 @@ impl<const D: usize> Path<'_, D> {
 
     pub(super) fn insert(&mut self, node: NodeId, component: usize, from: f64, to: f64) {
         let axis = self.axes(node)[component % 3];
-        let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+        let kind = HeldKind::of(component, axis);
         self.held.insert((node, component), Held { node, component, kind, from, to });
     }
 
     /// Present value of a component.
     fn present(&self, node: NodeId, component: usize) -> f64 {
-        let link = &self.system.topology.links[node];
-        let joint = &self.system.state.joints[link.joint];
-        let axis = self.axes(node)[component % 3];
-        if component < 3 {
-            dot(axis, joint.point(link.arm))
-        } else if D == 3 {
-            axis[2] * joint.place.angle
-        } else {
-            dot(axis, joint.theta)
-        }
+        self.system.present(node, component, self.axes(node)[component % 3])
     }
 
     /// Applies the changes that a step makes to what is held; gives the reactions that fade.

@@ -1,10 +1,11 @@
 //! States as values: kept, extrapolated, compared, and taken over by another system.
 
-use pennate_elements::small::{V3, add, norm, scale, sub};
+use pennate_elements::small::{V3, add, dot, norm, scale, sub};
 
 use super::{Places, System};
 use crate::chain::Size;
 use crate::joints::{EndKind, JointState};
+use crate::structure::NodeId;
 
 /// A state of a system as a value: all that an increment changes, but for the loads.
 ///
@@ -106,6 +107,20 @@ impl<const D: usize> System<D> {
         let now = far(&self.state, &last.places);
         let then = before.map_or(0.0, |before| far(&last.places, &before.places));
         now > (10.0 * then).max(0.05)
+    }
+
+    /// Present displacement (length) or rotation (radians) of a node in its component, 0 to 5, along the unit vector `axis` in global
+    /// axes; in the plane rotations have whole turns.
+    pub fn present(&self, node: NodeId, component: usize, axis: V3<f64>) -> f64 {
+        let link = &self.topology.links[node];
+        let joint = &self.state.joints[link.joint];
+        if component < 3 {
+            dot(axis, joint.point(link.arm))
+        } else if D == 3 {
+            axis[2] * joint.place.angle
+        } else {
+            dot(axis, joint.theta)
+        }
     }
 
     /// Motion of every joint since another state.

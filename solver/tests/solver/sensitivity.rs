@@ -48,7 +48,7 @@ where
     let mut system = System::new(Arc::clone(&structure), topology, chains, active, false);
     let held = (0..6).map(|component| {
         let axis = AXES[component % 3];
-        let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+        let kind = HeldKind::of(component, axis);
         Held { node: 0, component, kind, from: 0.0, to: 0.0 }
     });
     system.hold(held.collect());
@@ -140,7 +140,7 @@ fn a_straight_bar_has_the_derivatives_of_its_formula() {
     let mut system = System::new(Arc::clone(&structure), topology, packs::plane(&structure, 0), PLANE, false);
     let held = [0, 1, 5].map(|component| {
         let axis = AXES[component % 3];
-        let kind = if component < 3 { HeldKind::Translation { direction: axis } } else { HeldKind::Rotation { axis } };
+        let kind = HeldKind::of(component, axis);
         Held { node: 0, component, kind, from: 0.0, to: 0.0 }
     });
     system.hold(held.to_vec());
