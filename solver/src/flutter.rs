@@ -17,7 +17,7 @@ use crate::base::{Base, Reach};
 use crate::history::{Growth, Vibration};
 use crate::modes::Shifted;
 use crate::spectral::operators::{Assembled, dot, matrix, multiply};
-use crate::spectral::pencil::{Pencil, SETTLED};
+use crate::spectral::pencil::Pencil;
 use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::Structure;
 
@@ -85,7 +85,6 @@ fn about(mut base: Base) -> Option<Vibration> {
         form: &form,
         other: &operators.mass,
         constraints: &operators.constraints,
-        settled: SETTLED,
     };
     let modes = pencil.largest(MODES[0]).vectors;
     let responses = responses(&pencil, &skew);

@@ -16,7 +16,7 @@ use crate::options::{Options, Progress};
 use crate::results;
 use crate::spectral::factor::Factor;
 use crate::spectral::operators::{Assembled, Form, Operators};
-use crate::spectral::pencil::{Pencil, SETTLED};
+use crate::spectral::pencil::Pencil;
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::{MemberId, Step, Structure};
@@ -200,8 +200,7 @@ impl Lowest {
     fn of(operators: &Operators, wanted: usize) -> Option<Self> {
         let Shifted { shift, stiffness, form, factor } = Shifted::of(operators)?;
         let (other, constraints) = (&operators.mass, &operators.constraints);
-        let pencil =
-            Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other, constraints, settled: SETTLED };
+        let pencil = Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other, constraints };
         let pairs = pencil.largest(wanted);
         let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
             // xᵀ (K + s M) x = 1 and xᵀ M x = 1/(ω² + s)

@@ -15,10 +15,11 @@ use super::{NoSpectrum, Question, Request};
 use crate::accuracy::refine::{refinement_factor, shortened};
 use crate::adapt::{Adaptive, Next};
 
-/// Meshes that are tried at most, and those among them that may end before the state.
+/// Meshes that are tried at most, and those among them on which there may be no answer.
 const MAX_ROUNDS: usize = 6;
 const MAX_LOST: usize = 3;
-/// A finer mesh whose error is larger than this part of the one before ends the search,
+/// So many finer meshes in a row whose errors are larger than this part of the smallest before end the search,
+const STALLS: usize = 2;
 const STALLED: f64 = 0.5;
 /// if that was smaller than this.
 const NEAR: f64 = 1e-3;
@@ -30,6 +31,8 @@ pub(super) struct Round {
     pub values: Option<Values>,
     /// The largest error of a value.
     pub worst: f64,
+    /// How many meshes in a row, this one the last, have not made it much smaller.
+    stalls: usize,
 }
 
 pub(super) struct Search<'a> {
@@ -38,8 +41,10 @@ pub(super) struct Search<'a> {
     pub place: Where,
     pub options: &'a Options,
     pub observe: &'a mut dyn FnMut(&Progress) -> bool,
-    /// Meshes that were tried.
-    pub rounds: usize,
+    /// Meshes that were tried and brought no answer.
+    pub lost: usize,
+    /// Those of them, up to the last, that were no better than one before.
+    pub stalls: usize,
 }
 
 /// Why a search ends without an answer.
@@ -71,8 +76,7 @@ impl Adaptive for Search<'_> {
     type Failure = Failure;
     type End = ();
 
-    fn find(&mut self, mesh: Mesh, _: Option<&Round>) -> Result<Round, Failure> {
-        self.rounds += 1;
+    fn find(&mut self, mesh: Mesh, best: Option<&Round>) -> Result<Round, Failure> {
         let (structure, steps) = discretize(self.model, &mesh);
         if self.request.question == Question::Modes {
             let massless = modes::massless(&structure);
@@ -80,28 +84,43 @@ impl Adaptive for Search<'_> {
                 return Err(Failure::Massless(massless));
             }
         }
-        let (history, values) = self.solve(&structure, &steps, mesh.lowest_order(self.model))?;
+        let (history, values) = match self.solve(&structure, &steps, mesh.lowest_order(self.model), best) {
+            Ok(found) => found,
+            Err(Failure::NoModes(_) | Failure::NoFactors(_)) if best.is_some_and(|best| best.worst < NEAR) => {
+                // So fine a mesh that rounding leaves nothing: what is known stays.
+                return Ok(Round { mesh, values: None, worst: f64::INFINITY, stalls: STALLS });
+            }
+            Err(Failure::NoFactors(NoFactors::Unstable(_) | NoFactors::Neutral | NoFactors::NotSettled))
+                if self.is_lost(&mesh) =>
+            {
+                return Ok(Round { mesh, values: None, worst: f64::INFINITY, stalls: 0 });
+            }
+            Err(failure) => return Err(failure),
+        };
         let worst = match &values {
             Some(values) => values.entries.iter().filter_map(|entry| entry.error).fold(0.0, f64::max),
             None if history.steps.iter().any(|step| step.status == Status::Interrupted) => {
                 return Err(Failure::Interrupted);
             }
             // A path that ends early may do so for want of elements.
-            None if self.rounds < MAX_LOST && shortened(self.model, &mesh, 2) != mesh => f64::INFINITY,
+            None if self.is_lost(&mesh) => f64::INFINITY,
             None => return Err(Failure::NotSolved(Box::new(history))),
         };
-        Ok(Round { mesh, values, worst })
+        // All nodes of all elements take part, and rounding grows with the fourth power of their number.
+        let stalled = best.is_some_and(|before| before.worst < NEAR && worst > STALLED * before.worst);
+        self.stalls = if stalled { self.stalls + 1 } else { 0 };
+        Ok(Round { mesh, values, worst, stalls: self.stalls })
     }
 
-    fn judge(&self, found: &Round, best: Option<&Round>, rounds: usize) -> Next<()> {
-        let Round { mesh, values, worst } = found;
+    fn judge(&self, found: &Round, _: Option<&Round>, rounds: usize) -> Next<()> {
+        let Round { mesh, values, worst, stalls } = found;
         let (model, accuracy) = (self.model, self.request.accuracy);
-        let Some(values) = values else { return Next::Refine(shortened(model, mesh, 2)) };
-        // All nodes of all elements take part, and rounding grows with the fourth power of their number.
-        let stalled = best.is_some_and(|before| before.worst < NEAR && *worst > STALLED * before.worst);
+        let Some(values) = values else {
+            return if *stalls < STALLS { Next::Refine(shortened(model, mesh, 2)) } else { Next::End(()) };
+        };
         let finer =
             shortened(model, mesh, refinement_factor(worst / accuracy, mesh.lowest_order(model) + values.raised));
-        let goes_on = *worst > accuracy && rounds < MAX_ROUNDS && !stalled && finer != *mesh;
+        let goes_on = *worst > accuracy && rounds < MAX_ROUNDS && *stalls < STALLS && finer != *mesh;
         if goes_on { Next::Refine(finer) } else { Next::End(()) }
     }
 
@@ -111,12 +130,19 @@ impl Adaptive for Search<'_> {
 }
 
 impl Search<'_> {
+    /// Whether a mesh on which there is no answer is too coarse, as far as can be told.
+    fn is_lost(&mut self, mesh: &Mesh) -> bool {
+        self.lost += 1;
+        self.lost < MAX_LOST && shortened(self.model, mesh, 2) != *mesh
+    }
+
     /// The history of a mesh, and the values where the state was reached.
     fn solve(
         &mut self,
         structure: &Structure,
         steps: &[Step],
         order: usize,
+        best: Option<&Round>,
     ) -> Result<(History, Option<Values>), Failure> {
         let (Where { count, ramp }, wanted) = (self.place, self.request.count);
         let mechanism = |SolveError::Mechanism(motions)| Failure::Mechanism(motions);
@@ -131,7 +157,8 @@ impl Search<'_> {
                 }
             }
             Question::Buckling => {
-                let found = buckling::buckle(structure, steps, ramp, wanted, self.options, self.observe);
+                let near = best.and_then(|best| best.values.as_ref()).map(|values| &values.near);
+                let found = buckling::buckle(structure, steps, ramp, wanted, near, self.options, self.observe);
                 let Found { history, result } = found.map_err(mechanism)?;
                 match result {
                     Ok(levels) => Ok((history, Some(Values::of_buckling(structure, ramp, levels, order)))),

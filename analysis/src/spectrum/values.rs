@@ -1,7 +1,7 @@
 //! What the modes on a mesh and on elements of the next order say: values and their errors.
 
 use pennate_solver::base::Reach;
-use pennate_solver::buckling::{Buckling, Ramp};
+use pennate_solver::buckling::{Buckling, Near, Ramp};
 use pennate_solver::modes::{Modes, Place};
 use pennate_solver::spectral::unknowns::Family;
 use pennate_solver::structure::{Dimension, Stability, Structure};
@@ -28,6 +28,8 @@ pub(super) struct Values {
     pub unknowns: usize,
     /// By how much the order of the elements whose error is stated is higher than that of the mesh.
     pub raised: usize,
+    /// Of buckling: where the motions are on other elements.
+    pub near: Near,
 }
 
 impl Values {
@@ -58,7 +60,7 @@ impl Values {
             notes.push(Note::NoStiffness);
         }
         notes.extend(remarks(structure, &fine.left_out, fine.reach, fine.complete));
-        Self { entries, reversed: None, place: fine.place, notes, unknowns: fine.unknowns, raised: 0 }
+        Self { entries, reversed: None, place: fine.place, notes, unknowns: fine.unknowns, ..Self::default() }
     }
 
     /// `order` is that of the mesh.
@@ -93,7 +95,7 @@ impl Values {
             notes.push(Note::NothingCritical);
         }
         let reversed = fine.reversed.map(|factor| factor + present);
-        Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns, raised }
+        Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns, raised, near: fine.near }
     }
 }
 
@@ -119,7 +121,9 @@ fn errors_of(levels: &[Vec<f64>], order: usize) -> (Vec<f64>, usize) {
             let next = (ratio * (2.0 * order - 1.0) / (2.0 * order + 3.0)).max(LEFT / high.len() as f64);
             // Differences that do not fall by half say nothing of what follows.
             let left = if next < 0.5 { next / (1.0 - next) } else { 1.0 };
-            (last.into_iter().map(|apart| left * apart).collect(), 2)
+            // Those of one value that do not, where those of others do, are its rounding.
+            let error = |(first, last): (&f64, f64)| if last > 0.5 * first { last.max(*first) } else { left * last };
+            (first.iter().zip(last).map(error).collect(), 2)
         }
         [low, high] => (apart(low, high), 0),
         _ => (Vec::new(), 0),

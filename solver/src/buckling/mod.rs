@@ -28,7 +28,8 @@ use crate::spectral::factor::Factor;
 use crate::spectral::operators::{
     self, Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
 };
-use crate::spectral::pencil::{Known, Pairs, Pencil, SETTLED};
+use crate::spectral::pencil::{Pairs, Pencil};
+use crate::spectral::prolong::{Grid, Motion};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns, end_curvature};
 use crate::structure::{Step, Structure};
@@ -41,10 +42,20 @@ use crate::system::System;
 const FARTHEST: f64 = 1e6;
 /// Factors of the ramp the other way are looked for up to so many times the first one.
 const OTHER_WAY: f64 = 1e3;
-/// A family without a factor among those of a lower order is looked at up to so many times the largest of these.
-const BEYOND: f64 = 1.5;
-/// Residual of a motion of a lower order, over its eigenvalue: the square of it is nothing beside the error of that order.
-const ROUGHLY: f64 = 1e-5;
+/// Between two factors of other elements that are further apart than this part, a limit tells one side from the other on these;
+const APART: f64 = 1e-2;
+/// where a count confirms it, than this.
+const BARELY: f64 = 1e-3;
+/// Such a limit is so many times the lower one at most,
+const WITHIN: f64 = 1.05;
+/// or this part of the first one where there is no such gap.
+const BEFORE: f64 = 0.9;
+/// Of the ramp the other way there is none nearer than this part of the one found again.
+const NEARER: f64 = 1.0 - 1e-3;
+/// Part of a factor that may be left where it is found near that of other elements.
+const ANSWER: f64 = 1e-11;
+/// The same of one that is compared with that of other elements, of their difference.
+const COMPARED: f64 = 1e-2;
 /// Orders beyond that of the elements asked for, at most.
 pub const MORE_ORDERS: usize = 2;
 
@@ -89,6 +100,28 @@ pub struct Buckling {
     pub complete: bool,
     /// Unknowns of the eigenvalue problem.
     pub unknowns: usize,
+    /// Where they are on other elements.
+    pub near: Near,
+}
+
+/// Critical motions, near which those on other elements of the same network are.
+#[derive(Clone, Debug, Default)]
+pub struct Near {
+    grid: Grid,
+    /// By rising factors.
+    critical: Vec<Start>,
+    /// How many times the largest of them the next one is, if that is known.
+    next: Option<f64>,
+    /// The nearest one of the ramp the other way, if there is any.
+    reversed: Vec<Start>,
+}
+
+/// A critical motion, and its factor.
+#[derive(Clone, Debug)]
+struct Start {
+    factor: f64,
+    family: Family,
+    motion: Motion,
 }
 
 /// Why there are no factors.
@@ -116,7 +149,10 @@ struct Beginning {
 }
 
 /// The `wanted` smallest factors of a ramp: on the elements asked for and on those of the next two orders, or of the next one
-/// where there are no more.
+/// where there are no more; the highest order comes last.
+///
+/// They are looked for on the highest order, `near` those of other elements where these are known, and found again on the
+/// lower ones.
 ///
 /// # Errors
 /// Those of [`crate::solve`].
@@ -125,6 +161,7 @@ pub fn buckle(
     steps: &[Step],
     ramp: Ramp,
     wanted: usize,
+    near: Option<&Near>,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Found<Vec<Buckling>, NoFactors>, SolveError> {
@@ -146,9 +183,7 @@ pub fn buckle(
         }
         Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
     }
-    let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
-    let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
-    let mut level = |enrich: usize, below: Option<&Buckling>| {
+    let mut beginning = |enrich: usize| {
         let base = match ramp {
             Ramp::Of(step) => followed.beginning(&steps[step], enrich),
             Ramp::Present(_) => followed.base(enrich).map(|mut base| {
@@ -156,46 +191,21 @@ pub fn buckle(
                 base
             }),
         };
-        let base = base.ok_or(NoFactors::NotSettled)?;
-        let asked = Asked { wanted, below, last: enrich == most };
-        Beginning { base, from: from.clone(), to: to.clone() }.factors(&asked)
+        base.map(|base| Beginning { base, from: from.clone(), to: to.clone() }).ok_or(NoFactors::NotSettled)
     };
-    let mut levels: Vec<Buckling> = Vec::new();
-    for enrich in 0..=most {
-        match level(enrich, levels.last()) {
-            Ok(found) => levels.push(found),
-            Err(why) => return Ok(Found { history, result: Err(why) }),
+    let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
+    let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
+    let mut levels = || {
+        let found = beginning(most)?.answer(wanted, near)?;
+        let mut lower = Vec::with_capacity(most + 1);
+        for enrich in 0..most {
+            lower.push(beginning(enrich)?.again(&found.near)?);
         }
-    }
-    Ok(Found { history, result: Ok(levels) })
-}
-
-/// What is looked for on one order of the elements.
-struct Asked<'a> {
-    /// How many factors.
-    wanted: usize,
-    /// Those of the order below.
-    below: Option<&'a Buckling>,
-    /// Whether this is the highest order, whose factors are the answer.
-    last: bool,
-}
-
-impl Asked<'_> {
-    /// How many factors of a family to look for, and what is known of them, all being smaller than the inverse of `least`.
-    ///
-    /// One more than were found on the order below: where all of them are among those wanted, some may be missing.
-    fn of(&self, family: Family, least: f64) -> (usize, Known) {
-        let everything = (self.wanted, Known { least, about: None });
-        let Some(below) = self.below else { return everything };
-        let Some(largest) = below.critical.last() else { return everything };
-        let own: Vec<f64> = below.critical.iter().filter(|c| c.family == family).map(|c| c.factor).collect();
-        let near = least.max(1.0 / (BEYOND * largest.factor));
-        let known = match own.first() {
-            Some(first) => Known { least, about: Some(1.0 / first) },
-            None => Known { least: near, about: None },
-        };
-        ((own.len() + 1).min(self.wanted), known)
-    }
+        lower.push(found);
+        Ok(lower)
+    };
+    let result = levels();
+    Ok(Found { history, result })
 }
 
 impl Base {
@@ -218,25 +228,199 @@ impl Base {
 struct Change {
     /// Over all unknowns.
     entries: Entries,
-    /// The largest displacement of a joint per unit of the ramp.
-    motion: f64,
+    /// The inverse of the largest factor that is looked for.
+    least: f64,
     /// Part of it that it may be off.
     error: f64,
 }
 
-/// Factors of all families.
-#[derive(Default)]
-struct Factors {
-    critical: Vec<Critical>,
+/// A state and a ramp, ready for the search.
+struct Problem {
+    unknowns: Unknowns,
+    grid: Grid,
+    change: Change,
+    families: Vec<Matrices>,
+    left_out: Vec<Family>,
+}
+
+/// The matrices of one family of motions.
+struct Matrices {
+    family: Family,
+    numbers: Vec<Option<usize>>,
+    operators: Operators,
+    /// −K′
+    softening: sprs::CsMat<f64>,
+}
+
+/// How many factors there are to be up to a limit for none to be missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Counted {
+    /// Those that are looked for.
+    All(f64),
+    /// None: the limit is this side of the one looked for.
+    None(f64),
+}
+
+impl Near {
+    /// This side of the next factor; nothing where it is too near the largest of these.
+    fn limit(&self) -> Option<Counted> {
+        let next = self.next.unwrap_or(1.0 + 2.0 * APART);
+        (next > 1.0 + BARELY).then(|| Counted::All(self.largest() * next.sqrt().min(WITHIN)))
+    }
+
+    /// A shift for factors that are compared: as near the largest as there is a gap, and off all of them.
+    fn amid(&self) -> Counted {
+        let next = self.next.map(|next| next * self.largest());
+        let factors: Vec<f64> = self.critical.iter().map(|start| start.factor).chain(next).collect();
+        let gap = factors.windows(2).rev().find(|pair| pair[1] > (1.0 + APART) * pair[0]);
+        Counted::All(gap.map_or_else(|| BEFORE * factors[0], |pair| (pair[0] * pair[1]).sqrt().min(WITHIN * pair[0])))
+    }
+
+    fn largest(&self) -> f64 {
+        self.critical.iter().fold(0.0f64, |largest, start| largest.max(start.factor))
+    }
+}
+
+/// To what a factor near that of other elements is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Enough {
+    /// It is the answer.
+    Answer,
+    /// How far it is from that of the other elements is asked for.
+    Compared,
+}
+
+/// A factor with the vector of its motion over all unknowns.
+struct Raw {
+    factor: f64,
+    rounding: f64,
+    family: Family,
+    x: Vec<f64>,
+}
+
+impl Matrices {
+    fn pencil<'a>(&'a self, other: &'a sprs::CsMat<f64>, factor: Factor) -> Pencil<'a> {
+        let Operators { stiffness, form, constraints, .. } = &self.operators;
+        Pencil { factor, shift: 0.0, stiffness, form, other, constraints }
+    }
+
+    /// K without a shift; nothing where it is neutral.
+    fn factor(&self) -> Option<Factor> {
+        Factor::new(&self.operators.stiffness).filter(|factor| factor.neutral == 0)
+    }
+
+    /// What pairs are over all unknowns, of a ramp forwards or the other way.
+    fn raw(&self, pairs: Pairs, sign: f64) -> Vec<Raw> {
+        let full = |vector: &[f64]| self.numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
+        let values = pairs.values.iter().zip(&pairs.rounding).zip(&pairs.vectors);
+        let raw = |((value, &rounding), vector): ((&f64, _), &Vec<f64>)| Raw {
+            factor: sign / value,
+            rounding,
+            family: self.family,
+            x: full(vector),
+        };
+        values.map(raw).collect()
+    }
+}
+
+/// The factors of all families by their size.
+struct Search {
+    found: Vec<Raw>,
+    /// How many times the largest the next one is, if that is known; before they are sorted, a factor that is not among them.
+    next: Option<f64>,
     complete: bool,
-    reversed: Option<f64>,
-    neutral: Vec<Family>,
-    /// Whether a family may have more of those wanted.
-    crowded: bool,
+}
+
+impl Search {
+    /// The smallest of them.
+    fn sorted(mut self, wanted: usize) -> Self {
+        self.found.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        let beyond = self.found.get(wanted).map(|raw| raw.factor);
+        self.found.truncate(wanted);
+        let next = self.next.into_iter().chain(beyond).reduce(f64::min);
+        self.next = next.zip(self.found.last()).map(|(next, last)| (next / last.factor).max(1.0));
+        self
+    }
+}
+
+impl Problem {
+    /// Factors near those of other elements, and whether there are so many, `counted` or none, up to `limit`; nothing where they are not
+    /// found again.
+    ///
+    /// Limits and factors of the ramp the other way are negative. `enough` is how well the factors are wanted.
+    fn near(&self, starts: &[Start], grid: &Grid, counted: Counted, enough: Enough) -> Option<(Vec<Raw>, bool)> {
+        let (mut found, mut complete) = (Vec::with_capacity(starts.len()), true);
+        let limit = match counted {
+            Counted::All(limit) | Counted::None(limit) => limit,
+        };
+        let sign = limit.signum();
+        for matrices in &self.families {
+            let own: Vec<&Start> = starts.iter().filter(|start| start.family == matrices.family).collect();
+            let other = matrices.softening.map(|value| sign * value);
+            if own.is_empty() && enough == Enough::Compared {
+                continue;
+            }
+            let factor = Pencil::at(&matrices.operators.stiffness, &other, 1.0 / limit.abs())?;
+            let expected = if let Counted::All(_) = counted { own.len() } else { 0 };
+            complete &= factor.negative == expected && factor.neutral == 0;
+            if own.is_empty() {
+                continue;
+            }
+            if !complete && enough == Enough::Answer {
+                return None;
+            }
+            let pencil = matrices.pencil(&other, factor);
+            let motion = |start: &&Start| {
+                let x = start.motion.onto(grid, &self.unknowns, &self.grid)?;
+                let numbered = matrices.numbers.iter().zip(x);
+                Some(numbered.filter_map(|(number, x)| number.map(|_| x)).collect())
+            };
+            let motions: Option<Vec<Vec<f64>>> = own.iter().map(motion).collect();
+            let enough = |k: usize, value: f64| match enough {
+                Enough::Answer => ANSWER,
+                Enough::Compared => COMPARED * (value * own[k].factor.abs() - 1.0).abs() + ANSWER,
+            };
+            let pairs = pencil.near(&motions?, &enough)?;
+            if pairs.values.iter().any(|value| *value <= 0.0) {
+                return None;
+            }
+            found.extend(matrices.raw(pairs, sign));
+        }
+        Some((found, complete))
+    }
+
+    /// The `wanted` smallest factors.
+    fn search(&self, wanted: usize) -> Search {
+        let mut search = Search { found: Vec::new(), next: None, complete: true };
+        for matrices in &self.families {
+            let Some(factor) = matrices.factor() else { continue };
+            let pairs = matrices.pencil(&matrices.softening, factor).largest_above(self.change.least, wanted);
+            search.complete &= pairs.complete;
+            let next = pairs.next.filter(|value| *value > 0.0).map(|value| 1.0 / value);
+            search.next = search.next.into_iter().chain(next).reduce(f64::min);
+            search.found.extend(matrices.raw(pairs, 1.0));
+        }
+        search.sorted(wanted)
+    }
+
+    /// Of every family the nearest factor of the ramp the other way, up to so many times the first factor.
+    fn reversed(&self, first: Option<f64>) -> Vec<Raw> {
+        let mut least = first.map_or(0.0, |first| 1.0 / (first * OTHER_WAY)).max(self.change.least);
+        let mut found = Vec::new();
+        for matrices in &self.families {
+            let other = matrices.softening.map(|value| -value);
+            let Some(factor) = matrices.factor() else { continue };
+            let pairs = matrices.pencil(&other, factor).nearest(least);
+            // Of another family only a nearer one is looked for.
+            least = pairs.values.first().map_or(least, |value| least.max(*value));
+            found.extend(matrices.raw(pairs, -1.0));
+        }
+        found
+    }
 }
 
 impl Beginning {
-    fn factors(mut self, asked: &Asked) -> Result<Buckling, NoFactors> {
+    fn problem(&mut self) -> Result<Problem, NoFactors> {
         let system = &mut self.base.system;
         let moving = system.equations.held.iter().any(|row| row.from != row.to);
         if self.from == self.to && !moving && system.fading.is_empty() {
@@ -246,89 +430,98 @@ impl Beginning {
         let assembled = Assembled::without_mass(system, &unknowns);
         let mut without_potential = system.without_potential();
         let change = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
-
         let (parts, left_out) = split(&self.base, &unknowns, &without_potential);
-        if parts.is_empty() {
-            return Err(NoFactors::NoPotential);
-        }
-        let mut found = self.of_families(&unknowns, &assembled, &change, &parts, asked)?;
-        if found.crowded {
-            let asked = Asked { below: None, ..*asked };
-            found = self.of_families(&unknowns, &assembled, &change, &parts, &asked)?;
-        }
-        let Factors { critical, complete, reversed, neutral, .. } = found;
-        if neutral.len() == parts.len() {
-            return Err(NoFactors::Neutral);
-        }
-        let place = place(&mut self.base.system);
-        let (reach, unknowns) = (self.base.reach, unknowns.size);
-        Ok(Buckling { critical, reversed, place, reach, left_out, neutral, complete, unknowns })
+        let matrices = |(family, numbers): Part| {
+            let operators = assembled.of_family(&numbers);
+            let softening = matrix(&change.entries, &numbers).map(|value| -value);
+            Matrices { family, numbers, operators, softening }
+        };
+        let families = parts.into_iter().map(matrices).filter(|own| own.operators.stiffness.rows() > 0).collect();
+        let grid = Grid::of(&self.base.system);
+        Ok(Problem { unknowns, grid, change, families, left_out })
     }
 
-    fn of_families(
-        &self,
-        unknowns: &Unknowns,
-        assembled: &Assembled,
-        change: &Change,
-        parts: &[Part],
-        asked: &Asked,
-    ) -> Result<Factors, NoFactors> {
-        let system = &self.base.system;
-        let settled = if asked.last { SETTLED } else { ROUGHLY };
-        let least = change.motion / (FARTHEST * system.size);
-        let mut all = Factors { complete: true, ..Factors::default() };
-        let mut counts = Vec::new();
-        for (family, numbers) in parts {
-            let operators = assembled.of_family(numbers);
-            if operators.stiffness.rows() == 0 {
-                continue;
-            }
-            let forwards = matrix(&change.entries, numbers).map(|value| -value);
-            let factor = || Factor::new(&operators.stiffness).filter(|factor| factor.neutral == 0);
-            let Some(pivots) = factor() else {
-                all.neutral.push(*family);
-                continue;
-            };
-            if pivots.negative > 0 {
-                return Err(NoFactors::Unstable(pivots.negative));
-            }
-            let pairs = |factor: Factor, other: &sprs::CsMat<f64>, known: Known, wanted: usize| -> Pairs {
-                let Operators { stiffness, form, constraints, .. } = &operators;
-                let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints, settled };
-                pencil.largest_above(known, wanted)
-            };
-            let (count, known) = asked.of(*family, least);
-            counts.push((*family, count));
-            let found = pairs(pivots, &forwards, known, count);
-            all.complete &= found.complete;
-            for ((value, vector), &rounding) in found.values.iter().zip(&found.vectors).zip(&found.rounding) {
-                let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
-                let shape = Shape::new(system, unknowns, &x);
-                let largest = shape.largest(system.size).value;
-                let shape = shape.scaled(1.0 / largest);
-                let rounding = rounding.max(change.error);
-                all.critical.push(Critical { factor: 1.0 / value, rounding, family: *family, shape });
-            }
-            if !asked.last {
-                continue;
-            }
-            let backwards = forwards.map(|value| -value);
-            let least = least.max(found.values.first().map_or(0.0, |first| first / OTHER_WAY));
-            let nearest = factor().and_then(|factor| {
-                let known = Known { least, about: None };
-                pairs(factor, &backwards, known, 1).values.first().map(|value| -1.0 / value)
-            });
-            if let Some(factor) = nearest {
-                all.reversed = Some(all.reversed.map_or(factor, |known| known.max(factor)));
+    /// The factors, and the nearest one of the ramp the other way.
+    fn answer(mut self, wanted: usize, near: Option<&Near>) -> Result<Buckling, NoFactors> {
+        let mut problem = self.problem()?;
+        if problem.families.is_empty() {
+            return Err(NoFactors::NoPotential);
+        }
+        // A count of as many negative pivots as there are factors also says that the state is stable.
+        let again = near.filter(|near| near.critical.len() >= wanted).and_then(|near| {
+            let found = problem.near(&near.critical, &near.grid, near.limit()?, Enough::Answer)?;
+            let search = Search { found: found.0, next: None, complete: true }.sorted(wanted);
+            found.1.then_some(Search { next: near.next, ..search })
+        });
+        let mut neutral = Vec::new();
+        for matrices in problem.families.iter().filter(|_| again.is_none()) {
+            match matrices.factor() {
+                None => neutral.push(matrices.family),
+                Some(factor) if factor.negative > 0 => return Err(NoFactors::Unstable(factor.negative)),
+                Some(_) => {}
             }
         }
-        all.critical.sort_by(|a, b| a.factor.total_cmp(&b.factor));
-        all.critical.truncate(asked.wanted);
-        let is_full = |&(family, count): &(Family, usize)| {
-            count < asked.wanted && all.critical.iter().filter(|c| c.family == family).count() == count
+        problem.families.retain(|matrices| !neutral.contains(&matrices.family));
+        if problem.families.is_empty() {
+            return Err(NoFactors::Neutral);
+        }
+        let found = again.unwrap_or_else(|| problem.search(wanted));
+        let before = near.and_then(|near| {
+            let [known] = near.reversed.as_slice() else { return None };
+            let limit = Counted::None(NEARER * known.factor);
+            problem.near(&near.reversed, &near.grid, limit, Enough::Answer).filter(|found| found.1)
+        });
+        let reversed = match before {
+            Some((reversed, _)) => reversed,
+            None => problem.reversed(found.found.first().map(|raw| raw.factor)),
         };
-        all.crowded = counts.iter().any(is_full);
-        Ok(all)
+        Ok(self.finish(problem, found, reversed, neutral))
+    }
+
+    /// The factors on other elements than those that they are known on.
+    fn again(mut self, near: &Near) -> Result<Buckling, NoFactors> {
+        let problem = self.problem()?;
+        if near.critical.is_empty() {
+            let none = Search { found: Vec::new(), next: None, complete: true };
+            return Ok(self.finish(problem, none, Vec::new(), Vec::new()));
+        }
+        let found = match problem.near(&near.critical, &near.grid, near.amid(), Enough::Compared) {
+            Some((found, complete)) => Search { found, next: None, complete }.sorted(near.critical.len()),
+            None => problem.search(near.critical.len()),
+        };
+        Ok(self.finish(problem, found, Vec::new(), Vec::new()))
+    }
+
+    fn finish(mut self, problem: Problem, search: Search, reversed: Vec<Raw>, neutral: Vec<Family>) -> Buckling {
+        let Search { found, next, complete } = search;
+        let system = &self.base.system;
+        let Problem { unknowns, grid, change, left_out, .. } = problem;
+        let start = |raw: &Raw| {
+            let shape = Shape::new(system, &unknowns, &raw.x);
+            let motion = Motion::new(&unknowns, &raw.x, &shape);
+            (Start { factor: raw.factor, family: raw.family, motion }, shape)
+        };
+        let (mut critical, mut starts) = (Vec::new(), Vec::new());
+        for raw in &found {
+            let (start, shape) = start(raw);
+            let largest = shape.largest(system.size).value;
+            let (factor, family, shape) = (raw.factor, raw.family, shape.scaled(1.0 / largest));
+            critical.push(Critical { factor, rounding: raw.rounding.max(change.error), family, shape });
+            starts.push(start);
+        }
+        let nearest = reversed.iter().max_by(|a, b| a.factor.total_cmp(&b.factor));
+        let back: Vec<Start> = nearest.map(|raw| start(raw).0).into_iter().collect();
+        Buckling {
+            critical,
+            reversed: nearest.map(|raw| raw.factor),
+            place: place(&mut self.base.system),
+            reach: self.base.reach,
+            left_out,
+            neutral,
+            complete,
+            unknowns: unknowns.size,
+            near: Near { grid, critical: starts, next, reversed: back },
+        }
     }
 
     /// K′; nothing where the state does not respond.
@@ -336,6 +529,7 @@ impl Beginning {
         let response = self.response()?;
         let motion = response.motions.iter().fold(0.0f64, |most, m| most.max(norm([m[0], m[1], m[2]])));
         let system = &mut self.base.system;
+        let least = motion / (FARTHEST * system.size);
         let mut entries = Entries::new();
         let mut forces = vec![[0.0; 6]; system.forces.len()];
         for member in 0..system.members.len() {
@@ -380,7 +574,7 @@ impl Beginning {
         mirror(&before, -1.0 / response.part, &mut entries);
         self.set(0.0);
         self.base.system.assemble(false);
-        Some(Change { entries, motion, error: response.error })
+        Some(Change { entries, least, error: response.error })
     }
 }
 

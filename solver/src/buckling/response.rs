@@ -1,9 +1,10 @@
 //! The linear response of a state to the beginning of a ramp.
 //!
-//! Loads alone have a response in exact proportion, which one solve finds. Where sections, held motions or held strains take part
-//! it is found on a short part of the ramp and on one twice as long, against the state at rest that is solved for in the same
-//! way: what is of second order in the part drops out, and what the state was out of balance by. How far the two are out of
-//! proportion says how large the part may be that is left, which is the square of that.
+//! It is found on a part of the ramp, on twice and on four times as much, against the state at rest that is solved for in the same
+//! way: what is of second and third order in the part drops out, and what the state was out of balance by. How far the three are out
+//! of proportion says what may be left, and how short a part has to be; a shorter one than that would have more rounding.
+//! Forces on joints alone have a response in exact proportion, on the whole ramp. Loads along members and on levers are in the tangent
+//! that they are answered with, and sections, held motions and held strains change it.
 
 use pennate_elements::small::{add, norm, scale, sub};
 
@@ -13,14 +14,15 @@ use crate::spectral::operators::Stressing;
 use crate::structure::Drive;
 use crate::system::{State, System};
 
-/// Part of the ramp by which its beginning is known, to begin with.
+/// Part of the ramp by which its beginning is known, to begin with: of loads alone the whole.
 const BEGINNING: f64 = 1e-3;
-/// How far stresses may be out of proportion there: what is left is the square.
-const BENT: f64 = 1e-5;
-/// By how much the part is made shorter where they are more, beyond what brings them there, and at most.
+const WHOLE: f64 = 1.0;
+/// Part of the response that what is left of higher orders may be.
+const SURE: f64 = 1e-11;
+/// By how much the part is made shorter where that is more, beyond what brings it there, and at most.
 const BEYOND: f64 = 0.3;
 const SHORTER: f64 = 1e-5;
-/// How often. A shorter part that leaves more than this of the bend shows rounding, and is the last.
+/// How often. A shorter part that leaves more than this of it shows rounding, and is the last.
 const TIMES: usize = 4;
 const STRAIGHTER: f64 = 0.5;
 /// Solves with corrected multipliers of rigid components.
@@ -66,54 +68,42 @@ impl Beginning {
     pub(super) fn response(&mut self) -> Option<Response> {
         let system = &self.base.system;
         let start = system.snapshot();
-        let rest = Stepped {
-            states: states(system),
-            ends: system.members.iter().map(|slot| slot.ends).collect(),
-            motions: vec![[0.0; 6]; system.forces.len()],
-        };
+        let ends: Vec<[[f64; 6]; 2]> = system.members.iter().map(|slot| slot.ends).collect();
         let controls = system.structure.drives.iter().zip(self.from.iter().zip(&self.to));
         let sections = controls.into_iter().any(|(drive, (from, to))| matches!(drive, Drive::Control) && from != to);
         let moving = system.equations.held.iter().any(|row| row.from != row.to);
-        let rigid = rest.states.iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
-        let response = if sections || moving || rigid {
-            self.beginning(&start, &rest.ends, rigid)?
-        } else {
-            let whole = self.step(&start, &rest.ends, 1.0, false)?;
-            Response::between(&rest, [&whole, &whole], [1.0, 0.0], 1.0)
-        };
+        let rigid = states(system).iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
+        let part = if sections || moving || rigid { BEGINNING } else { WHOLE };
+        let response = self.beginning(&start, &ends, rigid, part)?;
         self.set(0.0);
         self.base.system.assemble(false);
         Some(response)
     }
 
     /// The response found on a part of the ramp that is short enough for it to be straight.
-    fn beginning(&mut self, start: &State, before: &[[[f64; 6]; 2]], rigid: bool) -> Option<Response> {
+    fn beginning(&mut self, start: &State, before: &[[[f64; 6]; 2]], rigid: bool, mut part: f64) -> Option<Response> {
         let rest = self.step(start, before, 0.0, rigid)?;
         let size = self.base.system.size;
-        let mut on = |part: f64| -> Option<(Response, f64)> {
+        let mut on = |part: f64| -> Option<Response> {
             // Backwards it may be another row of a muscle's table.
-            let (first, second) =
-                (self.step(start, before, part, rigid)?, self.step(start, before, 2.0 * part, rigid)?);
-            let bend = bend(&rest, &first, &second, size);
-            let error = if bend <= BENT { bend * bend } else { bend };
-            let response = Response::between(&rest, [&first, &second], [2.0 / part, -0.5 / part], part);
-            Some((Response { error, ..response }, bend))
+            let mut at = |times: f64| self.step(start, before, times * part, rigid);
+            let steps = [at(1.0)?, at(2.0)?, at(4.0)?];
+            Some(Response { error: left_out(&rest, &steps, size), ..Response::between(&rest, &steps, part) })
         };
-        let mut part = BEGINNING;
         let mut found = on(part);
         for _ in 0..TIMES {
             // Where a part leads beyond a singular point there is no response.
-            let bend = found.as_ref().map_or(f64::INFINITY, |found| found.1);
-            if bend <= BENT {
+            let error = found.as_ref().map_or(f64::INFINITY, |found| found.error);
+            if error <= SURE {
                 break;
             }
-            part *= (BEYOND * BENT / bend).max(SHORTER);
+            part *= (BEYOND * SURE / error).cbrt().max(SHORTER);
             match on(part) {
-                Some(shorter) if shorter.1 < STRAIGHTER * bend => found = Some(shorter),
+                Some(shorter) if shorter.error < STRAIGHTER * error => found = Some(shorter),
                 _ => break,
             }
         }
-        found.map(|found| found.0)
+        found
     }
 
     /// Solves once for a fraction of the ramp, at the shape of the state.
@@ -142,11 +132,12 @@ impl Beginning {
 }
 
 impl Response {
-    /// The sum of two differences to the state at rest, each with its weight.
-    fn between(rest: &Stepped, ends: [&Stepped; 2], weights: [f64; 2], part: f64) -> Self {
-        let change = |rest: &ElementState<6>, ends: [&ElementState<6>; 2]| {
+    /// The rate at the state at rest, from the states at a part of the ramp, at twice and at four times as much.
+    fn between(rest: &Stepped, steps: &[Stepped; 3], part: f64) -> Self {
+        let weights = [8.0 / 3.0, -1.0, 1.0 / 12.0].map(|weight| weight / part);
+        let change = |rest: &ElementState<6>, steps: [&ElementState<6>; 3]| {
             let sum = |of: &dyn Fn(&ElementState<6>) -> f64| -> f64 {
-                (0..2).map(|k| weights[k] * (of(ends[k]) - of(rest))).sum()
+                (0..3).map(|k| weights[k] * (of(steps[k]) - of(rest))).sum()
             };
             // Auxiliary stiffness is no part of the problem.
             let is_free = |d: usize| rest.moduli.held[d] == 0.0;
@@ -158,20 +149,17 @@ impl Response {
         };
         let member = |index: usize| {
             let elements = rest.states[index].iter().enumerate();
-            let ends = ends.map(|end| &end.states[index]);
-            elements.map(|(e, rest)| change(rest, [&ends[0][e], &ends[1][e]])).collect()
+            elements.map(|(e, rest)| change(rest, [0, 1, 2].map(|k| &steps[k].states[index][e]))).collect()
         };
-        let sum = |rest: &[f64; 6], first: &[f64; 6], second: &[f64; 6]| {
-            add(scale(weights[0], sub(*first, *rest)), scale(weights[1], sub(*second, *rest)))
+        let sum = |rest: &[f64; 6], of: &dyn Fn(&Stepped) -> [f64; 6]| {
+            (0..3).fold([0.0; 6], |all, k| add(all, scale(weights[k], sub(of(&steps[k]), *rest))))
         };
-        let forces = |index: usize| {
-            [0, 1].map(|end| sum(&rest.ends[index][end], &ends[0].ends[index][end], &ends[1].ends[index][end]))
-        };
-        let motions = rest.motions.iter().zip(&ends[0].motions).zip(&ends[1].motions);
+        let forces = |index: usize| [0, 1].map(|end| sum(&rest.ends[index][end], &|step| step.ends[index][end]));
+        let motions = rest.motions.iter().enumerate();
         Self {
             stressings: (0..rest.states.len()).map(member).collect(),
             ends: (0..rest.ends.len()).map(forces).collect(),
-            motions: motions.map(|((rest, first), second)| sum(rest, first, second)).collect(),
+            motions: motions.map(|(joint, rest)| sum(rest, &|step| step.motions[joint])).collect(),
             part,
             error: 0.0,
         }
@@ -188,25 +176,31 @@ fn is_same(before: &[[f64; 6]], now: &[[f64; 6]]) -> bool {
     !before.is_empty() && [0, 3].map(largest).iter().all(|(apart, size)| *apart <= SAME * size)
 }
 
-/// How far the stresses at twice a part of the ramp are from twice those at the part, over what they change by; forces
-/// against forces and moments against moments.
-fn bend(rest: &Stepped, first: &Stepped, second: &Stepped, size: f64) -> f64 {
-    let (mut off, mut changes) = ([0.0f64; 2], [0.0f64; 2]);
+/// Part of the stresses' rates that higher orders may be, forces against forces and moments against moments.
+///
+/// With D(p) the rate by a part p, 2 D(p) − D(2p) is off by the second order. How far that is from the same of twice the part, times
+/// how far D(p) is from D(2p), is about what the third one leaves.
+fn left_out(rest: &Stepped, steps: &[Stepped; 3], size: f64) -> f64 {
+    let (mut off, mut changes) = ([[0.0f64; 2]; 2], [0.0f64; 2]);
     let all = |stepped: &'_ Stepped| -> Vec<[f64; 6]> {
         stepped.states.iter().flatten().flat_map(|state| state.stress.iter().copied()).collect()
     };
-    for ((rest, first), second) in all(rest).iter().zip(all(first)).zip(all(second)) {
-        let (once, twice) = (sub(first, *rest), sub(second, *rest));
-        let left = sub(twice, scale(2.0, once));
+    let [first, second, third] = [0, 1, 2].map(|k| all(&steps[k]));
+    for (((rest, first), second), third) in all(rest).iter().zip(first).zip(second).zip(third) {
+        let rates =
+            [(first, 1.0), (second, 0.5), (third, 0.25)].map(|(stress, weight)| scale(weight, sub(stress, *rest)));
+        let bends = [sub(rates[1], rates[0]), sub(rates[2], rates[1])];
         for kind in 0..2 {
             let part = |of: &[f64; 6]| norm([of[3 * kind], of[3 * kind + 1], of[3 * kind + 2]]);
-            off[kind] = off[kind].max(part(&left));
-            changes[kind] = changes[kind].max(part(&twice));
+            off[kind][0] = off[kind][0].max(part(&bends[0]));
+            off[kind][1] = off[kind][1].max(part(&sub(bends[1], scale(2.0, bends[0]))));
+            changes[kind] = changes[kind].max(part(&rates[0]));
         }
     }
-    let [force, moment] = [changes[0].max(LEVER * changes[1] / size), changes[1].max(LEVER * changes[0] * size)];
+    let changes = [changes[0].max(LEVER * changes[1] / size), changes[1].max(LEVER * changes[0] * size)];
     let over = |off: f64, change: f64| if off > 0.0 { off / change } else { 0.0 };
-    over(off[0], force).max(over(off[1], moment))
+    let orders = [0, 1].map(|order| over(off[0][order], changes[0]).max(over(off[1][order], changes[1])));
+    orders[1] * orders[0].max(orders[1])
 }
 
 /// All elements of all members.

@@ -17,7 +17,7 @@ const RESTARTS: usize = 200;
 const NOTHING: f64 = 1e-12;
 
 /// Residual of a pair that has settled, over its eigenvalue: the eigenvalue is known to the square of that.
-pub(crate) const SETTLED: f64 = 1e-7;
+const SETTLED: f64 = 1e-7;
 /// Part of the largest eigenvalue by size below which one is not looked for alone: of critical factors, one that is a million
 /// times as large as that of the ramp the other way.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -47,7 +47,7 @@ pub(crate) struct Largest {
 ///
 /// `apply` gives the images of vectors, which are columns.
 ///
-/// A pair is found when its residual is below `tolerance` times the size of the operator, or `settled` times its eigenvalue;
+/// A pair is found when its residual is below `tolerance` times the size of the operator, or `SETTLED` times its eigenvalue;
 /// only those are given. Where a restart changes no eigenvalue any more, rounding leaves no better ones, and all are given with their residuals.
 /// Where none is above `NEGLIGIBLE` of the largest by size, `any_above` is asked whether there are any above a value: an operator
 /// without positive eigenvalues makes no end to a search for the one that is nearest to zero.
@@ -55,12 +55,12 @@ pub(crate) fn largest(
     size: usize,
     [count, extra]: [usize; 2],
     seed: usize,
-    [tolerance, settled]: [f64; 2],
+    tolerance: f64,
     apply: &mut Images,
     any_above: &dyn Fn(f64) -> bool,
 ) -> Largest {
     let most = (2 * (count + extra) + BLOCKS * BLOCK).min(size);
-    let mut space = Space::new(size, most, settled);
+    let mut space = Space::new(size, most);
     let mut scale = 0.0f64;
     let starts: Vec<Vec<f64>> = (0..BLOCK).map(|k| start(size, seed * BLOCK + k)).collect();
     let mut fresh = apply(Mat::from_fn(size, BLOCK, |i, k| starts[k][i]).as_ref());
@@ -116,8 +116,6 @@ struct Space {
     /// Vᵀ A V, the lower triangle.
     product: Mat<f64>,
     count: usize,
-    /// Residual over its eigenvalue at which a pair is found.
-    settled: f64,
 }
 
 /// Eigenvalues of the operator in a space by falling size, with their weights in the basis as columns.
@@ -127,13 +125,12 @@ struct Ritz {
 }
 
 impl Space {
-    fn new(size: usize, most: usize, settled: f64) -> Self {
+    fn new(size: usize, most: usize) -> Self {
         Self {
             vectors: Mat::zeros(size, most),
             images: Mat::zeros(size, most),
             product: Mat::zeros(most, most),
             count: 0,
-            settled,
         }
     }
 
@@ -146,7 +143,7 @@ impl Space {
         left -= Scale(value) * &vector;
         let residual = left.norm_l2();
         let pair = || Pair { value, vector: vector.col(0).iter().copied().collect(), residual };
-        (residual <= floor.max(self.settled * value.abs())).then(pair)
+        (residual <= floor.max(SETTLED * value.abs())).then(pair)
     }
 
     /// Those of the first `count` pairs that are found.
@@ -263,7 +260,7 @@ mod tests {
             _ => 0.0,
         };
         let mut apply = |xs: MatRef<'_, f64>| Mat::from_fn(size, xs.ncols(), |i, k| weight(i) * xs[(i, k)]);
-        let found = largest(size, [5, 0], 0, [1e-12, SETTLED], &mut apply, &|_| true);
+        let found = largest(size, [5, 0], 0, 1e-12, &mut apply, &|_| true);
         let values: Vec<f64> = found.pairs.iter().map(|pair| pair.value).filter(|value| *value > 1e-9).collect();
         assert_eq!(values.len(), 2);
         assert!((values[0] - 2.0).abs() < 1e-10 && (values[1] - 0.5).abs() < 1e-10, "{values:?}");
@@ -276,7 +273,7 @@ mod tests {
         let size = 900;
         let value = |i: usize| if i.is_multiple_of(2) { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
         let mut apply = |xs: MatRef<'_, f64>| Mat::from_fn(size, xs.ncols(), |i, k| value(i) * xs[(i, k)]);
-        let found = largest(size, [6, 0], 1, [1e-12, SETTLED], &mut apply, &|_| true);
+        let found = largest(size, [6, 0], 1, 1e-12, &mut apply, &|_| true);
         assert_eq!(found.pairs.len(), 6);
         for (k, pair) in found.pairs.iter().enumerate() {
             let (found, exact) = (pair.value, value(2 * k + 1));

@@ -4,5 +4,6 @@ pub mod factor;
 mod krylov;
 pub mod operators;
 pub mod pencil;
+pub mod prolong;
 pub mod shape;
 pub mod unknowns;

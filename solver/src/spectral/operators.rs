@@ -71,12 +71,27 @@ impl Form {
         (0..motions.len()).map(|i| (0..motions.len()).map(|j| product(i, j)).collect()).collect()
     }
 
+    /// xᵀ (Eᵀ E + R) x
+    pub fn energy(&self, x: &[f64]) -> f64 {
+        let mut strains = vec![0.0; self.strains.rows()];
+        let mut rest = vec![0.0; x.len()];
+        multiply(&self.strains, x, &mut strains);
+        multiply(&self.rest, x, &mut rest);
+        dot(&strains, &strains) + dot(x, &rest)
+    }
+
     /// (Eᵀ E + R) x
     pub fn image(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; self.rest.rows()];
-        multiply(&self.rest, x, &mut out);
-        for row in self.strains.outer_iterator() {
-            let strain: f64 = row.iter().map(|(column, value)| value * x[column]).sum();
+        let (mut strains, mut rest) = (vec![0.0; self.strains.rows()], vec![0.0; x.len()]);
+        multiply(&self.strains, x, &mut strains);
+        multiply(&self.rest, x, &mut rest);
+        self.image_of(&strains, rest)
+    }
+
+    /// The same of E x and R x.
+    pub fn image_of(&self, strains: &[f64], rest: Vec<f64>) -> Vec<f64> {
+        let mut out = rest;
+        for (row, strain) in self.strains.outer_iterator().zip(strains) {
             row.iter().for_each(|(column, value)| out[column] += value * strain);
         }
         out

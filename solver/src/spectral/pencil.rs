@@ -25,13 +25,12 @@ use faer::{Mat, Side};
 use sprs::CsMat;
 
 use super::factor::Factor;
-pub(crate) use super::krylov::SETTLED;
 use super::krylov::{self, Largest, Pair, ROUNDING};
 
 use super::operators::{Form, dot, multiply, multiply_columns};
 
 /// Unknowns up to which the whole spectrum is computed.
-const SMALL: usize = 200;
+const SMALL: usize = 100;
 /// Searches with what was found taken out, at most, and how many of them in a row may bring nothing larger than what is known.
 const SEARCHES: usize = 40;
 const IN_VAIN: usize = 4;
@@ -57,6 +56,8 @@ const WIDTH: usize = 4;
 const EXACT: f64 = 1e-12;
 /// Part of an eigenvalue by which its motion may fail for a count of pivots to say anything.
 const COUNTABLE: f64 = 0.05;
+/// How many times an eigenvalue the one with the energy of the form may be.
+const HELD: f64 = 10.0;
 /// By how much the limit of a count lies above an eigenvalue, over the part that rounding makes of it.
 const CLEAR: f64 = 10.0;
 
@@ -67,6 +68,13 @@ const ROUGH: f64 = 1.5;
 const FARTHEST: f64 = 1e6;
 const STRIDE: f64 = 30.0;
 const STRIDES: usize = 20;
+/// Motions of other elements are improved so often at most, or until no eigenvalue changes by more than rounding.
+const IMPROVEMENTS: usize = 12;
+const STILL: f64 = 1e-13;
+/// What is left of the energy of a motion that lies in a space.
+const NOTHING: f64 = 1e-20;
+/// A smallest factor that was found may be larger than where it was looked for by this part.
+const BRACKETED: f64 = 1.01;
 /// Least part that is left of a stiffness by the shift.
 const LEFT: f64 = 1e-12;
 
@@ -85,17 +93,6 @@ pub struct Pencil<'a> {
     pub other: &'a CsMat<f64>,
     /// G
     pub constraints: &'a CsMat<f64>,
-    /// Residual of a pair at which it is found, over its eigenvalue: that is known to the square.
-    pub settled: f64,
-}
-
-/// What is known of the largest eigenvalue before a search.
-#[derive(Clone, Copy, Debug)]
-pub struct Known {
-    /// It is larger.
-    pub least: f64,
-    /// It is about this one, of a coarser mesh.
-    pub about: Option<f64>,
 }
 
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
@@ -109,6 +106,19 @@ pub struct Pairs {
     pub vectors: Vec<Vec<f64>>,
     /// Whether the count of pivots confirms that none is missing above the last.
     pub complete: bool,
+    /// The eigenvalue after the last, where it is known.
+    pub next: Option<f64>,
+}
+
+impl Pairs {
+    /// Those whose eigenvalue is larger.
+    fn above(mut self, least: f64) -> Self {
+        let kept = self.values.iter().take_while(|value| **value > least).count();
+        self.values.truncate(kept);
+        self.rounding.truncate(kept);
+        self.vectors.truncate(kept);
+        self
+    }
 }
 
 impl Pencil<'_> {
@@ -117,23 +127,71 @@ impl Pencil<'_> {
     ///
     /// Where the count of pivots says that there are none, nothing is searched for. An auxiliary stiffness in place of a
     /// rigid one makes that count too large at most.
-    pub fn largest_above(self, known: Known, count: usize) -> Pairs {
-        if known.about.is_none() && known.least > 0.0 && self.count_above(known.least) == Some(0) {
+    pub fn largest_above(self, least: f64, count: usize) -> Pairs {
+        if least > 0.0 && self.count_above(least) == Some(0) {
             return Pairs { complete: true, ..Pairs::default() };
         }
-        let mut pairs = self.shifted(known).largest(count);
-        let kept = pairs.values.iter().take_while(|value| **value > known.least).count();
-        pairs.values.truncate(kept);
-        pairs.rounding.truncate(kept);
-        pairs.vectors.truncate(kept);
-        pairs
+        self.shifted(least).largest(count).above(least)
+    }
+
+    /// The largest eigenvalue above what is known of it, whose motion is enough: no count confirms that none is larger, but it lies
+    /// where a shift says that the largest is.
+    pub fn nearest(self, least: f64) -> Pairs {
+        if least > 0.0 && self.count_above(least) == Some(0) {
+            return Pairs::default();
+        }
+        let shifted = self.shifted(least);
+        let found = shifted.search(&[], 1, 0).pairs;
+        let found: Vec<Pair> = found.into_iter().map(|pair| shifted.unshifted_pair(pair)).collect();
+        let pairs = shifted.pairs(&found, 1, true);
+        let bracket = if shifted.shift > 0.0 { SHIFT / (ROUGH * BRACKETED * shifted.shift) } else { 0.0 };
+        let pairs =
+            if pairs.values.first().is_some_and(|value| *value >= bracket) { pairs } else { shifted.largest(1) };
+        pairs.above(least)
+    }
+
+    /// Factors of K − B/θ: they have as many negative pivots as there are eigenvalues above θ.
+    pub fn at(stiffness: &CsMat<f64>, other: &CsMat<f64>, value: f64) -> Option<Factor> {
+        Factor::new(&(stiffness - &other.map(|entry| entry / value)))
+    }
+
+    /// The pairs near motions of other elements; nothing where these are not near enough.
+    ///
+    /// What the factors make of the forces that a motion leaves, B x − θ K x, is about what it is off by. Eigenvalues are those of
+    /// the space of the motions and of all that they have been found to be off by (E. R. Davidson, J. Comput. Phys. 17, 1975). They are
+    /// found when the part of them that may be left is no more than `enough` says of eigenvalue k.
+    pub fn near(&self, motions: &[Vec<f64>], enough: &dyn Fn(usize, f64) -> f64) -> Option<Pairs> {
+        let mut space = Space::new(self);
+        space.extend(side_by_side(motions, |columns| self.allowed(columns)));
+        let mut before: Vec<f64> = Vec::new();
+        for _ in 0..IMPROVEMENTS {
+            let pairs = space.pairs(motions.len())?;
+            let left: Vec<Vec<f64>> = pairs.iter().map(|(value, motion)| space.left(*value, motion)).collect();
+            let changes = self.responses(&left);
+            let part = |(change, pair): (&Vec<f64>, &(f64, _))| self.form.energy(change).max(0.0) / (pair.0 * pair.0);
+            let rounding: Vec<f64> = changes.iter().zip(&pairs).map(part).collect();
+            let still = |(pair, before): (&(f64, _), &f64)| (pair.0 - before).abs() <= STILL * pair.0.abs();
+            let stands = !before.is_empty() && pairs.iter().zip(&before).all(still);
+            let is_found = |k: usize| rounding[k] <= enough(k, pairs[k].0);
+            let open: Vec<usize> = (0..pairs.len()).filter(|&k| !is_found(k)).collect();
+            let near = rounding.iter().all(|part| *part <= COUNTABLE);
+            if open.is_empty() || (stands && near) {
+                // Sums of strains that cancel hold the rounding of each: the energies of the motions found are made afresh.
+                let found: Vec<Vec<f64>> = pairs.into_iter().map(|pair| pair.1.motion).collect();
+                let (values, vectors) = self.combined(&found)?.into_iter().unzip();
+                return Some(Pairs { values, rounding, vectors, ..Pairs::default() });
+            }
+            before = pairs.iter().map(|pair| pair.0).collect();
+            space.extend(open.iter().map(|&k| changes[k].clone()).collect());
+        }
+        None
     }
 
     /// The same pencil with the factors of a shift, where it is large and has an eigenvalue above the least.
     ///
     /// The smallest positive 1/θ lies between a shift that leaves all pivots positive and one that does not, which few
     /// factorizations tell far sooner than a search among large negative eigenvalues.
-    fn shifted(self, Known { least, about }: Known) -> Self {
+    fn shifted(self, least: f64) -> Self {
         if self.factor.size() <= SMALL {
             return self;
         }
@@ -143,11 +201,6 @@ impl Pencil<'_> {
             let shifted = self.stiffness - &self.other.map(|value| value * shift);
             Factor::with(&shifted, &mut analysis).filter(|factor| factor.negative == 0 && factor.neutral == 0)
         };
-        if let Some(shift) = about.map(|about| SHIFT / about)
-            && let Some(factor) = definite(shift)
-        {
-            return Self { factor, shift, ..self };
-        }
         let mut high = if least > 0.0 { 1.0 / least } else { FARTHEST * trace(self.stiffness) / trace(self.other) };
         if !high.is_finite() || definite(high).is_some() {
             return self;
@@ -232,7 +285,15 @@ impl Pencil<'_> {
                 let rounding: Vec<f64> = kept.iter().zip(&combined).map(off).map(|off| off * off).collect();
                 let better = if rounding.iter().any(|part| *part > EXACT) { self.corrected(&combined) } else { None };
                 let better = better.unwrap_or_else(|| combined.clone());
-                for ((before, (value, vector)), rounding) in combined.iter().zip(better).zip(rounding) {
+                // What strains only what is held has an energy beside which that of the form is nothing: no motion.
+                let is_motion = |(pair, found): (&&Pair, &(f64, _))| found.0 <= HELD * pair.value;
+                let motions: Vec<bool> = kept.iter().zip(&combined).map(is_motion).collect();
+                for (((before, (value, vector)), rounding), is_motion) in
+                    combined.iter().zip(better).zip(rounding).zip(motions)
+                {
+                    if !is_motion {
+                        continue;
+                    }
                     // What a correction was of the first order leaves one of the second.
                     let change = (value / before.0 - 1.0).abs();
                     pairs.values.push(value);
@@ -247,6 +308,7 @@ impl Pencil<'_> {
                 pairs.vectors = motions;
             }
         }
+        pairs.next = pairs.values.get(count).copied();
         pairs.values.truncate(count);
         pairs.rounding.truncate(count);
         pairs.vectors.truncate(count);
@@ -258,11 +320,10 @@ impl Pencil<'_> {
     fn corrected(&self, pairs: &[(f64, Vec<f64>)]) -> Option<Vec<(f64, Vec<f64>)>> {
         let mut motions: Vec<Vec<f64>> = pairs.iter().map(|pair| pair.1.clone()).collect();
         for (value, motion) in pairs {
-            let mut left = vec![0.0; motion.len()];
-            multiply(self.other, motion, &mut left);
+            let mut left = self.image(motion);
             left.iter_mut().zip(self.form.image(motion)).for_each(|(left, held)| *left -= value * held);
             let change = self.response(&left);
-            let length = self.form.products(std::slice::from_ref(&change))[0][0].sqrt();
+            let length = self.form.energy(&change).sqrt();
             if length > 0.0 {
                 motions.push(change.iter().map(|x| x / length).collect());
             }
@@ -270,6 +331,13 @@ impl Pencil<'_> {
         let mut better = self.combined(&motions)?;
         better.truncate(pairs.len());
         Some(better)
+    }
+
+    /// B x
+    fn image(&self, motion: &[f64]) -> Vec<f64> {
+        let mut image = vec![0.0; motion.len()];
+        multiply(self.other, motion, &mut image);
+        image
     }
 
     /// The motion of a pair, with xᵀ K x = 1.
@@ -289,8 +357,7 @@ impl Pencil<'_> {
             return Some(Vec::new());
         }
         let energy = self.form.products(motions);
-        let mut images = vec![vec![0.0; self.factor.size()]; size];
-        images.iter_mut().zip(motions).for_each(|(image, x)| multiply(self.other, x, image));
+        let images: Vec<Vec<f64>> = motions.iter().map(|x| self.image(x)).collect();
         let eigen = Mat::from_fn(size, size, |i, j| energy[i.max(j)][i.min(j)]).self_adjoint_eigen(Side::Lower).ok()?;
         let (levels, turns) = (eigen.S().column_vector(), eigen.U());
         if (0..size).any(|k| !(levels[k] > 0.0)) {
@@ -350,7 +417,7 @@ impl Pencil<'_> {
             self.factor.size(),
             [count, EXTRA],
             search,
-            [TOLERANCE, self.settled],
+            TOLERANCE,
             &mut |ys| operator.act(ys.to_owned()),
             &any_above,
         )
@@ -388,6 +455,46 @@ impl Pencil<'_> {
         self.project(&self.factor.forward(forces.as_chunks::<1>().0), CORRECTIONS).1.into_flattened()
     }
 
+    /// The motions that several forces lead to, those that the constraints allow. The factors may have negative pivots.
+    fn responses(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        side_by_side(forces, |columns| self.allowed(self.factor.solve(&columns)))
+    }
+
+    /// Motions less what the constraints do not allow of them.
+    fn allowed<const W: usize>(&self, mut motions: Vec<[f64; W]>) -> Vec<[f64; W]> {
+        if self.constraints.rows() == 0 {
+            return motions;
+        }
+        let mut before = [f64::INFINITY; W];
+        for _ in 0..CORRECTIONS {
+            let (back, left) = self.held_back(&motions);
+            let lengths = lengths(&motions);
+            // What rounding leaves does not shrink any more.
+            if (0..W).all(|w| left[w] <= CORRECTED * lengths[w] || left[w] > 0.9 * before[w]) {
+                break;
+            }
+            before = left;
+            let change = self.factor.solve(&back);
+            motions.iter_mut().flatten().zip(change.iter().flatten()).for_each(|(x, change)| *x -= change);
+        }
+        motions
+    }
+
+    /// Gᵀ G x, and the length of G x.
+    fn held_back<const W: usize>(&self, x: &[[f64; W]]) -> (Vec<[f64; W]>, [f64; W]) {
+        let mut strains = vec![[0.0; W]; self.constraints.rows()];
+        multiply_columns(self.constraints, x, &mut strains);
+        let mut back = vec![[0.0; W]; x.len()];
+        for (row, strain) in self.constraints.outer_iterator().zip(&strains) {
+            for (column, value) in row.iter() {
+                for w in 0..W {
+                    back[column][w] += value * strain[w];
+                }
+            }
+        }
+        (back, lengths(&strains))
+    }
+
     /// So many corrections that a motion nearly meets the constraints.
     fn corrections(&self) -> usize {
         if self.constraints.rows() == 0 {
@@ -421,22 +528,12 @@ impl Pencil<'_> {
         let lengths = lengths(&y);
         let mut before = [f64::INFINITY; W];
         for _ in 0..corrections {
-            let mut strains = vec![[0.0; W]; self.constraints.rows()];
-            multiply_columns(self.constraints, &x, &mut strains);
-            let left = self::lengths(&strains);
+            let (back, left) = self.held_back(&x);
             // What rounding leaves does not shrink any more.
             if (0..W).all(|w| left[w] <= CORRECTED * lengths[w] || left[w] > 0.9 * before[w]) {
                 break;
             }
             before = left;
-            let mut back = vec![[0.0; W]; x.len()];
-            for (row, strain) in self.constraints.outer_iterator().zip(&strains) {
-                for (column, value) in row.iter() {
-                    for w in 0..W {
-                        back[column][w] += value * strain[w];
-                    }
-                }
-            }
             for (y, correction) in y.iter_mut().zip(self.factor.forward(&back)) {
                 for w in 0..W {
                     y[w] -= correction[w];
@@ -446,6 +543,119 @@ impl Pencil<'_> {
         }
         (y, x)
     }
+}
+
+/// A motion with what the matrices of a pencil make of it.
+#[derive(Clone, Debug)]
+struct Imaged {
+    motion: Vec<f64>,
+    /// E x
+    strains: Vec<f64>,
+    /// R x
+    rest: Vec<f64>,
+    /// B x
+    image: Vec<f64>,
+}
+
+impl Imaged {
+    fn parts(&mut self) -> [&mut Vec<f64>; 4] {
+        [&mut self.motion, &mut self.strains, &mut self.rest, &mut self.image]
+    }
+
+    fn add(&mut self, factor: f64, other: &Self) {
+        let others = [&other.motion, &other.strains, &other.rest, &other.image];
+        for (own, other) in self.parts().into_iter().zip(others) {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += factor * other);
+        }
+    }
+
+    /// xᵀ K y
+    fn energy(&self, other: &Self) -> f64 {
+        dot(&self.strains, &other.strains) + dot(&self.motion, &other.rest)
+    }
+}
+
+/// Motions with xᵢᵀ K xⱼ = δᵢⱼ, and the space of them.
+struct Space<'a> {
+    pencil: &'a Pencil<'a>,
+    basis: Vec<Imaged>,
+    /// xᵢᵀ B xⱼ, j ≤ i
+    products: Vec<Vec<f64>>,
+}
+
+impl<'a> Space<'a> {
+    fn new(pencil: &'a Pencil<'a>) -> Self {
+        Self { pencil, basis: Vec::new(), products: Vec::new() }
+    }
+
+    /// Adds what motions have beside the space.
+    fn extend(&mut self, motions: Vec<Vec<f64>>) {
+        let Pencil { form, other, .. } = self.pencil;
+        let apply = |matrix: &CsMat<f64>, x: &[f64]| {
+            let mut out = vec![0.0; matrix.rows()];
+            multiply(matrix, x, &mut out);
+            out
+        };
+        for motion in motions {
+            let (strains, rest) = (apply(&form.strains, &motion), apply(&form.rest, &motion));
+            let mut fresh = Imaged { motion, strains, rest, image: Vec::new() };
+            let before = fresh.energy(&fresh);
+            // Twice is enough (Kahan and Parlett).
+            for _ in 0..2 {
+                for known in &self.basis {
+                    fresh.add(-known.energy(&fresh), known);
+                }
+            }
+            let energy = fresh.energy(&fresh);
+            if !(energy > NOTHING * before) {
+                continue;
+            }
+            let factor = 1.0 / energy.sqrt();
+            fresh.parts().into_iter().flatten().for_each(|x| *x *= factor);
+            fresh.image = apply(other, &fresh.motion);
+            self.basis.push(fresh);
+            let fresh = &self.basis[self.basis.len() - 1];
+            self.products.push(self.basis.iter().map(|known| dot(&known.motion, &fresh.image)).collect());
+        }
+    }
+
+    /// The pairs of the space with the largest eigenvalues; nothing where it has fewer.
+    fn pairs(&self, count: usize) -> Option<Vec<(f64, Imaged)>> {
+        let size = self.basis.len();
+        if size < count {
+            return None;
+        }
+        let product = Mat::from_fn(size, size, |i, j| self.products[i.max(j)][i.min(j)]);
+        let eigen = product.self_adjoint_eigen(Side::Lower).ok()?;
+        let (values, weights) = (eigen.S().column_vector(), eigen.U());
+        let pair = |k: usize| {
+            let mut motion = self.basis[0].clone();
+            motion.parts().into_iter().flatten().for_each(|x| *x *= weights[(0, k)]);
+            (1..size).for_each(|i| motion.add(weights[(i, k)], &self.basis[i]));
+            (values[k], motion)
+        };
+        Some((size - count..size).rev().map(pair).collect())
+    }
+
+    /// The forces that a motion leaves, B x − θ K x.
+    fn left(&self, value: f64, motion: &Imaged) -> Vec<f64> {
+        let held = self.pencil.form.image_of(&motion.strains, motion.rest.clone());
+        motion.image.iter().zip(held).map(|(image, held)| image - value * held).collect()
+    }
+}
+
+/// What is made of several vectors, a few of them side by side at once.
+fn side_by_side(vectors: &[Vec<f64>], make: impl Fn(Vec<[f64; WIDTH]>) -> Vec<[f64; WIDTH]>) -> Vec<Vec<f64>> {
+    let mut made = Vec::with_capacity(vectors.len());
+    for vectors in vectors.chunks(WIDTH) {
+        let mut columns = vec![[0.0; WIDTH]; vectors[0].len()];
+        for (w, vector) in vectors.iter().enumerate() {
+            columns.iter_mut().zip(vector).for_each(|(row, x)| row[w] = *x);
+        }
+        let columns = make(columns);
+        made.extend((0..vectors.len()).map(|w| columns.iter().map(|row| row[w]).collect::<Vec<f64>>()));
+    }
+    made
 }
 
 /// The lengths of W columns side by side.
@@ -526,15 +736,8 @@ mod tests {
         let none = TriMat::new((0, size)).to_csr();
         let form = Form { strains: none.clone(), rest: stiffness.clone() };
         let factor = Factor::new(&stiffness).unwrap();
-        let pencil = Pencil {
-            factor,
-            shift: 0.0,
-            stiffness: &stiffness,
-            form: &form,
-            other: &mass,
-            constraints: &none,
-            settled: SETTLED,
-        };
+        let pencil =
+            Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other: &mass, constraints: &none };
         for count in [6, 30] {
             let pairs = pencil.largest(count);
             assert!(pairs.complete);

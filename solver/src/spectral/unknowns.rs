@@ -68,6 +68,16 @@ impl Unknowns {
         (*first, spins)
     }
 
+    /// How many unknowns, the first ones, are of joints and released ends.
+    pub fn shared(&self) -> usize {
+        self.inner.first().copied().unwrap_or(self.size)
+    }
+
+    /// First of the six unknowns of a node between the ends of a member.
+    pub fn inner(&self, member: usize, node: usize) -> usize {
+        self.inner[member] + 6 * (node - 1)
+    }
+
     /// Motions of node `node` of a member, counted from its start.
     pub fn member_node(&self, system: &System<6>, member: usize, node: usize) -> Vec<Column> {
         let slot = &system.members[member];
@@ -77,7 +87,7 @@ impl Unknowns {
             0 => 0,
             _ if node == last => 1,
             _ => {
-                let first = self.inner[member] + 6 * (node - 1);
+                let first = self.inner(member, node);
                 let unit = |c: usize| -> [f64; 6] { std::array::from_fn(|i| if i == c { 1.0 } else { 0.0 }) };
                 return (0..6).map(|c| (first + c, unit(c))).collect();
             }
@@ -118,7 +128,7 @@ impl Unknowns {
                     }
                 }
             }
-            let inner = self.inner.first().copied().unwrap_or(self.size);
+            let inner = self.shared();
             for unknown in inner..self.size {
                 belongs[unknown] = matches!((unknown - inner) % 6, 0 | 1 | 5) == (family == Family::InPlane);
             }
