@@ -145,6 +145,27 @@ fn a_cantilever_tilts_at_the_same_load_whatever_the_ramp() {
     }
 }
 
+/// A bar that cannot be stretched in a row with a wire, pushed together by a support: Euler's load between clamps, 4π² EI/L², however
+/// much stiffer than its bending the wire is, which alone says what force a push is.
+#[test]
+fn a_bar_that_cannot_be_stretched_has_the_force_of_its_neighbour() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("row.toml");
+    for stiffness in [1e2, 1e4, 1e7] {
+        let section = format!("stiffness = {{ EA = {stiffness:?}, GJ = 1, EI2 = 1, EI3 = 1 }}, shear = false");
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], B = [100, 0], C = [200, 0] }}\n\
+             sections.bar = {{ {section}, stretch = false }}\nsections.wire = {{ {section} }}\n\
+             [members]\nbar = {{ nodes = [\"A\", \"B\"], section = \"bar\" }}\n\
+             wire = {{ nodes = [\"B\", \"C\"], section = \"wire\" }}\n\
+             [supports]\nA = \"clamped\"\nC = \"clamped\"\n[[steps]]\ndisplacement.C.ux = -1e-3\n"
+        );
+        std::fs::write(&file, text).expect("a file");
+        let force = stiffness / 100.0 * 1e-3;
+        assert_near(factors(&buckling(&file, &["--count", "1"]))[0], 4.0 * PI * PI / 4e4 / force, 1e-6);
+    }
+}
+
 /// A force on a lever is part of the tangent that it is answered with; its critical value is the same however far a ramp leads.
 #[test]
 fn a_force_on_a_lever_is_critical_at_the_same_value_whatever_the_ramp() {

@@ -10,6 +10,7 @@ use pennate_elements::small::{add, norm, scale, sub};
 
 use super::Beginning;
 use crate::chain::ElementState;
+use crate::held::HeldForces;
 use crate::spectral::operators::Stressing;
 use crate::structure::Drive;
 use crate::system::{State, System};
@@ -25,8 +26,11 @@ const SHORTER: f64 = 1e-5;
 /// How often. A shorter part that leaves more than this of it shows rounding, and is the last.
 const TIMES: usize = 4;
 const STRAIGHTER: f64 = 0.5;
-/// Solves with corrected multipliers of rigid components.
-const CORRECTIONS: usize = 8;
+/// Solves with corrected multipliers of rigid components, at most, and part of the largest force that these may be off by then. Of
+/// a response in which they are more nothing is known.
+const CORRECTIONS: usize = 60;
+const HELD: f64 = 1e-11;
+const UNKNOWN: f64 = 1.0;
 /// They are corrected where a solve moves joints by no more than this beside the one before.
 const SAME: f64 = 1e-13;
 /// Moments count no less than this part of forces times the size of the network.
@@ -51,6 +55,8 @@ struct Stepped {
     states: Vec<Vec<ElementState<6>>>,
     ends: Vec<[[f64; 6]; 2]>,
     motions: Vec<[f64; 6]>,
+    /// Whether the multipliers of held strains have come to what they are.
+    is_settled: bool,
 }
 
 impl Beginning {
@@ -88,7 +94,9 @@ impl Beginning {
             // Backwards it may be another row of a muscle's table.
             let mut at = |times: f64| self.step(start, before, times * part, rigid);
             let steps = [at(1.0)?, at(2.0)?, at(4.0)?];
-            Some(Response { error: left_out(&rest, &steps, size), ..Response::between(&rest, &steps, part) })
+            let is_settled = rest.is_settled && steps.iter().all(|step| step.is_settled);
+            let error = if is_settled { left_out(&rest, &steps, size) } else { UNKNOWN };
+            Some(Response { error, ..Response::between(&rest, &steps, part) })
         };
         let mut found = on(part);
         for _ in 0..TIMES {
@@ -113,21 +121,27 @@ impl Beginning {
         // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
         // tangent, which is of second order in the fraction.
         let mut motions: Vec<[f64; 6]> = Vec::new();
+        let (mut held, mut is_settled) = (HeldForces::default(), !rigid);
+        held.begin(system);
         for _ in 0..if rigid { CORRECTIONS } else { 1 } {
             system.assemble(true);
             system.advance(true)?;
             system.restore_shape(start, 1.0);
+            if held.follow(system, true).is_some() {
+                break;
+            }
             let joints = 0..system.forces.len();
             let moved = joints.map(|joint| system.equations.motion(joint, &system.rhs, true)).collect();
             let last = std::mem::replace(&mut motions, moved);
-            if is_same(&last, &motions) {
+            is_settled |= rigid && held.are_settled(system, HELD);
+            if is_same(&last, &motions) && is_settled {
                 break;
             }
         }
         let states = states(system);
         let ends = before.iter().enumerate().map(|(member, before)| system.forces_after(member, before)).collect();
         system.restore(start);
-        Some(Stepped { states, ends, motions })
+        Some(Stepped { states, ends, motions, is_settled })
     }
 }
 
