@@ -30,10 +30,16 @@ const STRAIGHTER: f64 = 0.5;
 /// a response in which they are more nothing is known.
 const CORRECTIONS: usize = 60;
 const HELD: f64 = 1e-11;
+/// The same at rest, where multipliers are what they are, and motions rounding.
+const AT_REST: usize = 4;
 const UNKNOWN: f64 = 1.0;
-/// They are corrected where a solve moves joints by no more than this beside the one before.
+/// They are corrected where a solve moves joints by no more than this beside the one before. What is below the other is no longer
+/// what they have to be corrected by, but rounding.
 const SAME: f64 = 1e-13;
-/// Moments count no less than this part of forces times the size of the network.
+const FALLING: f64 = 1e-8;
+/// There, a difference that is more than this part of the one before does not fall any more.
+const FALLS: f64 = 0.1;
+/// Moments count no less than this part of forces times the size of the network, spins than this part of displacements over it.
 const LEVER: f64 = 1e-3;
 
 /// The linear response to the beginning of a ramp, per unit of its fraction.
@@ -57,6 +63,8 @@ struct Stepped {
     motions: Vec<[f64; 6]>,
     /// Whether the multipliers of held strains have come to what they are.
     is_settled: bool,
+    /// Part of the motions by which corrections differ that bring nothing new.
+    rounding: f64,
 }
 
 impl Beginning {
@@ -90,28 +98,29 @@ impl Beginning {
     fn beginning(&mut self, start: &State, before: &[[[f64; 6]; 2]], rigid: bool, mut part: f64) -> Option<Response> {
         let rest = self.step(start, before, 0.0, rigid)?;
         let size = self.base.system.size;
-        let mut on = |part: f64| -> Option<Response> {
+        let mut on = |part: f64| -> Option<(Response, f64)> {
             // Backwards it may be another row of a muscle's table.
             let mut at = |times: f64| self.step(start, before, times * part, rigid);
             let steps = [at(1.0)?, at(2.0)?, at(4.0)?];
-            let is_settled = rest.is_settled && steps.iter().all(|step| step.is_settled);
+            let is_settled = steps.iter().all(|step| step.is_settled);
+            let rounding = steps.iter().fold(0.0f64, |most, step| most.max(step.rounding));
             let error = if is_settled { left_out(&rest, &steps, size) } else { UNKNOWN };
-            Some(Response { error, ..Response::between(&rest, &steps, part) })
+            Some((Response { error: error.max(rounding), ..Response::between(&rest, &steps, part) }, error))
         };
         let mut found = on(part);
         for _ in 0..TIMES {
             // Where a part leads beyond a singular point there is no response.
-            let error = found.as_ref().map_or(f64::INFINITY, |found| found.error);
+            let error = found.as_ref().map_or(f64::INFINITY, |found| found.1);
             if error <= SURE {
                 break;
             }
             part *= (BEYOND * SURE / error).cbrt().max(SHORTER);
             match on(part) {
-                Some(shorter) if shorter.error < STRAIGHTER * error => found = Some(shorter),
+                Some(shorter) if shorter.1 < STRAIGHTER * error => found = Some(shorter),
                 _ => break,
             }
         }
-        found
+        found.map(|found| found.0)
     }
 
     /// Solves once for a fraction of the ramp, at the shape of the state.
@@ -121,9 +130,11 @@ impl Beginning {
         // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
         // tangent, which is of second order in the fraction.
         let mut motions: Vec<[f64; 6]> = Vec::new();
-        let (mut held, mut is_settled) = (HeldForces::default(), !rigid);
+        let (mut held, mut is_settled, mut rounding) = (HeldForces::default(), !rigid, 0.0f64);
+        let mut difference = f64::INFINITY;
         held.begin(system);
-        for _ in 0..if rigid { CORRECTIONS } else { 1 } {
+        let most = if fraction > 0.0 { CORRECTIONS } else { AT_REST };
+        for _ in 0..if rigid { most } else { 1 } {
             system.assemble(true);
             system.advance(true)?;
             system.restore_shape(start, 1.0);
@@ -134,14 +145,20 @@ impl Beginning {
             let moved = joints.map(|joint| system.equations.motion(joint, &system.rhs, true)).collect();
             let last = std::mem::replace(&mut motions, moved);
             is_settled |= rigid && held.are_settled(system, HELD);
-            if is_same(&last, &motions) && is_settled {
+            let apart = apart(&last, &motions, system.size);
+            if apart <= FALLING {
+                rounding = rounding.max(apart);
+            }
+            let stands = apart <= FALLING && apart > FALLS * difference;
+            difference = apart;
+            if is_settled && (apart <= SAME || stands) {
                 break;
             }
         }
         let states = states(system);
         let ends = before.iter().enumerate().map(|(member, before)| system.forces_after(member, before)).collect();
         system.restore(start);
-        Some(Stepped { states, ends, motions, is_settled })
+        Some(Stepped { states, ends, motions, is_settled, rounding })
     }
 }
 
@@ -180,14 +197,15 @@ impl Response {
     }
 }
 
-/// Whether motions are those of a solve before, so that another one would bring the same.
-fn is_same(before: &[[f64; 6]], now: &[[f64; 6]]) -> bool {
-    let largest = |first: usize| {
-        let part = |motion: &[f64; 6]| norm([motion[first], motion[first + 1], motion[first + 2]]);
-        let apart = before.iter().zip(now).map(|(a, b)| part(&sub(*a, *b))).fold(0.0, f64::max);
-        (apart, now.iter().map(part).fold(0.0, f64::max))
-    };
-    !before.is_empty() && [0, 3].map(largest).iter().all(|(apart, size)| *apart <= SAME * size)
+/// Part of motions by which they differ from those of a solve before; displacements beside displacements and spins beside spins.
+fn apart(before: &[[f64; 6]], now: &[[f64; 6]], size: f64) -> f64 {
+    let part = |motion: &[f64; 6], first: usize| norm([motion[first], motion[first + 1], motion[first + 2]]);
+    let off = |first| before.iter().zip(now).map(|(a, b)| part(&sub(*a, *b), first)).fold(0.0, f64::max);
+    let largest = |first| now.iter().map(|motion| part(motion, first)).fold(0.0, f64::max);
+    let (shift, spin) = (largest(0), largest(3));
+    let over = |off: f64, whole: f64| if off > 0.0 { off / whole } else { 0.0 };
+    let parts = [over(off(0), shift.max(LEVER * spin * size)), over(off(3), spin.max(LEVER * shift / size))];
+    if before.is_empty() { f64::INFINITY } else { parts[0].max(parts[1]) }
 }
 
 /// Part of the stresses' rates that higher orders may be, forces against forces and moments against moments.
