@@ -140,6 +140,8 @@ fn a_cantilever_tilts_at_the_same_load_whatever_the_ramp() {
                 assert_eq!(found["modes"][0]["family"], "out_of_plane");
                 assert_near(load * factors(&found)[0], critical, 1e-6);
                 assert_near(load * found["reversed"].as_f64().expect("a factor"), -critical, 1e-6);
+                let error = found["reversed_error"].as_f64().expect("an error");
+                assert!(error > 0.0 && error < 1e-6, "{error:.1e}");
             }
         }
     }

@@ -64,6 +64,15 @@ pub struct Entry {
     pub largest: Largest,
 }
 
+/// The nearest factor of a ramp the other way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reversed {
+    /// The factor.
+    pub value: f64,
+    /// Estimated discretization error, relative to it; nothing where it is not found on elements of other orders.
+    pub error: Option<f64>,
+}
+
 /// What was asked for, ready to be written.
 #[derive(Debug)]
 pub struct Spectrum {
@@ -80,7 +89,7 @@ pub struct Spectrum {
     /// The modes, by their values.
     pub entries: Vec<Entry>,
     /// Of buckling: the nearest factor of the ramp the other way.
-    pub reversed: Option<f64>,
+    pub reversed: Option<Reversed>,
     /// The state itself.
     pub place: Place,
     /// What a reader must know besides.

@@ -6,7 +6,7 @@ use pennate_solver::modes::{Modes, Place};
 use pennate_solver::spectral::unknowns::Family;
 use pennate_solver::structure::{Dimension, Stability, Structure};
 
-use super::{Entry, Note};
+use super::{Entry, Note, Reversed};
 use crate::solution::diagonal;
 
 /// An eigenvalue counts as no smaller than this part of the largest wanted, when errors are judged.
@@ -22,7 +22,7 @@ const CHANCE: f64 = 1e-2;
 #[derive(Debug, Default)]
 pub(super) struct Values {
     pub entries: Vec<Entry>,
-    pub reversed: Option<f64>,
+    pub reversed: Option<Reversed>,
     pub place: Place,
     pub notes: Vec<Note>,
     pub unknowns: usize,
@@ -68,6 +68,8 @@ impl Values {
         let factors = |level: &Buckling| level.critical.iter().map(|critical| critical.factor).collect();
         let by_level: Vec<Vec<f64>> = levels.iter().map(factors).collect();
         let (errors, raised) = errors_of(&by_level, order);
+        let back: Option<Vec<Vec<f64>>> = levels.iter().map(|level| Some(vec![level.reversed?.factor])).collect();
+        let back = back.and_then(|back| errors_of(&back, order).0.first().copied());
         let Some(fine) = levels.pop() else { return Self::default() };
         let mut errors = errors.into_iter();
         let size = diagonal(structure.nodes.iter().copied());
@@ -94,7 +96,10 @@ impl Values {
         if none {
             notes.push(Note::NothingCritical);
         }
-        let reversed = fine.reversed.map(|factor| factor + present);
+        let reversed = fine.reversed.map(|reversed| {
+            let value = reversed.factor + present;
+            Reversed { value, error: back.map(|error| (error / value.abs()).max(reversed.rounding)) }
+        });
         Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns, raised, near: fine.near }
     }
 }

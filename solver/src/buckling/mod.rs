@@ -81,13 +81,22 @@ pub struct Critical {
     pub shape: Shape,
 }
 
+/// The nearest factor of a ramp the other way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reversed {
+    /// Fraction of the ramp, negative.
+    pub factor: f64,
+    /// Part of it that rounding may be, and what the response to the ramp is known to.
+    pub rounding: f64,
+}
+
 /// Critical factors about a state.
 #[derive(Clone, Debug)]
 pub struct Buckling {
     /// Positive ones, the smallest first.
     pub critical: Vec<Critical>,
     /// The nearest factor of the ramp the other way, up to a thousand times the first one.
-    pub reversed: Option<f64>,
+    pub reversed: Option<Reversed>,
     /// The state that it is about.
     pub place: Place,
     /// How far the steps came.
@@ -389,6 +398,12 @@ impl Problem {
         Some((found, complete))
     }
 
+    /// The nearest factor of the ramp the other way, as [`Self::near`], where one of other elements is known.
+    fn nearest(&self, near: &Near, enough: Enough) -> Option<(Vec<Raw>, bool)> {
+        let [known] = near.reversed.as_slice() else { return None };
+        self.near(&near.reversed, &near.grid, Counted::None(NEARER * known.factor), enough)
+    }
+
     /// The `wanted` smallest factors.
     fn search(&self, wanted: usize) -> Search {
         let mut search = Search { found: Vec::new(), next: None, complete: true };
@@ -466,11 +481,7 @@ impl Beginning {
             return Err(NoFactors::Neutral);
         }
         let found = again.unwrap_or_else(|| problem.search(wanted));
-        let before = near.and_then(|near| {
-            let [known] = near.reversed.as_slice() else { return None };
-            let limit = Counted::None(NEARER * known.factor);
-            problem.near(&near.reversed, &near.grid, limit, Enough::Answer).filter(|found| found.1)
-        });
+        let before = near.and_then(|near| problem.nearest(near, Enough::Answer)).filter(|found| found.1);
         let reversed = match before {
             Some((reversed, _)) => reversed,
             None => problem.reversed(found.found.first().map(|raw| raw.factor)),
@@ -481,15 +492,18 @@ impl Beginning {
     /// The factors on other elements than those that they are known on.
     fn again(mut self, near: &Near) -> Result<Buckling, NoFactors> {
         let problem = self.problem()?;
-        if near.critical.is_empty() {
-            let none = Search { found: Vec::new(), next: None, complete: true };
-            return Ok(self.finish(problem, none, Vec::new(), Vec::new()));
-        }
-        let found = match problem.near(&near.critical, &near.grid, near.amid(), Enough::Compared) {
-            Some((found, complete)) => Search { found, next: None, complete }.sorted(near.critical.len()),
-            None => problem.search(near.critical.len()),
+        let found = match near.critical.as_slice() {
+            [] => None,
+            starts => problem.near(starts, &near.grid, near.amid(), Enough::Compared),
         };
-        Ok(self.finish(problem, found, Vec::new(), Vec::new()))
+        let wanted = near.critical.len();
+        let found = match found {
+            Some((found, complete)) => Search { found, next: None, complete }.sorted(wanted),
+            None if wanted == 0 => Search { found: Vec::new(), next: None, complete: true },
+            None => problem.search(wanted),
+        };
+        let reversed = problem.nearest(near, Enough::Compared).map(|found| found.0);
+        Ok(self.finish(problem, found, reversed.unwrap_or_default(), Vec::new()))
     }
 
     fn finish(mut self, problem: Problem, search: Search, reversed: Vec<Raw>, neutral: Vec<Family>) -> Buckling {
@@ -513,7 +527,7 @@ impl Beginning {
         let back: Vec<Start> = nearest.map(|raw| start(raw).0).into_iter().collect();
         Buckling {
             critical,
-            reversed: nearest.map(|raw| raw.factor),
+            reversed: nearest.map(|raw| Reversed { factor: raw.factor, rounding: raw.rounding.max(change.error) }),
             place: place(&mut self.base.system),
             reach: self.base.reach,
             left_out,

@@ -28,6 +28,8 @@ struct Results<'a> {
     along: Option<Option<&'a str>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     reversed: Option<Option<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reversed_error: Option<Option<f64>>,
     mesh: Value,
     notes: Vec<String>,
     modes: Vec<Value>,
@@ -54,7 +56,8 @@ pub fn write(spectrum: &Spectrum, pictures: &[String], writer: &mut dyn Write) -
         units: model.units.name(),
         state: spectrum.step.as_deref(),
         along: buckling.then_some(spectrum.along.as_deref()),
-        reversed: buckling.then_some(spectrum.reversed),
+        reversed: buckling.then_some(spectrum.reversed.map(|reversed| reversed.value)),
+        reversed_error: buckling.then_some(spectrum.reversed.and_then(|reversed| reversed.error)),
         mesh: json!({ "elements": spectrum.mesh.elements(), "unknowns": spectrum.unknowns }),
         notes: spectrum.notes.iter().map(note).collect(),
         modes: spectrum.entries.iter().map(|entry| mode(spectrum, entry)).collect(),

@@ -45,7 +45,11 @@ pub fn report(spectrum: &Spectrum) -> String {
         out.push('\n');
     }
     if let Some(reversed) = spectrum.reversed {
-        let _ = writeln!(out, "The other way the nearest factor is {}.", number(reversed));
+        let error = reversed.error.map_or_else(
+            || "without an estimate of its error".to_owned(),
+            |error| format!("error {}", estimate(error)),
+        );
+        let _ = writeln!(out, "The other way the nearest factor is {} ({error}).", number(reversed.value));
     }
     for each in &spectrum.notes {
         let _ = writeln!(out, "Note: {}.", note(each));

@@ -101,6 +101,12 @@ class Buckling(Spectrum):
         value = self._found.get("reversed")
         return None if value is None else float(value)
 
+    @property
+    def reversed_error(self) -> float | None:
+        """Estimated error of `reversed`, relative to it; None where there is none."""
+        value = self._found.get("reversed_error")
+        return None if value is None else float(value)
+
     def __repr__(self) -> str:
         values = " ".join(f"{value:.5g}" for value in self.factor)
         return f"<Buckling {self._found['title']!r}: {len(self)} modes, factors {values}>"
