@@ -153,17 +153,17 @@ fn a_cantilever_tilts_at_the_same_load_whatever_the_ramp() {
 fn a_bar_that_cannot_be_stretched_has_the_force_of_its_neighbour() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("row.toml");
-    for stiffness in [1e2, 1e4, 1e7] {
+    for (stiffness, push) in [(1e2, 1e-3), (1e4, 1e-3), (1e7, 1e-3), (1e4, 10.0)] {
         let section = format!("stiffness = {{ EA = {stiffness:?}, GJ = 1, EI2 = 1, EI3 = 1 }}, shear = false");
         let text = format!(
             "format = \"pennate/1\"\nnodes = {{ A = [0, 0], B = [100, 0], C = [200, 0] }}\n\
              sections.bar = {{ {section}, stretch = false }}\nsections.wire = {{ {section} }}\n\
              [members]\nbar = {{ nodes = [\"A\", \"B\"], section = \"bar\" }}\n\
              wire = {{ nodes = [\"B\", \"C\"], section = \"wire\" }}\n\
-             [supports]\nA = \"clamped\"\nC = \"clamped\"\n[[steps]]\ndisplacement.C.ux = -1e-3\n"
+             [supports]\nA = \"clamped\"\nC = \"clamped\"\n[[steps]]\ndisplacement.C.ux = -{push:?}\n"
         );
         std::fs::write(&file, text).expect("a file");
-        let force = stiffness / 100.0 * 1e-3;
+        let force = stiffness / 100.0 * push;
         assert_near(factors(&buckling(&file, &["--count", "1"]))[0], 4.0 * PI * PI / 4e4 / force, 1e-6);
     }
 }

@@ -50,6 +50,11 @@ const BARELY: f64 = 1e-3;
 const WITHIN: f64 = 1.05;
 /// or this part of the first one where there is no such gap.
 const BEFORE: f64 = 0.9;
+/// Part of the nearest factor that the beginning of a ramp is found on at most, and how often that is made shorter.
+const SHORT: f64 = 1e-2;
+const SHORTENED: usize = 3;
+/// Part of a response that it may be out of proportion by rounding.
+const EXACT: f64 = 1e-13;
 /// Of the ramp the other way there is none nearer than this part of the one found again.
 const NEARER: f64 = 1.0 - 1e-3;
 /// Part of a factor that may be left where it is found near that of other elements.
@@ -111,6 +116,8 @@ pub struct Buckling {
     pub unknowns: usize,
     /// Where they are on other elements.
     pub near: Near,
+    /// The part of the ramp that its beginning was found on, zero where that is in exact proportion.
+    part: f64,
 }
 
 /// Critical motions, near which those on other elements of the same network are.
@@ -155,6 +162,8 @@ struct Beginning {
     base: Base,
     from: Vec<f64>,
     to: Vec<f64>,
+    /// The longest part of the ramp that its beginning may be found on.
+    longest: f64,
 }
 
 /// The `wanted` smallest factors of a ramp: on the elements asked for and on those of the next two orders, or of the next one
@@ -192,7 +201,7 @@ pub fn buckle(
         }
         Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
     }
-    let mut beginning = |enrich: usize| {
+    let mut beginning = |enrich: usize, longest: f64| {
         let base = match ramp {
             Ramp::Of(step) => followed.beginning(&steps[step], enrich),
             Ramp::Present(_) => followed.base(enrich).map(|mut base| {
@@ -200,15 +209,24 @@ pub fn buckle(
                 base
             }),
         };
-        base.map(|base| Beginning { base, from: from.clone(), to: to.clone() }).ok_or(NoFactors::NotSettled)
+        base.map(|base| Beginning { base, from: from.clone(), to: to.clone(), longest }).ok_or(NoFactors::NotSettled)
     };
     let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
     let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
     let mut levels = || {
-        let found = beginning(most)?.answer(wanted, near)?;
+        let mut longest = near.map_or(1.0, Near::longest);
+        let mut found = beginning(most, longest)?.answer(wanted, near)?;
+        // Far beyond a critical load stresses are in proportion too, to another stiffness.
+        for _ in 0..SHORTENED {
+            if found.near.longest() >= longest.min(found.part) {
+                break;
+            }
+            longest = found.near.longest();
+            found = beginning(most, longest)?.answer(wanted, None)?;
+        }
         let mut lower = Vec::with_capacity(most + 1);
         for enrich in 0..most {
-            lower.push(beginning(enrich)?.again(&found.near)?);
+            lower.push(beginning(enrich, longest)?.again(&found.near)?);
         }
         lower.push(found);
         Ok(lower)
@@ -241,6 +259,8 @@ struct Change {
     least: f64,
     /// Part of it that it may be off.
     error: f64,
+    /// The part of the ramp that it was found on.
+    part: f64,
 }
 
 /// A state and a ramp, ready for the search.
@@ -283,6 +303,12 @@ impl Near {
         let factors: Vec<f64> = self.critical.iter().map(|start| start.factor).chain(next).collect();
         let gap = factors.windows(2).rev().find(|pair| pair[1] > (1.0 + APART) * pair[0]);
         Counted::All(gap.map_or_else(|| BEFORE * factors[0], |pair| (pair[0] * pair[1]).sqrt().min(WITHIN * pair[0])))
+    }
+
+    /// Part of a ramp that is short beside the nearest factor, either way.
+    fn longest(&self) -> f64 {
+        let factors = self.critical.iter().chain(&self.reversed).map(|start| start.factor.abs());
+        SHORT * factors.fold(f64::INFINITY, f64::min)
     }
 
     fn largest(&self) -> f64 {
@@ -535,6 +561,7 @@ impl Beginning {
             complete,
             unknowns: unknowns.size,
             near: Near { grid, critical: starts, next, reversed: back },
+            part: if change.error <= EXACT { 0.0 } else { change.part },
         }
     }
 
@@ -588,7 +615,7 @@ impl Beginning {
         mirror(&before, -1.0 / response.part, &mut entries);
         self.set(0.0);
         self.base.system.assemble(false);
-        Some(Change { entries, least, error: response.error })
+        Some(Change { entries, least, error: response.error, part: response.part })
     }
 }
 

@@ -88,6 +88,7 @@ impl Beginning {
         let moving = system.equations.held.iter().any(|row| row.from != row.to);
         let rigid = states(system).iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
         let part = if sections || moving || rigid { BEGINNING } else { WHOLE };
+        let part = part.min(self.longest);
         let response = self.beginning(&start, &ends, rigid, part)?;
         self.set(0.0);
         self.base.system.assemble(false);
