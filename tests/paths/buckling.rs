@@ -189,6 +189,22 @@ fn a_force_on_a_lever_is_critical_at_the_same_value_whatever_the_ramp() {
     }
 }
 
+/// A round column that has buckled may turn about its ends: whatever rounding makes of that is no loss of stability.
+#[test]
+fn a_buckled_round_column_is_neutral_out_of_its_plane() {
+    let found: Vec<Value> = ["1e-4", "1e-6", "1e-8"]
+        .map(|accuracy| buckling(&file("10_euler_post_buckling/column.toml"), &["--accuracy", accuracy]))
+        .into();
+    for buckling in &found {
+        let notes = buckling["notes"].as_array().expect("a list of notes");
+        assert!(notes.iter().any(|note| note.as_str().is_some_and(|note| note.contains("neutral out of the plane"))));
+        for (factor, best) in factors(buckling).iter().zip(factors(&found[2])) {
+            assert_near(*factor, best, 1e-4);
+        }
+        assert_near(factors(buckling)[0], factors(&found[2])[0], 1e-5);
+    }
+}
+
 /// A muscle between clamps: it pulls as it contracts, and no pressure buckles it.
 ///
 /// Without shear, that is: the shear-flexible rod of the reference buckles in tension, at forces of the order of GA.

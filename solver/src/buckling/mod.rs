@@ -494,14 +494,7 @@ impl Beginning {
             let search = Search { found: found.0, next: None, complete: true }.sorted(wanted);
             found.1.then_some(Search { next: near.next, ..search })
         });
-        let mut neutral = Vec::new();
-        for matrices in problem.families.iter().filter(|_| again.is_none()) {
-            match matrices.factor() {
-                None => neutral.push(matrices.family),
-                Some(factor) if factor.negative > 0 => return Err(NoFactors::Unstable(factor.negative)),
-                Some(_) => {}
-            }
-        }
+        let neutral = if again.is_some() { Vec::new() } else { self.neutral(&problem)? };
         problem.families.retain(|matrices| !neutral.contains(&matrices.family));
         if problem.families.is_empty() {
             return Err(NoFactors::Neutral);
@@ -513,6 +506,32 @@ impl Beginning {
             None => problem.reversed(found.found.first().map(|raw| raw.factor)),
         };
         Ok(self.finish(problem, found, reversed, neutral))
+    }
+
+    /// Families in which the state is neutral.
+    ///
+    /// # Errors
+    /// Where it is unstable.
+    fn neutral(&mut self, problem: &Problem) -> Result<Vec<Family>, NoFactors> {
+        let factors: Vec<_> = problem.families.iter().map(Matrices::factor).collect();
+        let negative = factors.iter().flatten().map(|factor| factor.negative).sum();
+        let system = &mut self.base.system;
+        if negative > 0 && system.certain_negative() > 0 {
+            return Err(NoFactors::Unstable(negative));
+        }
+        let is_neutral = |factor: &Option<Factor>| factor.as_ref().is_none_or(|factor| factor.negative > 0);
+        let mut neutral: Vec<bool> = factors.iter().map(is_neutral).collect();
+        if !neutral.contains(&true) && system.hidden_signs() > 0 {
+            let softness = |matrices: &Matrices, factor: &Option<Factor>| {
+                factor.as_ref().map_or(0.0, |factor| factor.softest(&matrices.operators.stiffness))
+            };
+            let softest = problem.families.iter().zip(&factors).map(|(matrices, factor)| softness(matrices, factor));
+            let softest: Vec<f64> = softest.collect();
+            let least = softest.iter().copied().fold(f64::INFINITY, f64::min);
+            neutral = softest.iter().map(|own| *own == least).collect();
+        }
+        let neutral = problem.families.iter().zip(neutral).filter(|(_, neutral)| *neutral);
+        Ok(neutral.map(|(matrices, _)| matrices.family).collect())
     }
 
     /// The factors on other elements than those that they are known on.

@@ -15,6 +15,9 @@ use sprs::CsMat;
 
 use crate::linear::PIVOT_NOISE;
 
+/// Iterations towards the softest motion of a matrix.
+const SOFTEST: usize = 6;
+
 /// Factors of a symmetric matrix.
 #[derive(Debug)]
 pub struct Factor {
@@ -198,6 +201,22 @@ impl Factor {
             }
         }
         self.backward(&y)
+    }
+
+    /// About the least stiffness of a motion of the matrix K that these are the factors of, over that of its diagonal.
+    pub fn softest(&self, stiffness: &CsMat<f64>) -> f64 {
+        let diagonal: Vec<f64> = stiffness.diag().iter().map(|(_, value)| value.abs()).collect();
+        let mut forces: Vec<[f64; 1]> = (0..self.size()).map(|i| [(1.3 * i as f64 + 0.7).sin()]).collect();
+        let mut softest = f64::INFINITY;
+        for _ in 0..SOFTEST {
+            let motion = self.solve(&forces);
+            let weighed: Vec<[f64; 1]> = motion.iter().zip(&diagonal).map(|(x, d)| [x[0] * d]).collect();
+            let product = |forces: &[[f64; 1]]| motion.iter().zip(forces).map(|(x, f)| x[0] * f[0]).sum::<f64>();
+            let (energy, weight) = (product(&forces), product(&weighed));
+            softest = (energy / weight).abs();
+            forces = weighed.iter().map(|f| [f[0] / weight.sqrt()]).collect();
+        }
+        softest
     }
 }
 
