@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use pennate_models::{Mesh, discretize};
+use pennate_solver::continuation::{self, Path};
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;
 use pennate_solver::packs;
-use pennate_solver::path::{self, Path};
 use pennate_solver::system::System;
 
 const SPACE: [usize; 6] = [0, 1, 2, 3, 4, 5];

@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::chain::Pack;
+use pennate_solver::continuation::{self, Path};
 use pennate_solver::joints::Active;
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;
 use pennate_solver::packs;
-use pennate_solver::path::{self, Path};
 use pennate_solver::structure::{Dimension, Formulation, Structure};
 use pennate_solver::system::System;
 

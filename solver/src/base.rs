@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::chain::Pack;
+use crate::continuation::{self, Continuation};
 use crate::error::SolveError;
 use crate::history::{History, Status};
 use crate::joints::{Active, Held};
@@ -10,7 +11,6 @@ use crate::lateral;
 use crate::newton::{Newton, Start};
 use crate::options::{Options, Progress};
 use crate::packs::{self, Auxiliary};
-use crate::path::{self, Path};
 use crate::structure::{Dimension, Step, Structure};
 use crate::system::System;
 use crate::{PLANE, SPACE, add_lateral, prepare};
@@ -35,9 +35,9 @@ pub enum Reach {
 /// A network at the end of some of its steps.
 pub enum Followed<'a> {
     /// In the plane.
-    Plane(Box<Path<'a, 3>>),
+    Plane(Box<Continuation<'a, 3>>),
     /// In space.
-    Space(Box<Path<'a, 6>>),
+    Space(Box<Continuation<'a, 6>>),
 }
 
 /// A state as a spatial network, at equilibrium.
@@ -60,7 +60,7 @@ pub fn follow<'a>(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<(Followed<'a>, History), SolveError> {
     let structure = Arc::new(structure.clone());
-    let topology = path::topology(&structure, steps);
+    let topology = continuation::topology(&structure, steps);
     let steps = &steps[..count];
     match structure.dimension {
         Dimension::Space => {
@@ -148,7 +148,7 @@ pub(crate) fn of_plane(plane: &System<3>, stability: Dimension, enrich: usize) -
 
 /// The system of a path on other elements, at the beginning of the ramp of a step.
 fn beginning<const D: usize>(
-    path: &mut Path<'_, D>,
+    path: &mut Continuation<'_, D>,
     chains: Vec<Box<dyn Pack<D>>>,
     active: Active<D>,
     step: &Step,

@@ -7,10 +7,10 @@
 
 use std::sync::Arc;
 
+use crate::continuation::OutOfPlane;
 use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
 use crate::packs;
-use crate::path::OutOfPlane;
 use crate::reduce;
 use crate::system::{Inertia, System};
 
@@ -70,9 +70,7 @@ impl Lateral {
         space.fading.clone_from(&plane.fading);
         space.hold(flat_rows(plane));
         space.lift(plane);
-        // The pivot of a motion that needs no force is as small as the state is exact.
-        let exact = Newton { increment: 1e-9, ..Newton::default() };
-        exact.solve(space, Start::nearby()).ok()?;
+        Newton::default().exact().solve(space, Start::nearby()).ok()?;
         space.hold(rows);
         space.assemble(false);
         Some(space)

@@ -3,10 +3,11 @@
 //! A [`structure::Structure`] and its steps go in, a [`history::History`] comes out. Each member is a chain of elements
 //! that is condensed onto its two ends ([`chain`]); ends meet in joints ([`joints`]), whose equations are factorized
 //! (`linear`) by a system ([`system`]) that Newton's iteration ([`newton`]) brings to equilibrium, increment by
-//! increment ([`path`]).
+//! increment ([`continuation`]).
 
 pub mod base;
 pub mod buckling;
+pub mod continuation;
 mod dense;
 pub mod error;
 mod flutter;
@@ -20,7 +21,6 @@ pub mod modes;
 pub mod newton;
 pub mod options;
 pub mod packs;
-pub mod path;
 mod reduce;
 pub mod results;
 mod rounding;
@@ -36,12 +36,12 @@ pub use pennate_chains as chain;
 use std::sync::Arc;
 
 use chain::Pack;
+use continuation::{Coarse, Continuation, OutOfPlane};
 use error::{FreeMotion, NearMotion, SolveError};
 use history::{History, Note, StepHistory};
 use joints::{Active, Topology};
 use lateral::Lateral;
 use options::{Options, Progress};
-use path::{Guide, OutOfPlane, Path};
 use split::Split;
 use structure::{Dimension, Stability, Step, Structure};
 use system::System;
@@ -67,29 +67,29 @@ pub fn solve(
 }
 
 /// States that a solve went through, for one of the same network on a finer mesh.
-pub struct Trail(Kind);
+pub struct CoarseSolve(Kind);
 
-impl Trail {
+impl CoarseSolve {
     fn shed(&mut self) {
         match &mut self.0 {
-            Kind::Plane(guide) => guide.shed(),
-            Kind::Space(guide) => guide.shed(),
+            Kind::Plane(coarse) => coarse.shed(),
+            Kind::Space(coarse) => coarse.shed(),
         }
     }
 }
 
 enum Kind {
-    Plane(Box<Guide<3>>),
-    Space(Box<Guide<6>>),
+    Plane(Box<Coarse<3>>),
+    Space(Box<Coarse<6>>),
 }
 
-impl std::fmt::Debug for Trail {
+impl std::fmt::Debug for CoarseSolve {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Trail").finish_non_exhaustive()
+        f.debug_struct("CoarseSolve").finish_non_exhaustive()
     }
 }
 
-/// The same as [`solve`], by way of a solve on a coarser mesh of the same network: its trail, and its history.
+/// The same as [`solve`], by way of a solve on a coarser mesh of the same network: what it kept, and its history.
 ///
 /// Steps that went without a singular point there start from their end; the increments before it are those of the
 /// coarser mesh.
@@ -100,21 +100,21 @@ pub fn solve_along(
     structure: &Structure,
     steps: &[Step],
     options: &Options,
-    coarse: Option<(Trail, &History)>,
+    coarse: Option<(CoarseSolve, &History)>,
     observe: &mut dyn FnMut(&Progress) -> bool,
-) -> Result<(History, Option<Trail>), SolveError> {
+) -> Result<(History, Option<CoarseSolve>), SolveError> {
     let structure = Arc::new(structure.clone());
-    let coarse = coarse.map(|(mut trail, history)| {
-        trail.shed();
-        (trail, history)
+    let coarse = coarse.map(|(mut kept, history)| {
+        kept.shed();
+        (kept, history)
     });
     // What the unloaded structure does is known from the coarser mesh.
     let known = coarse.as_ref().map(|(_, history)| history.near_motion.clone());
     let options = &Options { near_motion: options.near_motion && known.is_none(), ..options.clone() };
-    let (mut history, trail) = follow(&structure, steps, options, coarse, observe)?;
+    let (mut history, kept) = follow(&structure, steps, options, coarse, observe)?;
     history.near_motion = history.near_motion.or(known.flatten());
     if history.inside.is_empty() {
-        return Ok((history, Some(trail)));
+        return Ok((history, Some(kept)));
     }
     let split = Split::new(&structure, steps, &history.inside);
     let near_motion = history.near_motion.clone();
@@ -129,33 +129,33 @@ fn follow(
     structure: &Arc<Structure>,
     steps: &[Step],
     options: &Options,
-    coarse: Option<(Trail, &History)>,
+    coarse: Option<(CoarseSolve, &History)>,
     observe: &mut dyn FnMut(&Progress) -> bool,
-) -> Result<(History, Trail), SolveError> {
-    let topology = path::topology(structure, steps);
+) -> Result<(History, CoarseSolve), SolveError> {
+    let topology = continuation::topology(structure, steps);
     match structure.dimension {
         Dimension::Space => {
-            let guide = match coarse {
-                Some((Trail(Kind::Space(guide)), history)) => Some((*guide, history.steps.as_slice())),
+            let coarse = match coarse {
+                Some((CoarseSolve(Kind::Space(coarse)), history)) => Some((*coarse, history.steps.as_slice())),
                 _ => None,
             };
-            let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, guide)?;
+            let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, coarse)?;
             path.vibration = Some(|space, _| flutter::judge(&|enrich| base::of_space(space, enrich)));
             let history = path.run(steps, observe);
-            let guide = path.into_guide();
-            Ok((history, Trail(Kind::Space(Box::new(guide)))))
+            let coarse = path.into_coarse();
+            Ok((history, CoarseSolve(Kind::Space(Box::new(coarse)))))
         }
         Dimension::Plane => {
             let mut path = prepare(structure, &topology, steps, options, PLANE, packs::plane, None)?;
-            if let Some((Trail(Kind::Plane(guide)), history)) = coarse {
-                path.guide = Some((*guide, &history.steps));
+            if let Some((CoarseSolve(Kind::Plane(coarse)), history)) = coarse {
+                path.coarse = Some((*coarse, &history.steps));
             }
             add_lateral(&mut path, structure);
             path.vibration =
                 Some(|plane, stability| flutter::judge(&|enrich| base::of_plane(plane, stability, enrich)));
             let history = path.run(steps, observe);
-            let guide = path.into_guide();
-            Ok((history, Trail(Kind::Plane(Box::new(guide)))))
+            let coarse = path.into_coarse();
+            Ok((history, CoarseSolve(Kind::Plane(Box::new(coarse)))))
         }
     }
 }
@@ -167,8 +167,8 @@ fn prepare<'a, const D: usize>(
     options: &Options,
     active: Active<D>,
     packs: fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>,
-    guide: Option<(Guide<D>, &'a [StepHistory])>,
-) -> Result<Path<'a, D>, SolveError> {
+    coarse: Option<(Coarse<D>, &'a [StepHistory])>,
+) -> Result<Continuation<'a, D>, SolveError> {
     let parallel = options.threads > 1;
     let (structure, topology) = (Arc::clone(structure), Arc::clone(topology));
     let stop = options.stop.clone();
@@ -178,10 +178,10 @@ fn prepare<'a, const D: usize>(
         system.stop.clone_from(&stop);
         system
     };
-    let mut path = Path::new(build(0), options.clone());
+    let mut path = Continuation::new(build(0), options.clone());
     path.keeps = options.estimate;
-    match guide {
-        Some((guide, steps)) => path.follow_after(guide, steps),
+    match coarse {
+        Some((coarse, steps)) => path.follow_after(coarse, steps),
         None => {
             let motions = path.free_motions(steps);
             if !motions.is_empty() {
@@ -196,7 +196,7 @@ fn prepare<'a, const D: usize>(
 }
 
 /// Adds the lateral tangent, where the supports hold the unloaded network out of its plane.
-fn add_lateral(path: &mut Path<'_, 3>, structure: &Structure) {
+fn add_lateral(path: &mut Continuation<'_, 3>, structure: &Structure) {
     path.stability = Dimension::Plane;
     if structure.stability == Stability::Plane {
         return;
@@ -216,16 +216,16 @@ fn add_lateral(path: &mut Path<'_, 3>, structure: &Structure) {
 /// What the first step holds counts as held.
 pub fn free_motions(structure: &Structure, steps: &[Step]) -> Vec<FreeMotion> {
     let structure = Arc::new(structure.clone());
-    let topology = path::topology(&structure, steps);
+    let topology = continuation::topology(&structure, steps);
     let options = Options::default();
     match structure.dimension {
         Dimension::Space => {
             let packs = packs::space(&structure, 0);
-            Path::new(System::new(structure, topology, packs, SPACE, false), options).free_motions(steps)
+            Continuation::new(System::new(structure, topology, packs, SPACE, false), options).free_motions(steps)
         }
         Dimension::Plane => {
             let packs = packs::plane(&structure, 0);
-            Path::new(System::new(structure, topology, packs, PLANE, false), options).free_motions(steps)
+            Continuation::new(System::new(structure, topology, packs, PLANE, false), options).free_motions(steps)
         }
     }
 }
@@ -235,16 +235,16 @@ pub fn free_motions(structure: &Structure, steps: &[Step]) -> Vec<FreeMotion> {
 /// What the first step holds counts as held.
 pub fn near_motion(structure: &Structure, steps: &[Step]) -> Option<NearMotion> {
     let structure = Arc::new(structure.clone());
-    let topology = path::topology(&structure, steps);
+    let topology = continuation::topology(&structure, steps);
     let options = Options::default();
     match structure.dimension {
         Dimension::Space => {
             let packs = packs::space(&structure, 0);
-            Path::new(System::new(structure, topology, packs, SPACE, false), options).near_motion(steps)
+            Continuation::new(System::new(structure, topology, packs, SPACE, false), options).near_motion(steps)
         }
         Dimension::Plane => {
             let packs = packs::plane(&structure, 0);
-            Path::new(System::new(structure, topology, packs, PLANE, false), options).near_motion(steps)
+            Continuation::new(System::new(structure, topology, packs, PLANE, false), options).near_motion(steps)
         }
     }
 }

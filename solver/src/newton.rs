@@ -1,63 +1,21 @@
-//! Newton's iteration at fixed loads, with mixed integration points.
+//! Newton's iteration, with mixed integration points: at fixed loads, or along a path with the loads as one more unknown.
 //!
-//! Theory: docs/theory/mixed-points.md, Eq. 6.3 and 6.6.
+//! Theory: docs/theory/mixed-points.md, Eq. 6.3 and 6.6; docs/theory/continuation.md, Eq. 8.2.
 
+use crate::continuation::Tuning;
 use crate::held::HeldForces;
 use crate::rounding;
 use crate::structure::MemberId;
 use crate::system::{Inertia, Residual, State, System};
 
-/// Part of the loads at which linear buckling tells that they are too much for one increment.
-const FORESEEN: f64 = 0.3;
-
-/// An increment larger than this part of the one before comes little nearer.
-const SLOW: f64 = 0.5;
-/// So many of them are no way to an equilibrium nearby.
-const WANDERING: usize = 3;
-/// An increment larger by this factor than the one before leads away.
-const AWAY: f64 = 2.0;
-/// What is left may be so many times what rounding is estimated to leave, and this part of the forces at most.
+/// What is left may be so many times what rounding is estimated to leave.
 const TIMES: f64 = 10.0;
-const WORST: f64 = 1e-2;
-/// Increments smaller than this are near, whatever their rate.
-pub const NEAR: f64 = 1e-2;
-/// Part of the first residual at which a state is known well enough to be compared.
-const COMPARED: f64 = 1e-2;
 
-/// When an iteration is converged and when it is given up.
-#[derive(Clone, Copy, Debug)]
+/// Newton's iteration, and the numbers that say when it is converged and when it is given up.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Newton {
-    /// Iterations after which it is given up.
-    pub max_iterations: usize,
-    /// Size of the last increment (radians, or lengths of a member) below which the next would be rounding: its square.
-    pub increment: f64,
-    /// Residual above which such a state is iterated once more.
-    pub settled: f64,
-    /// Residual of the joints over the largest force or moment that counts as equilibrium.
-    pub residual: f64,
-    /// Increment that is rounding, whatever the residual.
-    pub still: f64,
-    /// What the next increment is foreseen to be where a settled state needs no further one.
-    pub foreseen: f64,
-    /// Strain that a rigid component may still have.
-    pub violation: f64,
-    /// An increment that grows and exceeds this has lost its way.
-    pub lost: f64,
-}
-
-impl Default for Newton {
-    fn default() -> Self {
-        Self {
-            max_iterations: 16,
-            increment: 1e-7,
-            settled: 1e-10,
-            residual: 1e-6,
-            still: 1e-13,
-            foreseen: 1e-12,
-            violation: 1e-6,
-            lost: 0.5,
-        }
-    }
+    /// Those of the whole solve, as a rule.
+    pub tuning: Tuning,
 }
 
 /// An equilibrium that was found.
@@ -139,14 +97,70 @@ impl Start<'_> {
     }
 }
 
+/// What an iteration solves for: the state alone, or the fraction of a ramp as well.
+pub(crate) trait Unknowns<const D: usize> {
+    /// Linearizes at the present state and factorizes.
+    fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia;
+    /// Whether what they have beside the state has converged.
+    fn are_settled(&self, tuning: &Tuning) -> bool;
+    /// Solves, and moves the state; the size of the increment (radians, or lengths of a member), `None` where there is none.
+    fn advance(&mut self, system: &mut System<D>) -> Option<f64>;
+}
+
+/// The state at fixed loads.
+#[derive(Default)]
+struct AtFixedLoads {
+    pending: bool,
+}
+
+impl<const D: usize> Unknowns<D> for AtFixedLoads {
+    fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia {
+        self.pending = first || system.equations.has_general();
+        system.assemble(self.pending)
+    }
+
+    fn are_settled(&self, _: &Tuning) -> bool {
+        true
+    }
+
+    fn advance(&mut self, system: &mut System<D>) -> Option<f64> {
+        system.advance(self.pending)?;
+        // How far parts swing with what carries them says little: what counts is what is left without.
+        Some(system.own_size.largest())
+    }
+}
+
 impl Newton {
+    /// An iteration with these numbers.
+    pub fn new(tuning: Tuning) -> Self {
+        Self { tuning }
+    }
+
+    /// The same, to a smaller increment: the stiffness of a motion that needs no force is as small as the state is exact.
+    pub fn exact(self) -> Self {
+        Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning } }
+    }
+
     /// Brings the system to equilibrium at its present loads; every iteration is one factorization.
     ///
     /// The last factorization is at the equilibrium itself: it gives the residual there, the reactions and the pivots.
+    ///
+    /// # Errors
+    /// Where the iteration does not converge, or to a state that is not to be believed.
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start<'_>) -> Result<Convergence, Lost> {
+        self.solve_for(system, start, &mut AtFixedLoads::default())
+    }
+
+    /// The same for other unknowns.
+    pub(crate) fn solve_for<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        start: Start<'_>,
+        unknowns: &mut impl Unknowns<D>,
+    ) -> Result<Convergence, Lost> {
         let mut held = std::mem::take(&mut system.held_forces);
         held.begin(system);
-        let result = self.iterate(system, start, &mut held);
+        let result = self.iterate(system, start, unknowns, &mut held);
         system.held_forces = held;
         result
     }
@@ -155,57 +169,55 @@ impl Newton {
         &self,
         system: &mut System<D>,
         start: Start<'_>,
+        unknowns: &mut impl Unknowns<D>,
         held: &mut HeldForces,
     ) -> Result<Convergence, Lost> {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
         let mut misfit = 0.0;
-        let mut violation = self.violation;
+        let mut violation = self.tuning.tolerance;
         let mut asked = 0;
         let mut slow = 0;
         let mut astray = false;
-        for iterations in 1..=self.max_iterations {
+        for iterations in 1..=self.tuning.iterations {
             if system.is_stopped() {
                 let residual = Residual::default();
                 return Err(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
             }
-            let pending = iterations == 1 || system.equations.has_general();
-            let inertia = system.assemble(pending);
+            let inertia = unknowns.linearize(system, iterations == 1);
             let residual = system.residual();
             #[cfg(feature = "trace")]
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
             if iterations == 1 {
                 misfit = residual.largest();
                 violation = match start.aim {
-                    Aim::Result | Aim::Passing => self.violation,
-                    Aim::Rough => 1e2 * self.violation,
-                    Aim::Comparison => self.violation.max(COMPARED * system.violation()),
+                    Aim::Result | Aim::Passing => self.tuning.tolerance,
+                    Aim::Rough => self.tuning.shortest,
+                    Aim::Comparison => self.tuning.tolerance.max(self.tuning.near * system.violation()),
                 };
             }
             let enough = match start.aim {
                 Aim::Result => false,
-                Aim::Passing => last <= 1e3 * self.increment && residual.largest() <= 1e4 * self.settled,
-                Aim::Rough => last <= 1e4 * self.increment && residual.largest() <= 1e6 * self.settled,
-                Aim::Comparison => last <= self.lost && residual.largest() <= COMPARED * misfit,
+                Aim::Passing => last <= self.tuning.shortest && residual.largest() <= self.tuning.tolerance,
+                Aim::Rough => last <= self.tuning.tolerance.sqrt() && residual.largest() <= self.tuning.shortest,
+                Aim::Comparison => last <= self.tuning.trust && residual.largest() <= self.tuning.near * misfit,
             };
             let converged =
                 enough || self.is_converged(last, before, residual) || self.is_rounding(system, last, before, residual);
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             let is_held = || system.violation() <= violation && held.are_settled(system, self.held_part(start.aim));
-            if converged && is_held() {
+            if converged && unknowns.are_settled(&self.tuning) && is_held() {
                 return Ok(Convergence { iterations, factorizations, inertia, residual });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
                 return lost(Why::Unstable(inertia.negative - start.negative_limit));
             }
-            if iterations == self.max_iterations {
+            if iterations == self.tuning.iterations {
                 return lost(Why::Slow);
             }
-            if system.advance(pending).is_none() {
-                return lost(Why::Singular);
-            }
+            let Some(size) = unknowns.advance(system) else { return lost(Why::Singular) };
             if iterations == 1 {
                 system.note_first();
                 if let Some(rest) = start.rest
@@ -213,31 +225,29 @@ impl Newton {
                     && !start.predicted
                 {
                     asked = 1;
-                    let negative = self.buckling(system, rest);
+                    let negative = self.buckling_pivots(system, rest);
                     if negative > start.negative_limit {
                         let why = Why::Unstable(negative - start.negative_limit);
                         return Err(Lost { iterations, factorizations: factorizations + 1, residual, why });
                     }
                 }
             }
-            // How far parts swing with what carries them says little: what counts is what is left without.
-            let own = system.own_size.largest();
-            if let Some(member) = held.follow(system, own <= NEAR) {
+            if let Some(member) = held.follow(system, size <= self.tuning.near) {
                 return lost(Why::Overheld(member));
             }
             // The negation catches a NaN too.
-            if !(own <= self.lost || own <= last) {
+            if !(size <= self.tuning.trust || size <= last) {
                 return lost(Why::Astray);
             }
-            if own > NEAR {
-                slow += usize::from(own > SLOW * last);
-                astray |= own > AWAY * last;
-                if !start.may_wander && (astray || slow >= WANDERING) {
+            if size > self.tuning.near {
+                slow += usize::from(size > self.tuning.contraction * last);
+                astray |= self.tuning.contraction * size > last;
+                if !start.may_wander && (astray || slow > self.tuning.many / 3) {
                     return lost(Why::Wandered);
                 }
             }
             before = last;
-            last = own;
+            last = size;
         }
         unreachable!("the loop ends at its last iteration")
     }
@@ -247,41 +257,41 @@ impl Newton {
     /// A second increment below the limit is rounding: no iteration makes the residual smaller. Where nothing is
     /// stressed, the residual is small against the stiffness alone, and the increment tells.
     pub fn is_converged(&self, last: f64, before: f64, residual: Residual) -> bool {
-        let still = last <= self.still && residual.largest() < 1.0;
-        let settled = residual.largest() <= self.settled;
+        let still = last <= 0.1 * self.tuning.rounding && residual.largest() < 1.0;
+        let settled = residual.largest() <= self.tuning.residual;
         // Increments fall by their squares: from the last two follows the next.
         let next = last * last * (last / (before * before)).max(1.0);
-        let foreseen = before <= self.lost && next <= self.foreseen;
-        let twice = before <= self.increment || foreseen && last <= 0.1 * self.increment;
-        let rounding = twice && (residual.largest() <= self.residual || still);
-        last <= self.increment && (settled || rounding) || settled && foreseen
+        let foreseen = before <= self.tuning.trust && next <= self.tuning.rounding;
+        let twice = before <= self.tuning.increment || foreseen && last <= 0.1 * self.tuning.increment;
+        let rounding = twice && (residual.largest() <= self.tuning.tolerance || still);
+        last <= self.tuning.increment && (settled || rounding) || settled && foreseen
     }
 
     /// Part of the largest force that the axial forces of members that cannot be stretched may be off by: ten times what
-    /// the residual of a settled state may be, and as many times more as that may where an aim is lower.
+    /// the residual of a state may be, a hundredth at most.
     pub fn held_part(&self, aim: Aim) -> f64 {
-        let lower = match aim {
-            Aim::Result => 1.0,
-            Aim::Passing => 1e4,
-            Aim::Rough | Aim::Comparison => 1e6,
+        let residual = match aim {
+            Aim::Result => self.tuning.residual,
+            Aim::Passing => self.tuning.tolerance,
+            Aim::Rough | Aim::Comparison => self.tuning.shortest,
         };
-        (10.0 * lower * self.settled).min(COMPARED)
+        (10.0 * residual).min(self.tuning.near)
     }
 
     /// Whether two small increments left a residual that no iteration makes smaller: a short stiff member between places
     /// far from where they were.
     fn is_rounding<const D: usize>(&self, system: &mut System<D>, last: f64, before: f64, residual: Residual) -> bool {
-        let stays = last <= self.increment && before <= self.increment && residual.largest() > self.residual;
-        stays && residual.largest() <= (TIMES * rounding::floor(system)).min(WORST)
+        let stays = last <= self.tuning.increment
+            && before <= self.tuning.increment
+            && residual.largest() > self.tuning.tolerance;
+        stays && residual.largest() <= (TIMES * rounding::floor(system)).min(self.tuning.near)
     }
 
     /// Linear buckling: negative pivots of the shape of the last equilibrium under a part of the stresses that the first
     /// increment foresees.
-    ///
-    /// Linear factors a little below one are common where nothing buckles (a curved beam bent out of its plane).
-    fn buckling<const D: usize>(&self, system: &mut System<D>, rest: &State) -> usize {
+    fn buckling_pivots<const D: usize>(&self, system: &mut System<D>, rest: &State) -> usize {
         let here = system.snapshot();
-        system.restore_shape(rest, FORESEEN);
+        system.restore_shape(rest, self.tuning.buckling);
         let inertia = system.assemble(false);
         system.restore(&here);
         inertia.negative

@@ -4,6 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use crate::continuation::Tuning;
+
 /// Options of a solve; the defaults serve every network.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -23,6 +25,8 @@ pub struct Options {
     /// Set from outside where nobody wants to wait any longer: an iteration under way is given up, and the observer is
     /// asked at once.
     pub stop: Option<Arc<AtomicBool>>,
+    /// The numbers that steer iterations and paths.
+    pub tuning: Tuning,
     /// The time since some moment, by which parts of a solve are timed. The default one stands still: not every platform
     /// has a clock, and nothing but times depends on it.
     pub clock: fn() -> Duration,
@@ -38,6 +42,7 @@ impl Default for Options {
             rough: false,
             threads: 1,
             stop: None,
+            tuning: Tuning::default(),
             clock: || Duration::ZERO,
         }
     }

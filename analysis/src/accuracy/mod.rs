@@ -13,7 +13,7 @@ mod together;
 
 use pennate_models::grading::Grading;
 use pennate_models::{Mesh, Model, discretize};
-use pennate_solver::Trail;
+use pennate_solver::CoarseSolve;
 use pennate_solver::error::SolveError;
 use pennate_solver::history::History;
 use pennate_solver::options::{Options, Progress};
@@ -113,7 +113,7 @@ pub fn solve_to_accuracy(
     let timing = Timing { mesh: (options.clock)().saturating_sub(start), ..Timing::default() };
     let way = mesh.of_the_way(&model, asked);
     let rough = Options { rough: way.is_some(), ..options.clone() };
-    let mut search = Search { model: &model, asked, options: rough, observe, trail: None, timing };
+    let mut search = Search { model: &model, asked, options: rough, observe, coarse_solve: None, timing };
     let adapted = match adapt(&mut search, way.unwrap_or(mesh)) {
         Ok(adapted) => adapted,
         Err(error) => return Err((Box::new(model), error)),
@@ -136,7 +136,7 @@ struct Search<'a> {
     options: Options,
     observe: &'a mut dyn FnMut(&Progress) -> bool,
     /// Way of the solve on the last mesh.
-    trail: Option<Trail>,
+    coarse_solve: Option<CoarseSolve>,
     timing: Timing,
 }
 
@@ -151,11 +151,11 @@ impl Adaptive for Search<'_> {
         let (structure, steps) = discretize(model, &mesh);
         let begin = clock();
         self.timing.mesh += begin.saturating_sub(start);
-        let coarse = self.trail.take().zip(best.map(|round| &round.history));
+        let coarse = self.coarse_solve.take().zip(best.map(|round| &round.history));
         let solved = pennate_solver::solve_along(&structure, &steps, &self.options, coarse, self.observe);
         let spent = clock().saturating_sub(begin);
-        let (mut history, trail) = solved?;
-        self.trail = trail;
+        let (mut history, coarse_solve) = solved?;
+        self.coarse_solve = coarse_solve;
         self.timing.estimate += history.estimate;
         self.timing.solve += spent.saturating_sub(history.estimate);
         mesh.name_segments(model, &mut history);

@@ -13,7 +13,7 @@ use pennate_solver::structure::{
     Dimension, Drive, Formulation, Member, Release, SectionLaw, Segment, Stability, Structure,
 };
 use pennate_solver::system::{State, System};
-use pennate_solver::{packs, path};
+use pennate_solver::{continuation, packs};
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const TIP: usize = 1;
@@ -91,7 +91,7 @@ impl Cantilever {
             compliances: Vec::new(),
             sections: Vec::new(),
         });
-        let topology = path::topology(&structure, &[]);
+        let topology = continuation::topology(&structure, &[]);
         let chains = packs::plane(&structure, 0);
         let mut system = System::new(structure, topology, chains, OUTPUTS, false);
         let held = OUTPUTS.map(|component| {

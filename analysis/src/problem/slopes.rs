@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use pennate_models::{Model, discretize};
+use pennate_solver::continuation::Continuation;
 use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
 use pennate_solver::joints::Held;
-use pennate_solver::path::Path;
 use pennate_solver::structure::{Change, Step};
 
 use super::design::{Design, take_pieces};
@@ -81,7 +81,12 @@ impl<'a> Slopes<'a> {
     }
 
     /// Follows the steps from the end of the first one, whose history is given.
-    pub(super) fn run<const D: usize>(mut self, mut path: Path<'static, D>, packs: Packs<D>, first: History) -> Row {
+    pub(super) fn run<const D: usize>(
+        mut self,
+        mut path: Continuation<'static, D>,
+        packs: Packs<D>,
+        first: History,
+    ) -> Row {
         let count = self.design.steps.len().max(1);
         let mut history = first;
         let (mut reason, mut copies) = (None, None);
@@ -121,7 +126,7 @@ impl<'a> Slopes<'a> {
     /// Reads one step and, where anything is asked of it, its derivatives.
     fn step<const D: usize>(
         &mut self,
-        path: &mut Path<'static, D>,
+        path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, history): (usize, &History),
         copies: &mut Option<Kept<D>>,
@@ -173,7 +178,7 @@ impl<'a> Slopes<'a> {
     /// the reason where there are none, or not all.
     fn by_neighbours<const D: usize>(
         &self,
-        path: &mut Path<'static, D>,
+        path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         at: (usize, &StepHistory),
         kept: &[Component],
@@ -248,7 +253,7 @@ impl<'a> Slopes<'a> {
     /// of them are not to be trusted, and are no numbers.
     fn slope<const D: usize>(
         &self,
-        path: &mut Path<'static, D>,
+        path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, record): (usize, &StepHistory),
         input: usize,
@@ -318,7 +323,7 @@ impl<'a> Slopes<'a> {
     /// All probes of the design whose parameter is this much larger, at the end of a step.
     fn neighbour<const D: usize>(
         &self,
-        path: &mut Path<'static, D>,
+        path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, record): (usize, &StepHistory),
         (input, by): (usize, f64),

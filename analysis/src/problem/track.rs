@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use pennate_solver::continuation::OutOfPlane;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::Held;
 use pennate_solver::newton::{Aim, Newton, Start};
-use pennate_solver::path::OutOfPlane;
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Member, Step, Structure};
 use pennate_solver::system::{State, System};

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use pennate_solver::chain::Pack;
+use pennate_solver::continuation::{self, OutOfPlane};
 use pennate_solver::joints::{Active, Topology};
 use pennate_solver::lateral::{self, Lateral};
 use pennate_solver::packs;
-use pennate_solver::path::{self, OutOfPlane};
 use pennate_solver::structure::{Step, Structure};
 use pennate_solver::system::System;
 
@@ -54,7 +54,7 @@ pub(crate) fn system<const D: usize>(
     steps: &[Step],
 ) -> System<D> {
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, steps);
+    let topology = continuation::topology(&structure, steps);
     let chains = packs(&structure, 0);
     System::new(structure, topology, chains, like.equations.active, false)
 }

@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use pennate_solver::continuation::{self, OutOfPlane};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
-use pennate_solver::path::{self, OutOfPlane};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Drive, Method, Stability, Step, Structure};
 use pennate_solver::system::{State, System};
@@ -77,7 +77,7 @@ pub(super) fn ends<const D: usize>(
     asked: &Asked<'_>,
 ) -> Option<Vec<Option<End>>> {
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, steps);
+    let topology = continuation::topology(&structure, steps);
     let system = kind.build(structure, topology, 0);
     let states = std::array::from_fn(|_| State::default());
     let mut walk = Walk { system, finer: None, held: BTreeMap::new(), lateral: None, states, way: None, times: None };
@@ -126,7 +126,7 @@ impl<const D: usize> Walk<D> {
             }
         }
         let supports = self.held.clone();
-        for (node, component) in path::first_rows(&structure, steps) {
+        for (node, component) in continuation::first_rows(&structure, steps) {
             self.insert(node, component, 0.0);
         }
         self.hold(kind, analysed, 0);
@@ -221,10 +221,12 @@ impl<const D: usize> Walk<D> {
         self.times = times;
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
         let start = Start { predicted, rest, negative_limit: 0, aim, may_wander: false };
-        let found = Newton::default().solve(system, start).ok()?;
+        let newton = Newton::default();
+        let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
         let foreseen = foreseen.as_ref().unwrap_or(&system.first_moves);
-        let doubtful = path::is_doubtful(system, (&moved, foreseen), predicted, found.iterations);
+        let doubtful =
+            continuation::is_doubtful(system, (&moved, foreseen), predicted, found.iterations, &newton.tuning);
         let inertia = found.inertia;
         if doubtful || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {
             return None;

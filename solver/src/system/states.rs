@@ -4,6 +4,7 @@ use pennate_elements::small::{V3, add, dot, norm, scale, sub};
 
 use super::{Places, System};
 use crate::chain::Size;
+use crate::continuation::Tuning;
 use crate::joints::{EndKind, JointState};
 use crate::structure::NodeId;
 
@@ -97,7 +98,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Whether the present state is much farther from the last one than that was from the one before, if there is one.
-    pub fn jumped(&self, last: &State, before: Option<&State>) -> bool {
+    pub(crate) fn jumped(&self, last: &State, before: Option<&State>, tuning: &Tuning) -> bool {
         let far = |a: &Places, b: &Places| {
             a.joints
                 .iter()
@@ -106,7 +107,7 @@ impl<const D: usize> System<D> {
         };
         let now = far(&self.state, &last.places);
         let then = before.map_or(0.0, |before| far(&last.places, &before.places));
-        now > (10.0 * then).max(0.05)
+        now > (tuning.longer * then).max(tuning.miss)
     }
 
     /// Present displacement (length) or rotation (radians) of a node in its component, 0 to 5, along the unit vector `axis` in global

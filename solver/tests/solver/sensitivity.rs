@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::common::{AXES, Fixed, cantilever, elastic};
+use pennate_solver::continuation;
 use pennate_solver::newton::{Newton, Start};
-use pennate_solver::path;
 use pennate_solver::structure::{Dimension, Drive, SectionState, Segment, Structure};
 use pennate_solver::system::System;
 use pennate_solver::{joints::Active, joints::Held, joints::HeldKind, packs};

@@ -3,21 +3,15 @@
 //! Where a coarser mesh went without a singular point, the end of a step on a finer one lies next to it: a few
 //! iterations lead there, and the way need not be gone again. If they do not, or if stability is another, it is.
 
-use super::Path;
-use super::follow::{Ramp, Tally};
+use super::Continuation;
+use super::follow::Run;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Aim, Start};
+use crate::newton::{Aim, Convergence, Start};
 use crate::structure::{Method, Step};
 use crate::system::{State, System};
 
-/// Iterations that a state of a coarser mesh may need on a finer one.
-const FEW: usize = 7;
-/// A first increment larger than this (radians, or lengths of a member) leads elsewhere; how far parts swing with what
-/// carries them says little.
-const ASIDE: f64 = 0.2;
-
 /// What a solve on a coarser mesh went through.
-pub struct Guide<const D: usize> {
+pub struct Coarse<const D: usize> {
     /// The structure on the coarser mesh.
     pub system: System<D>,
     /// The states at the ends of steps, where a finer mesh may start from them.
@@ -28,7 +22,7 @@ pub struct Guide<const D: usize> {
     pub refined_ends: Vec<Option<State>>,
 }
 
-impl<const D: usize> Guide<D> {
+impl<const D: usize> Coarse<D> {
     /// Gives back what is of no use to a solve on a finer mesh, before that needs memory of its own.
     pub fn shed(&mut self) {
         for system in std::iter::once(&mut self.system).chain(&mut self.refined) {
@@ -37,81 +31,70 @@ impl<const D: usize> Guide<D> {
     }
 }
 
-impl<'a, const D: usize> Path<'a, D> {
-    /// Takes a guide with its steps, and from it what is the same on every mesh: the pattern of the equations, that there
+impl<'a, const D: usize> Continuation<'a, D> {
+    /// Takes a solve on a coarser mesh with its steps, and from it what is the same on every mesh: the pattern of the equations, that there
     /// is no mechanism, and, nearly, the stiffness of the unloaded structure.
-    pub fn follow_after(&mut self, guide: Guide<D>, steps: &'a [StepHistory]) {
-        self.system.hold_like(&guide.system);
-        self.system.take_rest(&guide.system);
+    pub fn follow_after(&mut self, coarse: Coarse<D>, steps: &'a [StepHistory]) {
+        self.system.hold_like(&coarse.system);
+        self.system.take_rest(&coarse.system);
         self.system.hold(self.held.values().copied().collect());
-        self.guide = Some((guide, steps));
+        self.coarse = Some((coarse, steps));
     }
 
-    /// Whether the end of a step is known from a guide.
-    pub(super) fn is_guided(&self, index: usize) -> bool {
-        self.guide.as_ref().is_some_and(|(guide, _)| guide.ends.get(index).is_some_and(Option::is_some))
+    /// Whether the end of a step is known from a coarser mesh.
+    pub(super) fn is_known_from_coarse(&self, index: usize) -> bool {
+        self.coarse.as_ref().is_some_and(|(coarse, _)| coarse.ends.get(index).is_some_and(Option::is_some))
     }
 
     /// Goes to the end of a step by way of the coarser mesh; false where that is not possible, with nothing changed.
-    pub(super) fn guided(
-        &mut self,
-        index: usize,
-        step: &Step,
-        ramp: &Ramp,
-        record: &mut StepHistory,
-        watch: &mut dyn FnMut(f64) -> bool,
-    ) -> bool {
+    pub(super) fn end_from_coarse(&mut self, run: &mut Run<'_>, index: usize, step: &Step) -> bool {
         let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
-        let Some((guide, steps)) = &mut self.guide else { return false };
+        let Some((coarse, steps)) = &mut self.coarse else { return false };
         let before: &'a StepHistory = &steps[index];
-        let Some(Some(end)) = guide.ends.get(index).filter(|_| simple) else { return false };
+        let Some(Some(end)) = coarse.ends.get(index).filter(|_| simple) else { return false };
         self.system.save(&mut self.last);
-        match (&mut guide.refined, guide.refined_ends.get(index)) {
+        match (&mut coarse.refined, coarse.refined_ends.get(index)) {
             (Some(refined), Some(Some(end))) => {
                 refined.restore(end);
                 self.system.prolong(refined);
             }
             _ => {
-                guide.system.restore(end);
-                self.system.prolong(&guide.system);
+                coarse.system.restore(end);
+                self.system.prolong(&coarse.system);
             }
         }
-        ramp.apply(&mut self.system, 1.0);
+        run.ramp.apply(&mut self.system, 1.0);
         self.system.place_ends();
         let known = before.negative_pivots;
         let start = Start { predicted: true, rest: None, negative_limit: known, aim: Aim::Result, may_wander: false };
-        let mut tally = Tally { iterations: 0, factorizations: 0, accepted: 0 };
-        let found = match self.newton.solve(&mut self.system, start) {
-            Ok(found) if found.iterations <= FEW && self.system.own_first <= ASIDE => Some(found),
-            _ => None,
-        };
-        let alike = found.and_then(|found| {
+        let outcome = self.newton.solve(&mut self.system, start);
+        // How far parts swing with what carries them says little: what counts is what they move by themselves.
+        let near =
+            |found: &Convergence| found.iterations <= self.tuning.many && self.system.own_first <= self.tuning.wrong();
+        let alike = outcome.as_ref().ok().copied().filter(near).and_then(|found| {
             let count = self.count(&found.inertia);
             (count.negative() == known).then_some((found, count))
         });
         let Some((found, count)) = alike else {
             self.system.restore(&self.last);
-            ramp.apply(&mut self.system, 0.0);
+            run.ramp.apply(&mut self.system, 0.0);
             return false;
         };
-        tally.iterations = found.iterations - 1;
-        tally.factorizations = found.factorizations;
+        run.effort.count(&outcome);
         self.base = count;
         let way = before.increments.len().saturating_sub(1);
-        record.increments.extend_from_slice(&before.increments[..way]);
-        record.iterations += before.iterations;
-        record.factorizations += before.factorizations;
-        self.accept(record, 1.0, &found, &tally);
-        self.settle(record, 1.0, &tally);
-        record.status = Status::Converged;
-        watch(1.0);
-        true
+        run.record.increments.extend_from_slice(&before.increments[..way]);
+        run.record.iterations += before.iterations;
+        run.record.factorizations += before.factorizations;
+        self.accept(run.record, 1.0, found.residual);
+        (run.watch)(1.0);
+        self.arrived(run)
     }
 
     /// What a solve on a finer mesh may start from.
-    pub fn into_guide(self) -> Guide<D> {
+    pub fn into_coarse(self) -> Coarse<D> {
         let Self { system, ends, refined, refined_ends, .. } = self;
-        Guide { system, ends, refined, refined_ends }
+        Coarse { system, ends, refined, refined_ends }
     }
 
     /// Keeps the refined end of a step, where the end itself was kept.

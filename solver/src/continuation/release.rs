@@ -7,29 +7,17 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.7.
 
-use super::Path;
-use super::follow::{BRACKET, Ramp, Tally};
+use super::follow::Run;
+use super::{Continuation, Tuning};
 use crate::history::{CriticalKind, CriticalPoint, Jump};
 use crate::newton::{Newton, Start};
 use pennate_elements::small::norm;
 
-/// Steps of the flow at most.
-const STEPS: usize = 400;
-/// A step of the flow moves no farther than this, in radians or lengths.
-const FAR: f64 = 0.4;
-/// The state that follows a step without dashpots lies within this of it, or is another one.
-const SAME: f64 = 0.1;
-/// Displacement over the size of the network that nothing holds.
-const ENDLESS: f64 = 100.0;
-/// A jump begins at loads so far beyond the point where it is due, over the fraction of that point, and no less than this part
-/// of the ramp: the bottleneck that a limit point leaves is passed in few steps of the flow.
-const OVERSHOOT: f64 = 1e-3;
-const SMALLEST: f64 = 1e-6;
-/// Part of the mode, in lengths or radians, by which a bifurcation is left.
-const PUSH: f64 = 1e-3;
+/// Part of the stiffness of the unloaded network that is soft against it: dashpots begin with it.
+const SOFT: f64 = 1e-3;
 
 /// How a jump ends.
-pub(super) enum Landing {
+pub(super) enum Release {
     /// In a stable equilibrium at this fraction.
     Stable { fraction: f64, jump: Jump },
     /// Nowhere: the energy falls without bound.
@@ -38,48 +26,48 @@ pub(super) enum Landing {
     Lost,
 }
 
-impl<const D: usize> Path<'_, D> {
+impl<const D: usize> Continuation<'_, D> {
     /// From a singular point, the present state, to the next stable equilibrium under the same loads.
     ///
     /// The way there begins a little beyond the point, where nothing holds the network any more; from where that leads the
     /// ramp goes back to the point, so that the energy before and after is that at one value of the loads.
-    pub(super) fn jump(&mut self, ramp: &Ramp, point: &CriticalPoint, tally: &mut Tally) -> Landing {
+    pub(super) fn release(&mut self, run: &mut Run<'_>, point: &CriticalPoint) -> Release {
         self.system.save(&mut self.last);
-        ramp.apply(&mut self.system, point.fraction);
+        run.ramp.apply(&mut self.system, point.fraction);
         self.system.gather(false);
         let before = self.system.potential_energy();
-        let beyond = (OVERSHOOT * point.fraction.abs()).clamp(SMALLEST, BRACKET);
+        // The bottleneck that a limit point leaves is passed in few steps of the flow.
+        let beside = self.tuning.beside();
+        let beyond = (beside * point.fraction.abs()).clamp(self.tuning.tolerance, self.tuning.bracket);
         let fraction = (point.fraction + beyond).min(1.0);
         if point.kind == CriticalKind::Bifurcation {
-            let push: Vec<f64> = self.system.softest_motion().iter().map(|x| PUSH * x).collect();
+            let amplitude = self.tuning.miss * self.tuning.amplitude;
+            let push: Vec<f64> = self.system.softest_motion().iter().map(|x| amplitude * x).collect();
             self.system.move_by(&push, false);
         }
-        ramp.apply(&mut self.system, fraction);
-        let landing = self.flow(f64::INFINITY, tally);
+        run.ramp.apply(&mut self.system, fraction);
+        let landing = self.flow(run, f64::INFINITY);
         self.system.remove_dashpots();
         match landing {
             Some(true) => {
-                let fraction = if self.back_to(ramp, point.fraction, tally) { point.fraction } else { fraction };
+                let fraction = if self.back_to(run, point.fraction) { point.fraction } else { fraction };
                 let after = self.system.potential_energy();
                 let (node, moved) = self.farthest();
                 let jump = Jump { fraction, released: before - after, moved, node };
-                Landing::Stable { fraction, jump }
+                Release::Stable { fraction, jump }
             }
-            Some(false) => Landing::Endless,
-            None => Landing::Lost,
+            Some(false) => Release::Endless,
+            None => Release::Lost,
         }
     }
 
     /// From a stable equilibrium a little beyond a fraction back to it; false, with nothing changed, where that is not
     /// stable.
-    fn back_to(&mut self, ramp: &Ramp, fraction: f64, tally: &mut Tally) -> bool {
+    fn back_to(&mut self, run: &mut Run<'_>, fraction: f64) -> bool {
         let (beyond, base) = (self.system.fraction, self.base);
         self.system.save(&mut self.next);
-        ramp.apply(&mut self.system, fraction);
-        let found = self.newton.solve(&mut self.system, Start::nearby());
-        tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
-        if let Ok(found) = found
-            && self.system.distance(&self.next).largest() <= SAME
+        if let Some(found) = self.solve_at(run, fraction)
+            && self.system.distance(&self.next).largest() <= self.tuning.wrong()
         {
             let count = self.count(&found.inertia);
             if count.own == 0 {
@@ -88,26 +76,27 @@ impl<const D: usize> Path<'_, D> {
             }
         }
         self.base = base;
-        self.system.restore(&self.next);
-        ramp.apply(&mut self.system, beyond);
-        self.system.assemble(false);
+        self.on_to_next(run.ramp, beyond);
         false
     }
 
     /// Flows down the energy at the present loads; true where a stable equilibrium was reached, false where there is no
     /// end to it. It is left where it gets farther than `reach`, in lengths or radians, from the state `last`.
-    pub(super) fn flow(&mut self, reach: f64, tally: &mut Tally) -> Option<bool> {
-        let newton = Newton { increment: 1e-6, settled: 1e-7, lost: FAR, max_iterations: 12, ..self.newton };
+    pub(super) fn flow(&mut self, run: &mut Run<'_>, reach: f64) -> Option<bool> {
+        let Tuning { tolerance, longer, trust, .. } = self.tuning;
+        let near = self.tuning.wrong();
+        // What is gone on from.
+        let coarse = Newton::new(Tuning { increment: tolerance, residual: tolerance, ..self.tuning });
         let mut stiffness = self.first_dashpots();
         self.system.save(&mut self.next);
-        for _ in 0..STEPS {
+        for _ in 0..25 * self.tuning.iterations {
             self.system.set_dashpots(stiffness, &self.next);
-            let found = newton.solve(&mut self.system, Start::nearby());
+            let found = coarse.solve(&mut self.system, Start::nearby());
             let moved = self.system.distance(&self.next).largest();
-            let descended = matches!(&found, Ok(found) if found.inertia.negative == 0) && moved <= FAR;
-            tally.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+            let descended = matches!(&found, Ok(found) if found.inertia.negative == 0) && moved <= trust;
+            run.effort.factorizations += found.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
             if !descended {
-                stiffness *= 5.0;
+                stiffness *= longer;
                 self.system.restore(&self.next);
                 continue;
             }
@@ -115,28 +104,21 @@ impl<const D: usize> Path<'_, D> {
             if self.system.distance(&self.last).largest() > reach {
                 return None;
             }
-            if self
-                .system
-                .motions_since(&self.last)
-                .iter()
-                .any(|m| norm([m[0], m[1], m[2]]) > ENDLESS * self.system.size)
-            {
+            let displaced = |m: &[f64; 6]| norm([m[0], m[1], m[2]]) > self.tuning.endless * self.system.size;
+            if self.system.motions_since(&self.last).iter().any(displaced) {
                 return Some(false);
             }
-            stiffness *= match found.map_or(9, |found| found.iterations) {
-                0..=4 => 0.1,
-                5..=6 => 0.3,
-                _ => 0.7,
-            };
-            if moved > SAME {
+            let iterations = found.map_or(self.tuning.iterations, |found| found.iterations);
+            stiffness /= if iterations < self.tuning.few() { longer.powi(2) } else { longer.sqrt() };
+            if moved > near {
                 continue;
             }
             // So near that the dashpots may no longer be needed.
             self.system.remove_dashpots();
             let settled = self.newton.solve(&mut self.system, Start::nearby());
-            tally.factorizations += settled.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
+            run.effort.factorizations += settled.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
             if let Ok(settled) = settled
-                && self.system.distance(&self.next).largest() <= SAME
+                && self.system.distance(&self.next).largest() <= near
             {
                 let count = self.count(&settled.inertia);
                 // Out of a plane network's plane there is nowhere to go: what is lost there is said.
@@ -153,7 +135,7 @@ impl<const D: usize> Path<'_, D> {
     /// Dashpots that are soft against the unloaded network.
     fn first_dashpots(&mut self) -> f64 {
         let rest = self.system.rest_stiffness_of_displacements();
-        1e-3 * rest / self.system.size
+        SOFT * rest / self.system.size
     }
 
     fn farthest(&self) -> (usize, f64) {

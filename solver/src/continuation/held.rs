@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::Path;
+use super::Continuation;
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
 use crate::system::{Fading, System};
 
-impl<const D: usize> Path<'_, D> {
+impl<const D: usize> Continuation<'_, D> {
     /// Axes in which a node's components are measured.
     fn axes(&self, node: NodeId) -> [[f64; 3]; 3] {
         const GLOBAL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -70,7 +70,7 @@ impl<const D: usize> Path<'_, D> {
     fn reaction(&self, node: NodeId, component: usize) -> Fading {
         let equations = &self.system.equations;
         let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
-        // Rows stand in the order of `Path::held`.
+        // Rows stand in the order of `Continuation::held`.
         if let Ok(index) = equations.held.binary_search_by_key(&(node, component), |held| (held.node, held.component)) {
             let system = &self.system;
             (fading.force, fading.moment) = equations.released(index, &system.topology, &system.state.joints);

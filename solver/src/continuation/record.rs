@@ -1,63 +1,20 @@
 //! What a step's history says: states, singular points, and why it stopped.
 
-use super::follow::{Ramp, Tally};
-use super::trace::Passed;
-use super::{Count, Path};
+use super::Continuation;
+use super::follow::Run;
 use crate::held;
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Increment, Note, Status, StepHistory};
-use crate::newton::{Convergence, Lost, Why};
+use crate::newton::{Lost, Why};
 use crate::results;
 use crate::rounding::{self, Estimate};
 use crate::structure::{Dimension, NodeId};
+use crate::system::Residual;
 use pennate_elements::small::norm;
 
-impl<const D: usize> Path<'_, D> {
-    /// Singular points that the present state has passed since the last one; `None` where stability is as it was.
-    pub(super) fn locate_changes(
-        &mut self,
-        ramp: &Ramp,
-        count: &Count,
-        ends: [f64; 2],
-        tally: &mut Tally,
-    ) -> Option<Vec<CriticalPoint>> {
-        let conservative = count.potential && self.base.potential;
-        let flipped = !conservative && count.odd != self.base.odd && self.base.potential == count.potential;
-        let own = flipped || conservative && count.own != self.base.own;
-        let sideways = count.lateral_potential && self.base.lateral_potential && count.lateral != self.base.lateral;
-        (own || sideways).then(|| {
-            self.system.save(&mut self.next);
-            let passed = Passed { limit: false, own, sideways, touched: false, count: *count };
-            let points = self.pinpoint(ramp, ends, None, &passed, tally);
-            self.system.restore(&self.next);
-            ramp.apply(&mut self.system, ends[1]);
-            self.system.assemble(false);
-            points
-        })
-    }
-
-    /// Notes what the present state has passed since the last one.
-    pub(super) fn note_changes(
-        &mut self,
-        record: &mut StepHistory,
-        count: &Count,
-        fraction: f64,
-        passed: Option<Vec<CriticalPoint>>,
-    ) {
-        if let Some(mut points) = passed {
-            if points.is_empty() {
-                let sideways = count.lateral != self.base.lateral && count.own == self.base.own;
-                points.push(self.rough_point(CriticalKind::Bifurcation, fraction, sideways));
-            }
-            record.critical_points.append(&mut points);
-        }
-        if count.neutral && !self.base.neutral {
-            record.notes.push(Note::TouchedSingular { fraction });
-        }
-    }
-
+impl<const D: usize> Continuation<'_, D> {
     /// What a step ends with at a loss of stability that could not be located.
-    pub(super) fn rough_stop(&mut self, target: f64, sideways: bool, behind: bool) -> Rough {
-        let jumped = self.system.jumped(&self.last, behind.then_some(&self.before));
+    pub(super) fn ending_at_loss(&mut self, target: f64, sideways: bool, behind: bool) -> Ending {
+        let jumped = self.system.jumped(&self.last, behind.then_some(&self.before), &self.tuning);
         let kind = if jumped { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
         let point = self.rough_point(kind, target, sideways);
         let residual = self.system.residual();
@@ -68,11 +25,11 @@ impl<const D: usize> Path<'_, D> {
             worst_residual: residual.largest(),
             cause: cause_of(kind, sideways),
         };
-        Rough { status: status_of(kind), point: Some(point), failure }
+        Ending { status: status_of(kind), point: Some(point), failure }
     }
 
     /// What a step ends with where no equilibrium was found.
-    pub(super) fn rough_end(&mut self, target: f64, lost: &Lost, fold: bool) -> Rough {
+    pub(super) fn ending_of(&mut self, target: f64, lost: &Lost, fold: bool) -> Ending {
         let node = self.system.topology.references.get(lost.residual.worst_joint).copied();
         let fold = fold && !matches!(lost.why, Why::Overheld(_));
         let cause = match lost.why {
@@ -90,7 +47,7 @@ impl<const D: usize> Path<'_, D> {
             worst_residual: lost.residual.largest(),
             cause,
         };
-        Rough { status, point, failure }
+        Ending { status, point, failure }
     }
 
     /// Notes the members that cannot be stretched and whose axial force nothing determines at the end of a step.
@@ -138,19 +95,19 @@ impl<const D: usize> Path<'_, D> {
     }
 
     /// Ends a step at the state it is in.
-    pub(super) fn settle(&mut self, record: &mut StepHistory, fraction: f64, tally: &Tally) {
-        record.iterations += tally.iterations;
-        record.factorizations += tally.factorizations;
-        record.fraction = fraction;
+    pub(super) fn settle(&mut self, run: &mut Run<'_>, fraction: f64) {
+        run.record.iterations += run.effort.iterations;
+        run.record.factorizations += run.effort.factorizations;
+        run.record.fraction = fraction;
     }
 
     /// Records an accepted increment.
-    pub(super) fn accept(&mut self, record: &mut StepHistory, fraction: f64, found: &Convergence, _tally: &Tally) {
+    pub(super) fn accept(&mut self, record: &mut StepHistory, fraction: f64, residual: Residual) {
         // What is only gone on from is not worth it.
         let (estimate, polished) = if self.options.rough { (None, false) } else { self.polish(record, fraction) };
         let mut state = results::equilibrium(&mut self.system);
         if !polished {
-            state.residual = found.residual.largest();
+            state.residual = residual.largest();
         }
         state.rounding = estimate.map(|estimate| estimate.rounding);
         state.compliances = results::compliances(&mut self.system);
@@ -167,19 +124,21 @@ impl<const D: usize> Path<'_, D> {
     }
 }
 
-impl<const D: usize> Path<'_, D> {
+impl<const D: usize> Continuation<'_, D> {
     /// Estimates rounding at an accepted state; at the end of a step, iterates on where it is not what limits the digits.
     ///
     /// An increment is small against the network long before it is small against its motion, where that is small itself
     /// and still nonlinear: bars that are nearly in one line.
     fn polish(&mut self, record: &mut StepHistory, fraction: f64) -> (Option<Estimate>, bool) {
         const MOST: usize = 4;
-        const FAR: f64 = 1e-4;
         let mut best = rounding::estimate(&mut self.system);
         let mut polished = false;
         let pending = self.system.equations.has_general();
         for _ in 0..MOST {
-            let Some(before) = best.filter(|best| fraction >= 1.0 && !best.settled && best.left < FAR) else { break };
+            let Some(before) = best.filter(|best| fraction >= 1.0 && !best.settled && best.left < self.tuning.shortest)
+            else {
+                break;
+            };
             let here = self.system.snapshot();
             self.system.assemble(pending);
             self.system.advance(pending);
@@ -201,7 +160,7 @@ impl<const D: usize> Path<'_, D> {
 }
 
 /// How a step ends for want of anything better.
-pub(super) struct Rough {
+pub(super) struct Ending {
     pub status: Status,
     pub point: Option<CriticalPoint>,
     pub failure: Failure,

@@ -1,9 +1,10 @@
-//! Steps and increments: what moves, how far at once, and when an increment is taken back.
+//! Steps and their paths: what moves, how far at once, and what is believed.
 //!
-//! A step starts with its whole ramp and a linear prediction; an increment is doubled after at most five iterations,
-//! shortened after more than seven or a failure. A converged increment with more negative pivots than before is taken
-//! back and shortened until it is a small part of the ramp: only then is the loss of stability real, and not a long
-//! step onto another branch.
+//! A step is a ramp of loads, and its equilibria are a path. The loop in `follow.rs` goes along it: **predictor** and
+//! **corrector** by the fraction of the ramp (`fraction.rs`) or by the length of the arc (`arc.rs`), both with the Newton
+//! iteration of `newton.rs`; **acceptance** (`acceptance.rs`); **events** on the way (`events.rs`), **located** as roots of test
+//! functions (`locate.rs`); the way on along a **branch** (`branch.rs`) or by a **release** of energy (`release.rs`).
+//! All numbers that steer it stand in `tuning.rs`.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -15,26 +16,28 @@ use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
-use crate::structure::{Dimension, MemberId, Method, NodeId, Step};
+use crate::structure::{Dimension, MemberId, NodeId, Step};
 use crate::system::{Inertia, State, System};
 
-mod along;
+mod acceptance;
 mod arc;
-mod critical;
-mod doubt;
+mod branch;
+mod coarse;
+mod events;
 mod follow;
-mod guide;
+mod fraction;
 mod held;
-mod jump;
-mod march;
-mod report;
-mod trace;
+mod locate;
+mod record;
+mod release;
+mod tuning;
 mod verdict;
 
-pub use doubt::is_doubtful;
-use follow::{Course, Ramp};
-pub use guide::Guide;
+pub use acceptance::is_doubtful;
+pub use coarse::Coarse;
+use follow::{Effort, Ramp, Request, Run};
 pub use held::{first_rows, topology};
+pub use tuning::Tuning;
 
 /// Which rows are held, by node and component.
 pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
@@ -57,7 +60,7 @@ pub trait OutOfPlane<const D: usize> {
 }
 
 /// Follows the steps of a structure.
-pub struct Path<'a, const D: usize> {
+pub struct Continuation<'a, const D: usize> {
     /// The structure in its present state.
     pub system: System<D>,
     /// The last accepted state, the one before it, and one ahead that is looked at.
@@ -73,14 +76,14 @@ pub struct Path<'a, const D: usize> {
     /// Makes it when it is first needed.
     pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
-    pub guide: Option<(Guide<D>, &'a [StepHistory])>,
+    pub coarse: Option<(Coarse<D>, &'a [StepHistory])>,
     /// See [`History::near_motion`].
     pub near: Option<NearMotion>,
     /// Whether ends of steps are kept for a finer mesh.
     pub keeps: bool,
-    /// See [`Guide::ends`].
+    /// See [`Coarse::ends`].
     pub ends: Vec<Option<State>>,
-    /// See [`Guide::refined_ends`].
+    /// See [`Coarse::refined_ends`].
     pub refined_ends: Vec<Option<State>>,
     /// What was asked for.
     pub options: Options,
@@ -91,6 +94,7 @@ pub struct Path<'a, const D: usize> {
     held: HeldRows,
     /// Axes of the supports, by node.
     axes: HashMap<NodeId, [[f64; 3]; 3]>,
+    tuning: Tuning,
     newton: Newton,
     base: Count,
     /// Members that lost their stability between their ends.
@@ -99,6 +103,17 @@ pub struct Path<'a, const D: usize> {
     at_rest: Option<Inertia>,
     /// Whether rounding hides the sign of the lowest stiffness at the end of the last step.
     undecided: bool,
+}
+
+/// How far a run has come.
+struct SoFar {
+    /// Whether all steps reached their ends.
+    going: bool,
+    /// Whether the pivots of the state that a step begins with are known; a step whose end is known from a coarser mesh does
+    /// not ask.
+    counted: bool,
+    /// Whether a step needed more than one increment.
+    winding: bool,
 }
 
 /// Negative pivots in the equations and out of the plane, and the sign of the full determinant.
@@ -121,10 +136,11 @@ impl Count {
     }
 }
 
-impl<'a, const D: usize> Path<'a, D> {
+impl<'a, const D: usize> Continuation<'a, D> {
     /// A path from the present state of a system.
     pub fn new(system: System<D>, options: Options) -> Self {
         let structure = Arc::clone(&system.structure);
+        let tuning = options.tuning;
         let mut path = Self {
             system,
             last: State::default(),
@@ -134,7 +150,7 @@ impl<'a, const D: usize> Path<'a, D> {
             vibration: None,
             refined: None,
             make_refined: None,
-            guide: None,
+            coarse: None,
             near: None,
             keeps: false,
             ends: Vec::new(),
@@ -144,7 +160,8 @@ impl<'a, const D: usize> Path<'a, D> {
             stability: structure.dimension,
             held: HeldRows::new(),
             axes: structure.supports.iter().map(|support| (support.node, support.axes)).collect(),
-            newton: Newton::default(),
+            newton: Newton::new(tuning),
+            tuning,
             base: Count::default(),
             inside: Vec::new(),
             at_rest: None,
@@ -162,20 +179,13 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Follows all steps; `observe` may stop the solve by returning false.
     pub fn run(&mut self, steps: &[Step], observe: &mut dyn FnMut(&Progress) -> bool) -> History {
-        let mesh = self.mesh_size();
-        let mut history = History { mesh, near_motion: self.near.take(), ..History::default() };
-        let rest = self.system.drives.clone();
+        let mut history = History { mesh: self.mesh_size(), near_motion: self.near.take(), ..History::default() };
         let total = steps.len().max(1);
-        let prestressed = self.is_prestressed();
-        let mut going = true;
-        // Whether the pivots of the state that a step begins with are known; a guided step does not ask.
-        let mut counted = false;
-        // Whether a step needed more than one increment.
-        let mut winding = false;
+        let mut so_far = SoFar { going: true, counted: false, winding: false };
         for index in 0..total {
             let notes = std::mem::take(&mut self.notes);
             let mut record = StepHistory { notes, ..StepHistory::empty(self.stability) };
-            if !going {
+            if !so_far.going {
                 record.status = Status::NotReached;
                 record.stable = None;
                 history.steps.push(record);
@@ -183,77 +193,15 @@ impl<'a, const D: usize> Path<'a, D> {
             }
             let mut watch = |fraction: f64| observe(&Progress { step: index, steps: total, fraction });
             if index == 0 {
-                self.change(&[]);
-                counted = prestressed || !self.is_guided(0);
-                if counted {
-                    self.start_count(&mut record);
-                }
-                if prestressed {
-                    let longest = 1.0;
-                    let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest };
-                    going = self.follow(
-                        &ramp,
-                        &mut record,
-                        &mut watch,
-                        steps.is_empty().then_some(&Course::default()),
-                        0.0,
-                    );
-                    self.judge_end(&ramp, &mut record);
-                }
+                self.begin_first(steps, &mut record, &mut watch, &mut so_far);
             }
-            if let (Some(step), true) = (steps.get(index), going) {
-                let held_before: Vec<_> = self.held.keys().copied().collect();
-                if index > 0 || !step.changes.is_empty() || prestressed {
-                    self.change(&step.changes);
-                }
-                if !self.held.keys().eq(&held_before) {
-                    self.start_count(&mut record);
-                    counted = true;
-                }
-                let from = self.system.drives.clone();
-                let mut to = from.clone();
-                for &(drive, value) in &step.targets {
-                    to[drive] = value;
-                }
-                let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
-                let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
-                let course = Course { method: step.method, branch: step.branch, stop: step.stop };
-                let guided = !prestressed && self.guided(index, step, &ramp, &mut record, &mut watch);
-                if index + 1 == total {
-                    self.guide = None; // what follows needs its memory
-                }
-                if !guided && !counted {
-                    self.start_count(&mut record);
-                }
-                counted = true;
-                going = guided
-                    || match step.method {
-                        Method::ArcLength => self.follow_arc(&ramp, &mut record, &mut watch, &course),
-                        Method::Jump if self.is_conservative(&ramp) => {
-                            self.follow_arc(&ramp, &mut record, &mut watch, &course)
-                        }
-                        Method::Newton | Method::Jump => {
-                            self.follow(&ramp, &mut record, &mut watch, Some(&course), 0.0)
-                        }
-                    };
-                self.judge_end(&ramp, &mut record);
-            } else if steps.is_empty() && !prestressed {
-                let ramp = Ramp { drives: [rest.clone(), rest.clone()], prestress: [0.0, 1.0], longest: 1.0 };
-                going = self.follow(&ramp, &mut record, &mut watch, Some(&Course::default()), 0.0);
-                self.judge_end(&ramp, &mut record);
+            if let Some(step) = steps.get(index).filter(|_| so_far.going) {
+                self.follow_step(index, steps, step, &mut record, &mut watch, &mut so_far);
             }
-            if let Some(node) = self.system.endless_moment() {
-                record.notes.push(Note::EndlessMoment { node });
-            }
-            self.keep_end(&record);
-            self.note_undetermined(&mut record);
-            self.note_turned(&mut record);
-            if record.stability != self.stability {
-                record.notes.push(Note::NoPotentialOutOfPlane);
-            }
+            self.note_end(&mut record);
+            so_far.winding |= record.increments.len() > 1;
             let mut kept = None;
-            winding |= record.increments.len() > 1;
-            if going && self.options.estimate && (winding || !self.options.rough) {
+            if so_far.going && self.options.estimate && (so_far.winding || !self.options.rough) {
                 let start = (self.options.clock)();
                 if let Some((state, missing)) = self.refine() {
                     record.refined = Some(state);
@@ -267,6 +215,113 @@ impl<'a, const D: usize> Path<'a, D> {
         }
         history.inside = std::mem::take(&mut self.inside);
         history
+    }
+
+    /// Brings in the prestress, and counts pivots where the first step does not do without.
+    fn begin_first(
+        &mut self,
+        steps: &[Step],
+        record: &mut StepHistory,
+        watch: &mut dyn FnMut(f64) -> bool,
+        so_far: &mut SoFar,
+    ) {
+        let prestressed = self.is_prestressed();
+        self.change(&[]);
+        so_far.counted = prestressed || !self.is_known_from_coarse(0);
+        if so_far.counted {
+            self.start_count(record);
+        }
+        if !prestressed && !steps.is_empty() {
+            return;
+        }
+        let rest = self.system.drives.clone();
+        let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0], longest: 1.0 };
+        let conservative = self.is_conservative(&ramp);
+        so_far.going = self.follow(&mut Run {
+            ramp: &ramp,
+            record: &mut *record,
+            watch,
+            request: Request::default(),
+            is_step: steps.is_empty(),
+            conservative,
+            effort: Effort::default(),
+        });
+        self.judge_end(&ramp, record);
+    }
+
+    /// Follows a step of the user's.
+    fn follow_step(
+        &mut self,
+        index: usize,
+        steps: &[Step],
+        step: &Step,
+        record: &mut StepHistory,
+        watch: &mut dyn FnMut(f64) -> bool,
+        so_far: &mut SoFar,
+    ) {
+        let prestressed = self.is_prestressed();
+        let held_before: Vec<_> = self.held.keys().copied().collect();
+        if index > 0 || !step.changes.is_empty() || prestressed {
+            self.change(&step.changes);
+        }
+        if !self.held.keys().eq(&held_before) {
+            self.start_count(record);
+            so_far.counted = true;
+        }
+        let from = self.system.drives.clone();
+        let mut to = from.clone();
+        for &(drive, value) in &step.targets {
+            to[drive] = value;
+        }
+        let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
+        let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
+        let mut run = Run {
+            ramp: &ramp,
+            record: &mut *record,
+            watch,
+            request: Request { method: step.method, branch: step.branch, stop: step.stop },
+            is_step: true,
+            conservative: true,
+            effort: Effort::default(),
+        };
+        let known = !prestressed && self.end_from_coarse(&mut run, index, step);
+        if index + 1 == steps.len() {
+            self.coarse = None; // what follows needs its memory
+        }
+        if !known {
+            if !so_far.counted {
+                self.start_count(run.record);
+            }
+            run.conservative = self.is_conservative(&ramp);
+        }
+        so_far.counted = true;
+        so_far.going = known || self.follow(&mut run);
+        self.judge_end(&ramp, record);
+    }
+
+    /// Whether the loads have a potential along the whole of a ramp; the state is left at its beginning.
+    ///
+    /// Loads that lack one on the way lack it at an end: at the last where they grow, at the first where they fade.
+    fn is_conservative(&mut self, ramp: &Ramp) -> bool {
+        let mut has_potential = |fraction: f64| {
+            ramp.apply(&mut self.system, fraction);
+            self.system.loads_have_potential()
+        };
+        let conservative = has_potential(1.0);
+        has_potential(0.0) && conservative
+    }
+
+    /// Notes what is to be said of the end of a step, and keeps the state for a finer mesh.
+    fn note_end(&mut self, record: &mut StepHistory) {
+        if let Some(node) = self.system.endless_moment() {
+            record.notes.push(Note::EndlessMoment { node });
+        }
+        self.keep_end(record);
+        self.note_undetermined(record);
+        self.note_turned(record);
+        if record.stability != self.stability {
+            record.notes.push(Note::NoPotentialOutOfPlane);
+        }
     }
 
     /// Motions that the unloaded structure can make without force, with what the first step holds in place.

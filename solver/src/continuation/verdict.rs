@@ -1,29 +1,29 @@
 //! Whether rounding hides if the end of a step is stable.
 
-use super::Path;
+use super::Continuation;
 use super::follow::Ramp;
 use crate::flutter;
 use crate::history::{Growth, Note, Status, StepHistory};
 use crate::newton::Start;
 use crate::structure::Dimension;
 
-/// Part of the ramp before the end of a step where a motion that needs no force needs none either; the stiffness that a load
-/// is about to take away is there, by a thousandth of what the load takes in all.
-const BEFORE_END: f64 = 1e-3;
 /// Unknowns of a mesh up to which vibrations are looked at: on elements of the highest order they take a tenth of a second.
 const FEW: usize = 120;
 
-impl<const D: usize> Path<'_, D> {
+impl<const D: usize> Continuation<'_, D> {
     /// Takes back the verdict on the end of a step where rounding hides the sign of the lowest stiffness.
     ///
     /// A motion that needs no force at all (a buckled round strut turns freely about its axis) has no sign to hide, neither
-    /// at the end nor a little before: it counts as neither, and takes no part in the verdict.
+    /// at the end nor a little before: it counts as neither, and takes no part in the verdict. The stiffness that a load is about to
+    /// take away is there a little before, by that part of what the load takes in all.
     pub(super) fn judge_end(&mut self, ramp: &Ramp, record: &mut StepHistory) {
         let before = std::mem::take(&mut self.undecided);
         if !self.base.potential && record.status == Status::Converged {
             return self.judge_vibration(record);
         }
-        if record.increments.is_empty() || record.stable != Some(true) {
+        // What ends at a singular point is said to: its verdict is that of the states that led there.
+        let singular = matches!(record.status, Status::LimitPoint | Status::Bifurcation);
+        if record.increments.is_empty() || record.stable != Some(true) || singular {
             return;
         }
         let end = record.fraction;
@@ -36,7 +36,7 @@ impl<const D: usize> Path<'_, D> {
             return;
         }
         let here = self.system.snapshot();
-        ramp.apply(&mut self.system, end - BEFORE_END);
+        ramp.apply(&mut self.system, end - self.tuning.beside());
         let found = self.newton.solve(&mut self.system, Start::nearby()).is_ok();
         let free = if found { self.hidden_signs(record.stability) } else { 0 };
         self.system.restore(&here);

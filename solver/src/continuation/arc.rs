@@ -1,0 +1,691 @@
+//! Increments by the arclength of a path: past limit points, through bifurcations, and onto singular points.
+//!
+//! A path is measured by a functional n of the motion since a saved state and of the fraction of the ramp; Newton's
+//! iteration solves for both with the bordered matrix, by two solutions with one factorization (Riks, Int. J. Solids
+//! Struct. 15, 1979; Keller 1977). The length of the arc is indifferent to how much of the ramp an event takes: a snap at a
+//! thousandth of the ramp is met like one at its end, and two that are near each other are met one after the other.
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.2, 8.3 and 8.5.
+
+use super::events::Events;
+use super::follow::{Control, Next, Ramp, Run, Tried};
+use super::fraction::ByFraction;
+use super::record::Ending;
+use super::{Continuation, Count, Tuning};
+use crate::history::Status;
+use crate::newton::{Lost, Newton, Start, Unknowns, Why};
+use crate::structure::Stop;
+use crate::system::{Inertia, Linearized, Residual, State, System};
+
+/// A motion of the joints together with a change of the fraction, or a functional of both.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Direction {
+    pub motions: Vec<[f64; 6]>,
+    pub rate: f64,
+}
+
+impl Direction {
+    /// Value of this functional.
+    pub(crate) fn along(&self, motions: &[[f64; 6]], fraction: f64) -> f64 {
+        let joints: f64 = self.motions.iter().zip(motions).map(|(n, m)| (0..6).map(|c| n[c] * m[c]).sum::<f64>()).sum();
+        joints + self.rate * fraction
+    }
+
+    fn reverse(&mut self) {
+        self.motions.iter_mut().flatten().for_each(|x| *x = -*x);
+        self.rate = -self.rate;
+    }
+}
+
+/// Weight of displacements and rotations against the fraction: the square of what a unit of the fraction counts for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Metric {
+    displacement: f64,
+    rotation: f64,
+}
+
+impl Metric {
+    /// Joints and fraction count for the same where the joints move as they do here, but for joints that hardly move,
+    /// `hardly` (lengths of the network, or radians) for a unit of the fraction: a straight column only shortens until it
+    /// buckles, and must not be measured by that.
+    pub(crate) fn balanced(motions: &[[f64; 6]], rate: f64, size: f64, hardly: f64) -> Self {
+        let plain = Self { displacement: 1.0 / (size * size), rotation: 1.0 };
+        let moved = plain.product(motions, motions).max((hardly * rate).powi(2));
+        let factor = if moved > 0.0 && rate != 0.0 { rate * rate / moved } else { 1.0 };
+        Self { displacement: factor * plain.displacement, rotation: factor }
+    }
+
+    fn product(&self, a: &[[f64; 6]], b: &[[f64; 6]]) -> f64 {
+        let part = |a: &[f64; 6], b: &[f64; 6], from: usize| (from..from + 3).map(|c| a[c] * b[c]).sum::<f64>();
+        let sum = |from| a.iter().zip(b).map(|(a, b)| part(a, b, from)).sum::<f64>();
+        self.displacement * sum(0) + self.rotation * sum(3)
+    }
+
+    pub(crate) fn inner(&self, a: &Direction, b: &Direction) -> f64 {
+        self.product(&a.motions, &b.motions) + a.rate * b.rate
+    }
+
+    /// The direction, made of length one.
+    pub(crate) fn unit(&self, mut direction: Direction) -> Direction {
+        let length = self.inner(&direction, &direction).sqrt().max(f64::MIN_POSITIVE);
+        direction.motions.iter_mut().flatten().for_each(|x| *x /= length);
+        direction.rate /= length;
+        direction
+    }
+
+    /// Whether the way between two points of a path goes the way of the unit tangents at both, taken together.
+    ///
+    /// It does where the path bends as a circle, whatever the angle; a chord that does not leads to another path. Curvature
+    /// that changes by as much as itself takes the chord of a path that turns by the angle of `straight` a third of that aside.
+    pub(crate) fn is_chord(&self, chord: &Direction, tangents: [&Direction; 2], tuning: &Tuning) -> bool {
+        let [first, second] = tangents;
+        let along = self.inner(chord, first) + self.inner(chord, second);
+        let length = (2.0 + 2.0 * self.inner(first, second)).max(0.0).sqrt();
+        let parallel = (tuning.straight.acos() / 3.0).cos();
+        along >= parallel * length * self.inner(chord, chord).sqrt()
+    }
+
+    /// Whether the path that a chord cuts off bends about as much in its first half as in its second: on to another one, at
+    /// a kink, it does not. Where it hardly bends there is nothing to compare.
+    ///
+    /// The angles of a chord with the tangents at its ends differ by a factor of two where the curvature rises evenly from zero.
+    pub(crate) fn bends_evenly(&self, chord: &Direction, tangents: [&Direction; 2], tuning: &Tuning) -> bool {
+        let length = self.inner(chord, chord).sqrt();
+        let [first, second] = tangents.map(|tangent| (self.inner(chord, tangent) / length).clamp(-1.0, 1.0).acos());
+        first + second <= 2.0 * tuning.miss || tuning.shorter * first.max(second) <= first.min(second)
+    }
+
+    /// The functional that measures along a direction.
+    pub(crate) fn functional(&self, direction: &Direction) -> Direction {
+        let mut functional = direction.clone();
+        for motion in &mut functional.motions {
+            for (c, x) in motion.iter_mut().enumerate() {
+                *x *= if c < 3 { self.displacement } else { self.rotation };
+            }
+        }
+        functional
+    }
+}
+
+/// An equilibrium on a path.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    pub fraction: f64,
+    /// Its distance, as it was asked for.
+    pub distance: f64,
+    pub iterations: usize,
+    pub inertia: Inertia,
+    pub residual: Residual,
+    /// Motion of the joints for a unit of the fraction.
+    pub rate: Vec<[f64; 6]>,
+    /// What the functional grows by for a unit of the fraction: without bound at a limit point.
+    pub gain: f64,
+}
+
+/// The state and the fraction, at a distance along a path.
+struct AtDistance<'a> {
+    ramp: &'a Ramp,
+    /// Where distances are measured from, its fraction, and the functional that measures them.
+    origin: (&'a State, f64),
+    functional: &'a Direction,
+    distance: f64,
+    fraction: f64,
+    /// Distance of the fractions whose difference stands for the derivative: rounding and curvature cost as much of it.
+    ahead: f64,
+    linearized: Linearized,
+    is_solved: bool,
+    gain: f64,
+    /// What a change of the fraction does between the ends of members follows an iteration later.
+    changed: f64,
+}
+
+impl<const D: usize> Unknowns<D> for AtDistance<'_> {
+    fn linearize(&mut self, system: &mut System<D>, _: bool) -> Inertia {
+        (self.linearized, self.is_solved) = linearize(system, self.ramp, self.fraction, self.ahead);
+        self.gain = self.functional.along(&self.linearized.rate_motions, 1.0);
+        self.linearized.inertia
+    }
+
+    fn are_settled(&self, tuning: &Tuning) -> bool {
+        self.changed <= tuning.rounding
+    }
+
+    fn advance(&mut self, system: &mut System<D>) -> Option<f64> {
+        let (origin, from) = self.origin;
+        let gap = self.functional.along(&system.motions_since(origin), self.fraction - from) - self.distance;
+        let change = -(gap + self.functional.along(&self.linearized.step_motions, 0.0)) / self.gain;
+        if !self.is_solved || !change.is_finite() {
+            return None;
+        }
+        let mut solution = std::mem::take(&mut self.linearized.step);
+        for (x, rate) in solution.iter_mut().zip(&self.linearized.rate) {
+            *x += change * rate;
+        }
+        self.fraction += change;
+        self.changed = change.abs();
+        system.fraction = self.fraction;
+        system.equations.update(&system.topology, &system.state.joints, self.fraction);
+        Some(system.move_by(&solution, true).largest().max(change.abs()))
+    }
+}
+
+fn linearize<const D: usize>(system: &mut System<D>, ramp: &Ramp, fraction: f64, ahead: f64) -> (Linearized, bool) {
+    // A difference that stays within the tables of muscles.
+    let ahead = if fraction > 0.5 { -ahead } else { ahead };
+    system.linearize(fraction, ahead, &mut |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction))
+}
+
+/// What finds points of a path between two saved states.
+pub(super) struct Locator<'a, const D: usize> {
+    pub system: &'a mut System<D>,
+    /// The state that distances are measured from, and one ahead.
+    pub last: &'a State,
+    pub next: &'a State,
+    pub newton: Newton,
+    pub ramp: &'a Ramp,
+    /// Factorizations so far.
+    pub factorizations: usize,
+}
+
+impl<const D: usize> Locator<'_, D> {
+    fn ahead(&self) -> f64 {
+        self.newton.tuning.rounding.sqrt()
+    }
+
+    /// The path's direction at the present state, which is an equilibrium: motion of the joints for a unit of the
+    /// fraction.
+    pub(crate) fn rate(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
+        let ahead = self.ahead();
+        let (linearized, solved) = linearize(self.system, self.ramp, fraction, ahead);
+        self.factorizations += 1;
+        solved.then_some(linearized.rate_motions)
+    }
+
+    /// Brings the present state to the equilibrium at the distance `s`, measured by `n`, from the last saved one.
+    ///
+    /// `from` is the fraction of the saved state, `guess` that of the present one.
+    pub(crate) fn correct(&mut self, n: &Direction, s: f64, from: f64, guess: f64) -> Result<Point, Lost> {
+        let mut unknowns = AtDistance {
+            ramp: self.ramp,
+            origin: (self.last, from),
+            functional: n,
+            distance: s,
+            fraction: guess,
+            ahead: self.ahead(),
+            linearized: Linearized::default(),
+            is_solved: false,
+            gain: 0.0,
+            changed: f64::INFINITY,
+        };
+        let outcome = self.newton.solve_for(self.system, Start::nearby(), &mut unknowns);
+        self.factorizations += outcome.as_ref().map_or_else(|lost| lost.factorizations, |found| found.factorizations);
+        let found = outcome?;
+        Ok(Point {
+            fraction: unknowns.fraction,
+            distance: s,
+            iterations: found.iterations,
+            inertia: found.inertia,
+            residual: found.residual,
+            rate: unknowns.linearized.rate_motions,
+            gain: unknowns.gain,
+        })
+    }
+}
+
+/// What a path is followed along its arc for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To the end of the ramp, whatever is passed.
+    Whole,
+    /// From each loss of stability to the next stable equilibrium.
+    Jump,
+    /// For what stopped a ramp that is followed by its fraction.
+    Search,
+}
+
+/// Where a path is, and how far its next increment goes.
+pub(super) struct ByArc {
+    pub purpose: Purpose,
+    pub fraction: f64,
+    /// Fraction of the state before the last one.
+    before: f64,
+    /// Unit tangent at the last state, forward.
+    pub tangent: Direction,
+    pub metric: Metric,
+    /// Next increment of the arc, the last one, and the first.
+    pub next: f64,
+    last: Option<f64>,
+    first: f64,
+    /// The longest increment for now, and that which is asked for.
+    pub longest: f64,
+    longest_asked: f64,
+    /// Length that the next increment was tried with first, and how many others were tried for a state too near to a singular one.
+    begun: Option<f64>,
+    others: usize,
+    /// Whether a path that turns back without a change of stability is handed over at once: it may touch another one there.
+    pub touches: bool,
+    /// The fraction where it seemed to turn back when that was last seen.
+    pub top: Option<f64>,
+    /// Negative pivots at the last state, those of motions that pass for neutral among them.
+    negative: usize,
+    /// How often an increment was made again because no singular point was found between its ends.
+    pub again: usize,
+    /// Increments that are left.
+    left: usize,
+    /// The increments by the fraction that the search interrupted, the count there, and how they end if it finds nothing.
+    pub suspended: Option<(ByFraction, Count, Ending)>,
+}
+
+/// An increment along the arc that was accepted.
+pub(super) struct ArcIncrement {
+    pub length: f64,
+    pub point: Point,
+    pub events: Events,
+    /// Unit tangent at its end, forward.
+    pub ahead: Direction,
+}
+
+impl ByArc {
+    /// How fast the fraction grows along the arc.
+    pub(crate) fn rate(&self) -> f64 {
+        self.tangent.rate
+    }
+
+    /// Forgets that increments were made shorter.
+    pub(super) fn lengthen(&mut self) {
+        self.longest = self.longest_asked;
+    }
+
+    /// Makes the last increment again, of this length.
+    pub(super) fn retry(&mut self, length: f64) {
+        self.next = length;
+        self.begun = None;
+    }
+
+    fn advance(&mut self, increment: ArcIncrement, tuning: &Tuning) {
+        let ArcIncrement { length, point, ahead, .. } = increment;
+        self.next = tuning.next_length(length, point.iterations, None);
+        self.last = Some(length);
+        self.before = self.fraction;
+        self.fraction = point.fraction;
+        self.tangent = ahead;
+        self.negative = point.inertia.negative;
+        self.begun = None;
+        self.again = 0;
+        self.touches = true;
+        self.longest = (tuning.longer.sqrt() * self.longest).min(self.longest_asked);
+    }
+
+    /// Shortens an increment whose end is not to be believed. One that would be too short comes too near to a singular
+    /// tangent: other lengths, that lead past it, are tried first.
+    fn shorten(&mut self, length: f64, tuning: &Tuning) {
+        let shorter = tuning.shorter * length;
+        let short = tuning.beside() * self.first;
+        let others = [1.0 / tuning.shorter, tuning.missed];
+        if shorter <= short && length > short && self.others < others.len() {
+            self.next = others[self.others] * self.begun.unwrap_or(length);
+            self.others += 1;
+        } else {
+            self.next = shorter;
+        }
+    }
+}
+
+impl<const D: usize> Continuation<'_, D> {
+    pub(super) fn locator<'b>(&'b mut self, ramp: &'b Ramp) -> Locator<'b, D> {
+        let Self { system, last, next, newton, .. } = self;
+        Locator { system, last, next, newton: *newton, ramp, factorizations: 0 }
+    }
+
+    /// Begins along the arc, at the first state of a ramp.
+    pub(super) fn first_arc(&mut self, run: &mut Run<'_>, purpose: Purpose) -> Option<ByArc> {
+        let most = if purpose == Purpose::Jump { self.tuning.near } else { self.tuning.miss };
+        let reach = self.options.first_increment.min(run.ramp.longest).min(most);
+        let mut by = self.arc_from_last(run, 0.0, reach, purpose)?;
+        if run.ramp.longest < 1.0 {
+            by.longest_asked = run.ramp.longest / reach * by.next;
+            by.longest = by.longest_asked;
+        }
+        if let Some(Stop::Increments(count)) = run.request.stop {
+            by.left = count;
+        }
+        Some(by)
+    }
+
+    /// Begins along the arc at the last saved state, towards larger fractions; `None` where the path has no direction there.
+    ///
+    /// `reach` is the part of the ramp that the first increment is to make.
+    pub(super) fn arc_from_last(
+        &mut self,
+        run: &mut Run<'_>,
+        fraction: f64,
+        reach: f64,
+        purpose: Purpose,
+    ) -> Option<ByArc> {
+        self.system.restore(&self.last);
+        let mut locator = self.locator(run.ramp);
+        let rate = locator.rate(fraction);
+        run.effort.factorizations += locator.factorizations;
+        let rate = rate?;
+        let metric = Metric::balanced(&rate, 1.0, self.system.size, self.tuning.near);
+        let tangent = Direction { motions: rate, rate: 1.0 };
+        let first = reach * metric.inner(&tangent, &tangent).sqrt();
+        let left = match purpose {
+            Purpose::Search => 5 * self.tuning.iterations,
+            // Half as many as the shortest ones that a ramp has.
+            Purpose::Whole | Purpose::Jump => (0.5 / self.tuning.shortest) as usize,
+        };
+        Some(ByArc {
+            purpose,
+            fraction,
+            before: fraction,
+            tangent: metric.unit(tangent),
+            metric,
+            next: first,
+            last: None,
+            first,
+            longest: f64::INFINITY,
+            longest_asked: f64::INFINITY,
+            begun: None,
+            others: 0,
+            touches: true,
+            top: None,
+            negative: self.system.inertia().negative,
+            again: 0,
+            left,
+            suspended: None,
+        })
+    }
+
+    /// Goes on along the arc from the last saved state, at the fraction `at`, the way that leads from before to there.
+    pub(super) fn onward(&mut self, run: &mut Run<'_>, by: &ByArc, at: f64, reach: f64) -> Option<ByArc> {
+        let mut onward = self.arc_from_last(run, at, reach.abs(), by.purpose)?;
+        if reach < 0.0 {
+            onward.tangent.reverse();
+        }
+        (onward.longest, onward.longest_asked) = (by.longest, by.longest_asked);
+        (onward.touches, onward.left) = (by.touches, by.left);
+        Some(onward)
+    }
+
+    /// Tries the next increment along the arc: the state is at its end then, and not saved yet.
+    ///
+    /// An increment that passes more than one singular point is shortened as long as that separates them.
+    pub(super) fn increment_by_arc(&mut self, run: &mut Run<'_>, by: &mut ByArc) -> Tried<ArcIncrement, Lost> {
+        if by.left == 0 {
+            let residual = self.system.residual();
+            return Tried::Lost(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
+        }
+        let s = by.next.min(by.longest);
+        if by.begun.is_none() {
+            (by.begun, by.others) = (Some(s), 0);
+        }
+        let point = match self.correct_by_arc(run, by, s) {
+            Ok(point) => point,
+            Err(lost) => {
+                self.system.restore(&self.last);
+                if self.system.is_stopped() {
+                    return Tried::Interrupted;
+                }
+                by.shorten(s, &self.tuning);
+                // What is held at both ends is so in shorter increments too.
+                let overheld = matches!(lost.why, Why::Overheld(_));
+                let least = if overheld { self.tuning.beside() } else { self.tuning.increment };
+                return if by.next < least * by.first { Tried::Lost(lost) } else { Tried::Again };
+            }
+        };
+        match self.assess_by_arc(run, by, s, point) {
+            Some(increment) => {
+                by.left -= 1;
+                Tried::Accepted(increment)
+            }
+            None => Tried::Again,
+        }
+    }
+
+    /// Iterates to the point at the distance `s` along the arc, from the extrapolation of the last two states where there are two.
+    fn correct_by_arc(&mut self, run: &mut Run<'_>, by: &ByArc, s: f64) -> Result<Point, Lost> {
+        let n = by.metric.functional(&by.tangent);
+        let mut guess = by.fraction;
+        self.system.restore(&self.last);
+        if let Some(last) = by.last {
+            guess += (by.fraction - by.before) * s / last;
+            run.ramp.apply(&mut self.system, guess);
+            self.system.predict(&self.before, &self.last, s / last);
+        } else {
+            guess += s * by.tangent.rate;
+        }
+        let mut locator = self.locator(run.ramp);
+        let found = locator.correct(&n, s, by.fraction, guess);
+        let spent = locator.factorizations;
+        run.effort.factorizations += spent;
+        run.effort.iterations += spent;
+        found
+    }
+
+    /// Whether a point is the next one of its path, and what lies between; where it is not, the increment is shorter now.
+    fn assess_by_arc(&mut self, run: &mut Run<'_>, by: &mut ByArc, s: f64, point: Point) -> Option<ArcIncrement> {
+        let tuning = self.tuning;
+        let short = s <= tuning.beside() * by.first;
+        let mut ahead = by.metric.unit(Direction { motions: point.rate.clone(), rate: 1.0 });
+        if by.metric.inner(&ahead, &by.tangent) < 0.0 {
+            ahead.reverse();
+        }
+        let chord = Direction { motions: self.system.motions_since(&self.last), rate: point.fraction - by.fraction };
+        let tangents = [&by.tangent, &ahead];
+        if !short && !by.metric.bends_evenly(&chord, tangents, &tuning) {
+            by.next = tuning.shorter * s;
+            return None;
+        }
+        let parallel = by.metric.is_chord(&chord, tangents, &tuning);
+        let bent = by.metric.inner(&ahead, &by.tangent) < tuning.straight;
+        let shortest = tuning.increment * by.first;
+        if !parallel && s > shortest || (bent || point.iterations > tuning.many) && !short {
+            by.shorten(s, &tuning);
+            return None;
+        }
+        let count = self.count(&point.inertia);
+        if by.touches && count.neutral && !self.base.neutral && !short {
+            // So near to where branches meet the state may lie on either.
+            by.next = tuning.shorter.sqrt() * s;
+            return None;
+        }
+        let turns_back = ahead.rate * by.tangent.rate < 0.0;
+        let mut events = self.events_at(&count, turns_back);
+        // At a fold a pivot changes its sign, though it may be small enough to pass for neutral.
+        let same = point.inertia.negative == by.negative;
+        let touched = events.turns_back_alone() && events.aside == 0 && by.touches && same;
+        let together = |path: &mut Self, run: &mut Run<'_>| {
+            events.conservative && events.aside == 0 && path.are_together(run, by, &point, s)
+        };
+        if !short && !touched && (events.turns_back_alone() || events.number() > 1 && !together(self, run)) {
+            by.next = tuning.shorter * s;
+            return None;
+        }
+        events.touched = touched;
+        Some(ArcIncrement { length: s, point, events, ahead })
+    }
+
+    /// Whether all pivots that change their signs between the state `last` and the present one, an increment `s` away, do so at one
+    /// place, as those of equal parts of a network do.
+    ///
+    /// Shorter increments would not separate them, and lead to where every tangent is singular. The states in between are
+    /// interpolated, which keeps what is equal.
+    fn are_together(&mut self, run: &mut Run<'_>, by: &ByArc, point: &Point, s: f64) -> bool {
+        let far = point.inertia.negative;
+        self.system.save(&mut self.next);
+        let mut bracket = [0.0, 1.0];
+        let mut together = true;
+        while together && (bracket[1] - bracket[0]) * s > self.tuning.beside() * by.first {
+            let middle = 0.5 * (bracket[0] + bracket[1]);
+            run.ramp.apply(&mut self.system, by.fraction + middle * (point.fraction - by.fraction));
+            self.system.predict(&self.last, &self.next, middle - 1.0);
+            run.effort.factorizations += 1;
+            let negative = self.system.assemble(false).negative;
+            if negative == far {
+                bracket[1] = middle;
+            } else {
+                bracket[0] = middle;
+                together = negative == by.negative;
+            }
+        }
+        self.on_to_next(run.ramp, point.fraction);
+        run.effort.factorizations += 1;
+        together
+    }
+
+    /// Takes an increment that was accepted, and does what is due at what it passed.
+    pub(super) fn advance_by_arc(&mut self, run: &mut Run<'_>, by: &mut ByArc, increment: ArcIncrement) -> Next {
+        self.system.save(&mut self.next);
+        let ends = [by.fraction, increment.point.fraction];
+        if increment.events.touched {
+            return self.pass_where_branches_meet(run, by, &increment);
+        }
+        if by.purpose == Purpose::Whole
+            && let Some(end) = self.arrive(run, by, ends)
+        {
+            return end;
+        }
+        if increment.events.any()
+            && let Some(next) = self.pass_events(run, by, &increment)
+        {
+            return next;
+        }
+        if by.purpose == Purpose::Jump
+            && let Some(end) = self.arrive(run, by, ends)
+        {
+            return end;
+        }
+        if by.purpose == Purpose::Search && ends[1] >= 1.0 {
+            return match self.reach_end(run) {
+                true => Next::End(self.arrived(run)),
+                false => self.end_search(run, by),
+            };
+        }
+        let residual = increment.point.residual;
+        self.base = increment.events.count;
+        self.shift_states();
+        by.advance(increment, &self.tuning);
+        if by.purpose == Purpose::Search {
+            return Self::go_on_searching(by, &self.tuning);
+        }
+        self.accept(run.record, by.fraction, residual);
+        if !(run.watch)(by.fraction.clamp(0.0, 1.0)) {
+            return Next::End(self.interrupted(run, by.fraction));
+        }
+        if by.left == 0 && matches!(run.request.stop, Some(Stop::Increments(_))) {
+            self.stay(by.fraction);
+            run.record.status = Status::Converged;
+            self.settle(run, by.fraction);
+            return Next::End(true);
+        }
+        Next::GoOn
+    }
+
+    /// Goes on by the fraction again where a search got far beyond what it was for: what looked like a loss of stability was
+    /// a longer increment onto another branch.
+    fn go_on_searching(by: &mut ByArc, tuning: &Tuning) -> Next {
+        let far = by.suspended.as_ref().is_some_and(|s| by.fraction > s.0.fraction + 3.0 * tuning.bracket);
+        let Some((mut fraction, ..)) = by.suspended.take_if(|_| far) else { return Next::GoOn };
+        let last = by.fraction - by.before;
+        fraction.begin_again(by.fraction, 2.0 * last, Some(last));
+        Next::By(Control::Fraction(fraction))
+    }
+
+    /// Leaves an arc that cannot be followed any further.
+    pub(super) fn leave_arc(&mut self, run: &mut Run<'_>, by: &mut ByArc, lost: Lost) -> Next {
+        self.system.restore(&self.last);
+        match by.purpose {
+            Purpose::Whole => Next::End(self.end_lost(run, by.fraction, &lost)),
+            // Where the arc cannot be followed the ramp may be.
+            Purpose::Jump if by.left > 0 => Next::By(Control::Fraction(self.by_fraction(run, by.fraction))),
+            Purpose::Jump => Next::End(self.end_lost(run, by.fraction, &lost)),
+            Purpose::Search => {
+                if let (Why::Overheld(_), Some((.., ending))) = (lost.why, &mut by.suspended) {
+                    // What changed signs on the way was the force of this member, which grows without end.
+                    *ending = self.ending_of(ending.failure.tried, &lost, false);
+                }
+                self.end_search(run, by)
+            }
+        }
+    }
+
+    /// Ends a ramp whose search found nothing: the state that it began at is what is sure.
+    fn end_search(&mut self, run: &mut Run<'_>, by: &mut ByArc) -> Next {
+        let Some((fraction, count, ending)) = by.suspended.take() else { return Next::GoOn };
+        Next::End(self.end_short(run, fraction.fraction, count, ending))
+    }
+
+    /// Ends a ramp at the last state.
+    pub(super) fn end_short(&mut self, run: &mut Run<'_>, fraction: f64, count: Count, ending: Ending) -> bool {
+        self.base = count;
+        run.record.critical_points.extend(ending.point);
+        run.record.status = ending.status;
+        run.record.failure = Some(ending.failure);
+        self.system.restore(&self.last);
+        run.ramp.apply(&mut self.system, fraction);
+        self.settle(run, fraction);
+        false
+    }
+
+    /// Ends a path between `last` and `next`, at these fractions, if it reaches its end or its stop there.
+    fn arrive(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> Option<Next> {
+        let fraction = self.find_end(run, by, ends)?;
+        let residual = self.system.residual();
+        self.stay(fraction);
+        self.accept(run.record, fraction, residual);
+        run.record.status = Status::Converged;
+        self.settle(run, fraction);
+        Some(Next::End(true))
+    }
+
+    /// What was on its way to the end of the ramp stays where it is.
+    fn stay(&mut self, fraction: f64) {
+        for held in self.held.values_mut() {
+            held.to = held.at(fraction);
+        }
+    }
+
+    /// Where the path between `last` and `next` reaches its end: the state is there then.
+    fn find_end(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> Option<f64> {
+        let crosses = |value: f64| (ends[0] - value) * (ends[1] - value) <= 0.0 && ends[0] != value;
+        let target = match run.request.stop {
+            Some(Stop::Fraction(value)) if crosses(value) => Some(value),
+            _ => (ends[1] >= 1.0).then_some(1.0),
+        };
+        if let Some(Stop::At { node, component, value }) = run.request.stop {
+            let read = |system: &System<D>| system.component(node, component) - value;
+            self.system.restore(&self.last);
+            let begin = read(&self.system);
+            self.system.restore(&self.next);
+            if begin != 0.0 && begin * read(&self.system) <= 0.0 {
+                let mut locator = self.locator(run.ramp);
+                let found = locator.root(ends, Some(by.metric), &mut |system, _| {
+                    let now = read(system);
+                    (now * begin > 0.0, Some(now))
+                });
+                run.effort.factorizations += locator.factorizations;
+                if let Some(root) = found {
+                    self.base = self.count(&root.point.inertia);
+                    return Some(root.fraction);
+                }
+                self.on_to_next(run.ramp, ends[1]);
+            }
+        }
+        let target = target?;
+        let s = (target - ends[0]) / (ends[1] - ends[0]);
+        run.ramp.apply(&mut self.system, target);
+        self.system.predict(&self.last, &self.next, s - 1.0);
+        match self.solve_at(run, target) {
+            Some(found) => {
+                self.base = self.count(&found.inertia);
+                self.shift_states();
+                Some(target)
+            }
+            None => {
+                self.system.restore(&self.next);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! What a path passes: changes of stability, and turns of the ramp.
+//!
+//! Theory: docs/theory/stability.md; docs/theory/continuation.md, Eq. 8.4.
+
+use super::arc::{ArcIncrement, ByArc, Purpose};
+use super::branch::Onward;
+use super::follow::{Control, Next, Run};
+use super::{Continuation, Count};
+use crate::history::{CriticalKind, CriticalPoint, Note, StepHistory};
+use crate::structure::Branch;
+use crate::system::Inertia;
+
+/// What lies between two states of a path.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Events {
+    /// Count at the second.
+    pub count: Count,
+    /// Whether the fraction turned back.
+    pub limit: bool,
+    /// How many pivots of the network, and of motions out of its plane, changed their signs; without a potential, whether the
+    /// determinant did.
+    pub changed: usize,
+    pub aside: usize,
+    /// Whether loads have a potential at both.
+    pub conservative: bool,
+    /// The fraction turned back where two branches meet, and no pivot changed its sign.
+    pub touched: bool,
+}
+
+impl Events {
+    pub(super) fn any(&self) -> bool {
+        self.number() > 0
+    }
+
+    /// Singular points at least.
+    pub(super) fn number(&self) -> usize {
+        (self.changed + self.aside).max(usize::from(self.limit))
+    }
+
+    /// Whether there is a bifurcation that the network's own count tells, besides a limit point.
+    pub(super) fn bifurcates(&self) -> bool {
+        self.changed > usize::from(self.limit)
+    }
+
+    pub(super) fn turns_back_alone(&self) -> bool {
+        self.limit && self.changed == 0
+    }
+}
+
+impl<const D: usize> Continuation<'_, D> {
+    /// Counts pivots at the present state, before a step moves it.
+    pub(super) fn start_count(&mut self, record: &mut StepHistory) {
+        self.system.fraction = 0.0;
+        self.system.apply_drives();
+        let inertia = self.at_rest.take().unwrap_or_else(|| self.system.assemble(false));
+        record.factorizations += 1;
+        self.base = self.count(&inertia);
+    }
+
+    pub(super) fn count(&mut self, inertia: &Inertia) -> Count {
+        let known = self.base.lateral;
+        let potential = self.system.has_potential();
+        let mut count = Count {
+            own: inertia.negative,
+            lateral: 0,
+            odd: inertia.is_odd(),
+            potential,
+            lateral_potential: true,
+            smallest: inertia.smallest,
+            neutral: inertia.neutral > 0,
+        };
+        if count.own > self.base.own {
+            let certain = self.system.certain_negative().max(self.base.own);
+            #[cfg(feature = "trace")]
+            eprintln!("{} negative, {certain} certain, softest {:e}", count.own, self.system.softest_stiffness());
+            count.neutral |= certain < count.own;
+            count.own = count.own.min(certain);
+        }
+        if let Some(lateral) = &mut self.lateral {
+            let (inertia, potential) = lateral.confirmed(&mut self.system, known);
+            count.lateral = inertia.negative;
+            count.lateral_potential = potential;
+            count.neutral |= inertia.neutral > 0;
+        }
+        count
+    }
+
+    /// What lies between the last state and one with this count, by the arc between them.
+    pub(super) fn events_at(&self, count: &Count, turns_back: bool) -> Events {
+        let base = &self.base;
+        let conservative = count.potential && base.potential;
+        let changed = if conservative {
+            count.own.abs_diff(base.own)
+        } else {
+            usize::from(count.odd != base.odd && count.potential == base.potential)
+        };
+        let aside = if count.lateral_potential { count.lateral.abs_diff(base.lateral) } else { 0 };
+        Events { count: *count, limit: turns_back, changed, aside, conservative, touched: false }
+    }
+
+    /// Singular points that the present state has passed since the last one, at these fractions; `None` where stability is as it
+    /// was.
+    pub(super) fn locate_changes(
+        &mut self,
+        run: &mut Run<'_>,
+        count: &Count,
+        ends: [f64; 2],
+    ) -> Option<Vec<CriticalPoint>> {
+        let mut events = self.events_at(count, false);
+        if !self.base.lateral_potential {
+            events.aside = 0;
+        }
+        events.any().then(|| {
+            self.system.save(&mut self.next);
+            let points = self.pinpoint(run, ends, None, &events);
+            self.on_to_next(run.ramp, ends[1]);
+            points
+        })
+    }
+
+    /// Notes what the present state has passed since the last one.
+    pub(super) fn note_changes(
+        &mut self,
+        record: &mut StepHistory,
+        count: &Count,
+        fraction: f64,
+        passed: Option<Vec<CriticalPoint>>,
+    ) {
+        if let Some(mut points) = passed {
+            if points.is_empty() {
+                let sideways = count.lateral != self.base.lateral && count.own == self.base.own;
+                points.push(self.rough_point(CriticalKind::Bifurcation, fraction, sideways));
+            }
+            record.critical_points.append(&mut points);
+        }
+        if count.neutral && !self.base.neutral {
+            record.notes.push(Note::TouchedSingular { fraction });
+        }
+    }
+
+    /// Locates what an increment along the arc passed, from `last` to `next`, and does what is due there; `None` where the arc
+    /// goes on from `next`, which is the present state then.
+    pub(super) fn pass_events(&mut self, run: &mut Run<'_>, by: &mut ByArc, increment: &ArcIncrement) -> Option<Next> {
+        let events = &increment.events;
+        let ends = [by.fraction, increment.point.fraction];
+        let points = self.pinpoint(run, ends, Some(by.metric), events);
+        if points.is_empty() && by.again + 1 < self.tuning.few() {
+            // A singular point that is not found lies on another path, where the increment leapt.
+            by.again += 1;
+            by.retry(self.tuning.shorter * increment.length);
+            by.longest = by.next;
+            return Some(Next::GoOn);
+        }
+        let stops = match by.purpose {
+            Purpose::Search => true,
+            Purpose::Jump => self.is_lost(events),
+            Purpose::Whole => false,
+        };
+        if stops {
+            return Some(self.stop_or_go_on(run, by, points, ends, events));
+        }
+        run.record.critical_points.extend(points.iter().cloned());
+        if !points.is_empty() {
+            let residual = self.system.residual();
+            self.accept(run.record, self.system.fraction, residual);
+        }
+        let is_left = |point: &&CriticalPoint| {
+            let bifurcation = point.kind == CriticalKind::Bifurcation && !point.sideways;
+            bifurcation && run.request.branch == Branch::Stable && self.base.own == 0
+        };
+        if let [point] = points.as_slice()
+            && let Some(from) = Some(point).filter(is_left).map(|point| point.fraction)
+            && let Some(at) = self.switch(run, from)
+            && let Some(onward) = self.onward(run, by, at, (at - from).abs())
+        {
+            self.accept(run.record, at, Default::default());
+            return Some(Next::By(Control::Arc(Box::new(onward))));
+        }
+        self.on_to_next(run.ramp, ends[1]);
+        None
+    }
+
+    /// Whether stability is lost where these are passed, or the ramp turns back.
+    fn is_lost(&self, events: &Events) -> bool {
+        let count = &events.count;
+        let aside = count.lateral > self.base.lateral && count.lateral_potential;
+        events.limit || count.own > self.base.own || aside
+    }
+
+    /// Ends a ramp where its stability is lost, between `last` and `next` at these fractions, or goes on from there.
+    fn stop_or_go_on(
+        &mut self,
+        run: &mut Run<'_>,
+        by: &mut ByArc,
+        points: Vec<CriticalPoint>,
+        ends: [f64; 2],
+        events: &Events,
+    ) -> Next {
+        let beyond = points.first().filter(|point| point.fraction > 1.0).map(|point| point.fraction);
+        if let Some(beyond) = beyond {
+            if self.reach_end(run) {
+                return Next::End(self.arrived(run));
+            }
+            run.ramp.apply(&mut self.system, beyond);
+            self.system.assemble(false);
+        }
+        match self.meet(run, points, ends, events) {
+            Onward::Nowhere => Next::End(false),
+            Onward::From { at, .. } if at >= 1.0 => Next::End(self.arrived(run)),
+            Onward::From { at, next, last } => match by.suspended.take() {
+                Some((mut fraction, ..)) => {
+                    fraction.begin_again(at, next, last);
+                    Next::By(Control::Fraction(fraction))
+                }
+                None => {
+                    let reach = 2.0 * self.tuning.miss * at.abs().max(self.tuning.near);
+                    let onward = self.onward(run, by, at, reach);
+                    Next::By(match onward {
+                        Some(mut onward) => {
+                            onward.lengthen();
+                            Control::Arc(Box::new(onward))
+                        }
+                        None => Control::Fraction(self.by_fraction(run, at)),
+                    })
+                }
+            },
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! Increments by the fraction of a ramp: how far they go, and which of them are believed.
+//!
+//! The first increment is the whole ramp. One that is found is not believed at once, since it may lie on another branch: see
+//! `acceptance.rs`. One that is not is made again, shorter.
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.1.
+
+use std::f64::consts::PI;
+
+use super::acceptance::{is_doubtful, leapt};
+use super::arc::Purpose;
+use super::follow::{Control, Next, Run, Tried};
+use super::record::Ending;
+use super::{Continuation, Count, Tuning};
+use crate::chain::Size;
+use crate::history::{Cause, CriticalPoint};
+use crate::newton::{Aim, Convergence, Lost, Start, Why};
+use crate::options::Options;
+
+/// Pivots that may be lost together at a point that is not singular.
+const PAIR: usize = 2;
+/// A first increment that turns something by more than half a turn foresees too much by far: its rotation vectors do not say
+/// any more which way it went.
+const HALF_A_TURN: f64 = PI;
+
+/// Where a ramp is, and how far its next increment goes.
+#[derive(Clone)]
+pub(super) struct ByFraction {
+    pub fraction: f64,
+    /// Whether the state before the last one is on the same branch, near enough to extrapolate from.
+    is_extrapolated: bool,
+    length: f64,
+    last_length: f64,
+    /// How fast the network moved in the first increment, if there was one, and in the last.
+    first_rate: Option<f64>,
+    last_rate: f64,
+    /// Increments in a row that found nothing.
+    failures: usize,
+    /// Whether linear buckling foresees, from the state that the ramp begins at, a critical load on the way: many iterations
+    /// may lead to the other side of it.
+    foresees_buckling: bool,
+    /// Why the last increments failed, where a member is held at both ends.
+    overheld: Option<Why>,
+}
+
+/// An increment that is tried: its length, where it leads to, what the state there is for, and how far each part of the
+/// network is foreseen to move by it.
+struct Trial {
+    length: f64,
+    target: f64,
+    aim: Aim,
+    foreseen: Vec<Size>,
+}
+
+/// An equilibrium that follows the last one on its path.
+pub(super) struct Increment {
+    length: f64,
+    target: f64,
+    found: Convergence,
+    count: Count,
+    /// Singular points on the way, where there are any or stability is another.
+    passed: Option<Vec<CriticalPoint>>,
+    /// What the first increment of the iteration moved by, in radians or lengths of a member.
+    missed: f64,
+    /// How far the network moved, in radians or lengths, for a unit of the fraction.
+    rate: f64,
+}
+
+/// What is to be made of an equilibrium that was found.
+enum Judged {
+    Accepted(Increment),
+    /// It may lie on another path: try again with this length.
+    TooLong(f64),
+    /// Stability is lost before it, or the path cannot be followed there.
+    Lost(Ending),
+}
+
+impl ByFraction {
+    pub(super) fn new(fraction: f64, length: f64) -> Self {
+        Self {
+            fraction,
+            is_extrapolated: false,
+            length,
+            last_length: 0.0,
+            first_rate: None,
+            last_rate: 0.0,
+            failures: 0,
+            foresees_buckling: false,
+            overheld: None,
+        }
+    }
+
+    /// The next increment, one that would leave next to nothing of the ramp drawn out to its end.
+    fn trial(&self, options: &Options) -> Trial {
+        let left = 1.0 - self.fraction;
+        let length = if self.fraction + self.length * 1.0001 >= 1.0 { left } else { self.length };
+        let target = if self.fraction + length >= 1.0 - 1e-12 { 1.0 } else { self.fraction + length };
+        let aim = match target {
+            _ if options.rough => Aim::Rough,
+            ..1.0 => Aim::Passing,
+            _ => Aim::Result,
+        };
+        Trial { length, target, aim, foreseen: Vec::new() }
+    }
+
+    fn advance(&mut self, increment: &Increment, longest: f64, tuning: &Tuning) {
+        // What was not extrapolated says too little of how far one can go.
+        let missed = self.is_extrapolated.then_some(increment.missed);
+        let next = tuning.next_length(increment.length, increment.found.iterations, missed);
+        self.length = next.min(longest);
+        self.last_rate = increment.rate;
+        self.first_rate.get_or_insert(increment.rate);
+        self.fraction = increment.target;
+        self.last_length = increment.length;
+        self.is_extrapolated = true;
+        self.failures = 0;
+        self.foresees_buckling = false;
+        self.overheld = None;
+    }
+
+    /// Goes on from a singular point, or from beyond it; `last` is the increment between the last two states, where they may
+    /// be extrapolated.
+    pub(super) fn begin_again(&mut self, at: f64, next: f64, last: Option<f64>) {
+        self.fraction = at;
+        self.length = next;
+        self.last_length = last.unwrap_or(0.0);
+        self.is_extrapolated = last.is_some();
+        self.failures = 0;
+        self.foresees_buckling = false;
+    }
+
+    /// Near a fold the state moves ever faster with the loads.
+    fn nears_a_fold(&self, tuning: &Tuning) -> bool {
+        self.first_rate.is_some_and(|first| self.last_rate > tuning.longer * first)
+    }
+
+    /// Why no equilibrium was found in the end; an iteration is lost where its residual is larger than `residual`.
+    fn reason(&self, lost: Lost, residual: f64) -> Lost {
+        // What grew without end under more load does not settle under less, where forces are in balance.
+        let settled = lost.why == Why::Slow && lost.residual.largest() <= residual;
+        Lost { why: self.overheld.filter(|_| settled).unwrap_or(lost.why), ..lost }
+    }
+
+    /// Shortens the increment after an iteration that was given up, `first` is how far its first increment moved; whether that
+    /// leads nearer to what is known, or else may go on so.
+    fn shorten(&mut self, trial: &Trial, lost: &Lost, first: f64, tuning: &Tuning) -> Retry {
+        self.length = tuning.shorter * trial.length;
+        self.foresees_buckling |= self.first_rate.is_none() && matches!(lost.why, Why::Unstable(_));
+        if let Why::Overheld(_) = lost.why {
+            self.overheld = Some(lost.why);
+        }
+        match lost.why {
+            Why::Wandered => {
+                self.length = 0.5 * trial.length;
+                Retry::Nearer
+            }
+            Why::Unstable(excess) => {
+                // Past a limit point the extrapolation is unstable: go nearer before believing what comes; the more of it
+                // is unstable, the farther away are stable loads.
+                if !self.is_extrapolated {
+                    self.length *= tuning.shorter.powf(excess.min(9) as f64 / 4.0 - 0.25);
+                }
+                self.length = self.length.max(0.9 * tuning.bracket);
+                Retry::Nearer
+            }
+            why => {
+                if why == Why::Astray && first > HALF_A_TURN {
+                    let tame = tuning.shorter * HALF_A_TURN;
+                    self.length = self.length.min(tame / first * trial.length);
+                }
+                self.failures += 1;
+                if self.length < tuning.shortest || self.failures > tuning.iterations {
+                    Retry::Never
+                } else {
+                    Retry::Shorter
+                }
+            }
+        }
+    }
+}
+
+/// What a shorter increment is worth.
+enum Retry {
+    /// It is nearer to what is known.
+    Nearer,
+    /// The same as before, so many times.
+    Shorter,
+    Never,
+}
+
+impl<const D: usize> Continuation<'_, D> {
+    /// Tries the next increment: the state is at its end then, or the last one again.
+    pub(super) fn increment_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Tried<Increment, Ending> {
+        let trial = self.predict_by_fraction(run, by);
+        match self.correct_by_fraction(run, by, &trial) {
+            Ok(found) => match self.assess(run, by, &trial, found) {
+                Judged::Accepted(increment) => Tried::Accepted(increment),
+                Judged::Lost(ending) => Tried::Lost(ending),
+                Judged::TooLong(length) => {
+                    self.system.restore(&self.last);
+                    by.length = length;
+                    Tried::Again
+                }
+            },
+            Err(lost) => {
+                self.system.restore(&self.last);
+                if self.system.is_stopped() {
+                    return Tried::Interrupted;
+                }
+                match by.shorten(&trial, &lost, self.system.own_first, &self.tuning) {
+                    Retry::Nearer => Tried::Again,
+                    Retry::Shorter if (run.watch)(by.fraction) => Tried::Again,
+                    Retry::Shorter => Tried::Interrupted,
+                    Retry::Never => {
+                        let fold = by.nears_a_fold(&self.tuning) && run.effort.accepted > 1;
+                        let lost = by.reason(lost, self.tuning.tolerance);
+                        Tried::Lost(self.ending_of(trial.target, &lost, fold))
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes an increment that was accepted.
+    pub(super) fn advance_by_fraction(
+        &mut self,
+        run: &mut Run<'_>,
+        by: &mut ByFraction,
+        mut increment: Increment,
+    ) -> Next {
+        self.note_changes(run.record, &increment.count, increment.target, increment.passed.take());
+        self.base = increment.count;
+        self.shift_states();
+        run.effort.accepted += 1;
+        by.advance(&increment, run.ramp.longest, &self.tuning);
+        if run.is_step {
+            self.accept(run.record, by.fraction, increment.found.residual);
+        }
+        if !(run.watch)(by.fraction) && by.fraction < 1.0 {
+            return Next::End(self.interrupted(run, by.fraction));
+        }
+        if by.fraction >= 1.0 { Next::End(self.arrived(run)) } else { Next::GoOn }
+    }
+
+    /// Looks beyond the last state for what stops the ramp, along the arc of its path.
+    pub(super) fn search(&mut self, run: &mut Run<'_>, by: &mut ByFraction, ending: Ending) -> Next {
+        // A member that is held at both ends is no singular point, and shorter increments change nothing.
+        let overheld = matches!(ending.failure.cause, Cause::Overheld { .. });
+        let reach = 0.5 * self.tuning.bracket;
+        let arc = if overheld { None } else { self.arc_from_last(run, by.fraction, reach, Purpose::Search) };
+        let Some(mut arc) = arc else { return Next::End(self.end_short(run, by.fraction, self.base, ending)) };
+        arc.suspended = Some((by.clone(), self.base, ending));
+        Next::By(Control::Arc(Box::new(arc)))
+    }
+
+    /// Puts the system at the loads of the next increment, on the extrapolation of the last two states where there are two.
+    fn predict_by_fraction(&mut self, run: &Run<'_>, by: &ByFraction) -> Trial {
+        let mut trial = by.trial(&self.options);
+        run.ramp.apply(&mut self.system, trial.target);
+        if by.is_extrapolated {
+            self.system.predict(&self.before, &self.last, trial.length / by.last_length);
+            trial.foreseen = self.system.distances(&self.last);
+        }
+        trial
+    }
+
+    /// Iterates to the equilibrium at the end of an increment; where that gets lost, again from the last state, more carefully.
+    fn correct_by_fraction(&mut self, run: &mut Run<'_>, by: &ByFraction, trial: &Trial) -> Result<Convergence, Lost> {
+        let doubt = run.conservative && trial.length > self.tuning.bracket;
+        let start = Start {
+            predicted: by.is_extrapolated,
+            rest: Some(&self.last),
+            negative_limit: if doubt { self.base.own } else { usize::MAX },
+            aim: trial.aim,
+            may_wander: trial.length <= self.tuning.near,
+        };
+        let again = Start { predicted: false, rest: None, ..start };
+        let mut outcome = self.newton.solve(&mut self.system, start);
+        if let Err(lost) = &outcome
+            && lost.why == Why::Astray
+            && self.system.own_first < HALF_A_TURN
+        {
+            // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
+            run.effort.count(&outcome);
+            self.system.restore(&self.last);
+            self.system.straight = true;
+            outcome = self.newton.solve(&mut self.system, again);
+            self.system.straight = false;
+        }
+        if let Err(lost) = &outcome
+            && by.failures > 0
+            && !matches!(lost.why, Why::Unstable(_) | Why::Wandered)
+        {
+            // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
+            run.effort.count(&outcome);
+            self.system.restore(&self.last);
+            self.system.set_plain(true);
+            outcome = self.newton.solve(&mut self.system, again);
+            self.system.set_plain(false);
+        }
+        run.effort.count(&outcome);
+        outcome
+    }
+
+    /// Whether the equilibrium that an increment led to is the one that follows the last on its path.
+    fn assess(&mut self, run: &mut Run<'_>, by: &ByFraction, trial: &Trial, mut found: Convergence) -> Judged {
+        let tuning = self.tuning;
+        let (step, predicted) = (trial.length, by.is_extrapolated);
+        let ends = [by.fraction, trial.target];
+        let missed = self.system.own_first;
+        let first_moves = self.system.first_moves.clone();
+        let foreseen = if predicted { &trial.foreseen } else { &first_moves };
+        let mut count = self.count(&found.inertia);
+        if count.neutral
+            && trial.aim != Aim::Result
+            && let Ok(better) = self.newton.exact().solve(&mut self.system, Start::nearby())
+        {
+            run.effort.factorizations += better.factorizations;
+            count = self.count(&better.inertia);
+        }
+        // A moment on a joint that supports hold about some axes may have a potential where the joint has not turned yet.
+        let conservative = run.conservative && count.potential;
+        let guarded = self.loses_stability(&count);
+        let moved = self.system.distances(&self.last);
+        // Each part of a network for itself: one that leaps may move less than another that does not.
+        let doubtful = leapt((&moved, foreseen), &tuning);
+        let flipped = !conservative && count.odd != self.base.odd;
+        let rose = !conservative && count.own > self.base.own;
+        let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
+        let beyond = by.foresees_buckling && found.iterations >= tuning.many;
+        let hard = wrong || beyond || !conservative && found.iterations >= self.too_many(rose);
+        let far = (guarded || doubtful || flipped) && step > tuning.bracket;
+        let mut torn = doubtful && found.iterations >= tuning.many;
+        let mut passed = None;
+        if flipped && !far && !torn {
+            // A determinant that is zero nowhere on the way belongs to another path.
+            passed = self.locate_changes(run, &count, ends);
+            torn = passed.as_ref().is_some_and(Vec::is_empty);
+        }
+        let shorter = |floor: f64| Judged::TooLong((tuning.shorter * step).max(0.9 * floor));
+        if torn && (far || step > tuning.shortest) {
+            return shorter(tuning.shortest);
+        }
+        // One pair of pivots may be lost at once where nothing is singular; more of them hide what lies between.
+        if !conservative && count.own > self.base.own + PAIR && step > tuning.shortest {
+            return shorter(tuning.shortest);
+        }
+        if far {
+            return shorter(tuning.bracket);
+        }
+        torn |= hard && step <= tuning.shortest;
+        if rose && step > tuning.bracket || hard && step > tuning.shortest {
+            let ratio = predicted.then_some(step / by.last_length);
+            let again = if rose && hard { None } else { self.in_two_parts(run, ends, ratio) };
+            let Some(again) = again else { return Judged::TooLong(0.5 * step) };
+            if rose
+                && !self.system.hangs()
+                && let Some(part) = self.passed_twice(run, ends)
+            {
+                return Judged::TooLong((part * step).max(0.9 * tuning.bracket));
+            }
+            count = self.count(&again.inertia);
+            found = Convergence { iterations: found.iterations, ..again };
+        }
+        let before = predicted.then_some(&self.before);
+        if guarded || torn || doubtful && self.system.jumped(&self.last, before, &tuning) {
+            let sideways = guarded && count.own <= self.base.own;
+            return Judged::Lost(self.ending_at_loss(trial.target, sideways, predicted));
+        }
+        if passed.is_none() {
+            passed = self.locate_changes(run, &count, ends);
+        }
+        let rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
+        Judged::Accepted(Increment { length: step, target: trial.target, found, count, passed, missed, rate })
+    }
+
+    /// Whether a rise of the count is to be trusted as a loss of stability.
+    fn loses_stability(&self, count: &Count) -> bool {
+        let own = count.own > self.base.own && count.potential;
+        let aside = count.lateral > self.base.lateral && count.lateral_potential;
+        own || aside
+    }
+}

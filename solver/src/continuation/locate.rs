@@ -1,0 +1,410 @@
+//! Singular points, as roots of test functions along a path: bracketed, closed in from both sides, and found twice.
+//!
+//! The test function is the rate of the fraction at a limit point, 1 / (bᵀ K⁻¹ b) at a bifurcation, b near the critical mode.
+//!
+//! Theory: docs/theory/continuation.md, Eq. 8.4 to 8.6.
+
+use super::Continuation;
+use super::arc::{Direction, Locator, Metric, Point};
+use super::events::Events;
+use super::follow::Run;
+use crate::history::{CriticalKind, CriticalPoint};
+use crate::packs::{self, Auxiliary};
+use crate::system::System;
+
+/// Times in a row that a bracket is closed in by the secant before it is halved.
+const SECANTS: usize = 4;
+
+/// A root of a test function, and the path there.
+pub(super) struct Root {
+    pub point: Point,
+    pub fraction: f64,
+    /// How far the fraction is from a second location of it.
+    scatter: f64,
+    /// Change of the test function with the fraction, where that is known.
+    slope: Option<f64>,
+}
+
+/// Whether a point is still on the near side of a singular point, and the value of a test function.
+pub(super) type Judge<'a, const D: usize> = dyn FnMut(&mut System<D>, &Point) -> (bool, Option<f64>) + 'a;
+
+/// Two points of a path and what lies between them: index 0 is the near side.
+struct Bracket {
+    /// Distances, fractions, and values of the test function; those of an end that stays are weighed down.
+    at: [f64; 2],
+    fractions: [f64; 2],
+    values: [Option<f64>; 2],
+    weighed: [Option<f64>; 2],
+    /// Distances between which rounding alone moves the state: so near to a singular tangent no iteration converges.
+    blind: Option<[f64; 2]>,
+    /// Secants in a row that left more than half.
+    kept: usize,
+}
+
+impl Bracket {
+    fn width(&self) -> f64 {
+        self.at[1] - self.at[0]
+    }
+
+    /// Where to look next; `None` where rounding lets it come no nearer. `exact` is the width that will do, `nearly` that which
+    /// will do beside what is blind.
+    fn next(&mut self, exact: f64, nearly: f64) -> Option<f64> {
+        let [low, high] = self.at;
+        if let Some([from, to]) = self.blind {
+            // From both sides, as near as rounding lets.
+            let gaps = [from - low, high - to];
+            if gaps[0].max(gaps[1]) <= (to - from).max(nearly) {
+                return None;
+            }
+            return Some(if gaps[0] > gaps[1] { from - 0.5 * gaps[0] } else { to + 0.5 * gaps[1] });
+        }
+        if let [Some(a), Some(b)] = self.weighed
+            && a * b < 0.0
+            && self.kept < SECANTS
+        {
+            let s = low - a * self.width() / (b - a);
+            // A root that is known already is straddled, so that the bracket closes from both sides.
+            return Some(s.clamp(low + 0.01 * exact, high - 0.01 * exact));
+        }
+        self.kept = 0;
+        Some(0.5 * (low + high))
+    }
+
+    /// Puts an end where a point was found.
+    fn close(&mut self, side: usize, at: f64, fraction: f64, value: Option<f64>) {
+        let width = self.width();
+        self.at[side] = at;
+        self.fractions[side] = fraction;
+        (self.values[side], self.weighed[side]) = (value, value);
+        let [low, high] = self.at;
+        self.blind = self.blind.filter(|[from, to]| low < *from && *to < high);
+        // Illinois: an end that stays twice counts for half as much.
+        if self.width() > 0.5 * width {
+            self.kept += 1;
+            self.weighed[1 - side] = self.weighed[1 - side].map(|x| 0.5 * x);
+        } else {
+            self.kept = 0;
+        }
+    }
+}
+
+impl<const D: usize> Locator<'_, D> {
+    /// The singular point between the saved states `last` and `next`, at fractions `ends`; the system is left there.
+    ///
+    /// The path between them is measured with `metric`; without one, joints and fraction count for the same between the
+    /// two states, which does where no limit point lies there.
+    ///
+    /// `judge` tells for a point whether it is still on the near side, and the value of a test function that is zero
+    /// at the singular point. Where the value has different signs at both ends it decides, else the side does.
+    pub(crate) fn root(&mut self, ends: [f64; 2], metric: Option<Metric>, judge: &mut Judge<'_, D>) -> Option<Root> {
+        let tuning = self.newton.tuning;
+        let (exact, nearly) = (tuning.exact, tuning.residual.sqrt());
+        self.system.restore(self.next);
+        let motions = self.system.motions_since(self.last);
+        let rate = ends[1] - ends[0];
+        let metric = metric.unwrap_or_else(|| Metric::balanced(&motions, rate, self.system.size, tuning.near));
+        let secant = Direction { motions, rate };
+        let length = metric.inner(&secant, &secant);
+        let mut n = metric.functional(&secant);
+        n.motions.iter_mut().flatten().for_each(|x| *x /= length);
+        n.rate /= length;
+        let mut at = |locator: &mut Self, s: f64| {
+            let guess = ends[0] + s * (ends[1] - ends[0]);
+            locator.ramp.apply(locator.system, guess);
+            locator.system.predict(locator.last, locator.next, s - 1.0);
+            let point = locator.correct(&n, s, ends[0], guess).ok()?;
+            let (near, value) = judge(locator.system, &point);
+            Some((point, near, value))
+        };
+        let mut begin = 0.0;
+        let (mut first, mut near, mut low) = at(self, begin)?;
+        // With a softer auxiliary stiffness the point lies a little before where the path was found to pass it.
+        let behind = -tuning.shortest * ends[1].abs() / rate.abs();
+        if !near && behind < 0.0 {
+            (first, near, low) = at(self, behind)?;
+            begin = behind;
+        }
+        let (mut best, far, high) = at(self, 1.0)?;
+        if !near || far {
+            return None;
+        }
+        // The count of pivots has noise that a smooth function has not.
+        let signs = low.zip(high).filter(|(a, b)| a * b < 0.0);
+        let small = signs.map_or(0.0, |(a, b)| 10.0 * exact * a.abs().max(b.abs()));
+        let mut bracket = Bracket {
+            at: [begin, 1.0],
+            fractions: [first.fraction, best.fraction],
+            values: [low, high],
+            weighed: [low, high],
+            blind: None,
+            kept: 0,
+        };
+        for _ in 0..4 * tuning.iterations {
+            if bracket.width() <= exact {
+                break;
+            }
+            let Some(s) = bracket.next(exact, nearly) else { break };
+            let Some((point, near, value)) = at(self, s) else {
+                bracket.blind = Some(bracket.blind.map_or([s, s], |[from, to]| [from.min(s), to.max(s)]));
+                continue;
+            };
+            let near = signs.zip(value).map_or(near, |((a, _), v)| v * a > 0.0);
+            let settled = value.is_some_and(|v| v.abs() <= small);
+            bracket.close(usize::from(!near), s, point.fraction, value);
+            best = point;
+            if settled {
+                break;
+            }
+        }
+        // A test function that grows without bound has a pole there, and no root.
+        let grown = |value: &Option<f64>| value.zip(signs).is_some_and(|(v, (a, b))| v.abs() > a.abs().max(b.abs()));
+        if bracket.values.iter().all(grown) {
+            return None;
+        }
+        let [from, to] = bracket.fractions;
+        if bracket.blind.is_none() {
+            // The test function is linear so near to its root: from two states apart follows where it is once more.
+            let root = best.distance;
+            let apart = tuning.beside();
+            let sides = [root - apart, root + apart]
+                .map(|s| at(self, s).and_then(|(point, _, value)| Some((point.fraction, value?))));
+            let line = match sides {
+                [Some((from, a)), Some((to, b))] if a * b < 0.0 => Some((from, a, (b - a) / (to - from))),
+                _ => None,
+            };
+            let (point, ..) = at(self, root)?;
+            let second = line.map(|(from, a, slope)| from - a / slope);
+            let scatter = second.map_or(to - from, |second| second - point.fraction).abs();
+            return Some(Root { fraction: point.fraction, point, scatter, slope: line.map(|line| line.2) });
+        }
+        // What is known on the near side is good enough, and the fraction follows by interpolation.
+        let part = match bracket.values {
+            [Some(a), Some(b)] if a * b < 0.0 => a / (a - b),
+            _ => 0.5,
+        };
+        let apart = (to - from).abs();
+        if bracket.width() > tuning.near && apart > tuning.shortest * to.abs() {
+            return None;
+        }
+        let (point, ..) = at(self, bracket.at[0])?;
+        Some(Root { point, fraction: from + part * (to - from), scatter: apart, slope: None })
+    }
+}
+
+/// What is zero at a bifurcation.
+#[derive(Clone, Copy)]
+enum Test {
+    /// The stiffness of a mode.
+    Mode,
+    /// The smallest pivot, with a sign by the side.
+    Pivot,
+}
+
+/// A kind of singular point that is looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Limit,
+    Bifurcation,
+    Sideways,
+}
+
+impl Wanted {
+    fn kind(self) -> CriticalKind {
+        match self {
+            Wanted::Limit => CriticalKind::LimitPoint,
+            Wanted::Bifurcation | Wanted::Sideways => CriticalKind::Bifurcation,
+        }
+    }
+}
+
+impl<const D: usize> Continuation<'_, D> {
+    /// The singular points between the saved states `last` and `next`, at these fractions; the state is left at the last
+    /// of them.
+    pub(super) fn pinpoint(
+        &mut self,
+        run: &mut Run<'_>,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        events: &Events,
+    ) -> Vec<CriticalPoint> {
+        let wanted = [
+            (Wanted::Limit, events.limit),
+            (Wanted::Bifurcation, events.bifurcates()),
+            (Wanted::Sideways, events.aside > 0),
+        ];
+        let mut found = Vec::new();
+        for (kind, _) in wanted.into_iter().filter(|wanted| wanted.1) {
+            found.extend(self.pinpoint_one(run, ends, metric, events, kind));
+        }
+        found.sort_by(|a, b| ((a.fraction - b.fraction) * (ends[1] - ends[0])).total_cmp(&0.0));
+        // What lies at one place is one point: a network that buckles in its plane and out of it at once, as a round column
+        // does, buckles in its plane, and a branch that turns back where it leaves another is a bifurcation.
+        found.dedup_by(|later, first| {
+            let same = (later.fraction - first.fraction).abs() < 1e-7 * later.fraction.abs().max(1e-3);
+            let rank = |point: &CriticalPoint| (point.sideways, point.kind == CriticalKind::LimitPoint);
+            if same && rank(first) > rank(later) {
+                std::mem::swap(later, first);
+            }
+            same
+        });
+        found
+    }
+
+    fn pinpoint_one(
+        &mut self,
+        run: &mut Run<'_>,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        events: &Events,
+        wanted: Wanted,
+    ) -> Option<CriticalPoint> {
+        // The auxiliary stiffness of held strains lowers a critical load by the load over itself, and a large one costs
+        // digits: two moderate ones tell what an infinite one would give.
+        let mut other = None;
+        if self.system.holds_strains() {
+            // The softer one may move the point out of the bracket.
+            other = [packs::MODERATE, packs::AUXILIARY].into_iter().find_map(|auxiliary| {
+                let (point, _) = self.locate(run, ends, metric, events, wanted, auxiliary)?;
+                Some((auxiliary, point.fraction, point.located))
+            });
+        }
+        let mut found = self.locate(run, ends, metric, events, wanted, packs::EXACTING);
+        if let (Some((point, _)), Some((auxiliary, fraction, located))) = (&mut found, other) {
+            let weight = auxiliary.member / (packs::EXACTING.member - auxiliary.member);
+            point.located =
+                point.located.zip(located).map(|(this, that)| (1.0 + weight).abs() * this + weight.abs() * that);
+            point.fraction += weight * (point.fraction - fraction);
+        }
+        self.system.auxiliary = packs::AUXILIARY;
+        run.ramp.apply(&mut self.system, found.as_ref().map_or(ends[1], |&(_, near)| near));
+        self.system.assemble(false);
+        found.map(|(point, _)| point)
+    }
+
+    /// The singular point of one kind between `last` and `next`, with an auxiliary stiffness of held strains; the state is
+    /// left there, or near there at a fraction of its own.
+    fn locate(
+        &mut self,
+        run: &mut Run<'_>,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        events: &Events,
+        wanted: Wanted,
+        auxiliary: Auxiliary,
+    ) -> Option<(CriticalPoint, f64)> {
+        self.system.auxiliary = auxiliary;
+        // The mode, from the far end of the bracket.
+        self.system.restore(&self.next);
+        run.ramp.apply(&mut self.system, ends[1]);
+        let inertia = self.system.assemble(false);
+        let mut lateral = self.lateral.take();
+        let mode = match (&mut lateral, wanted) {
+            (Some(lateral), Wanted::Sideways) => {
+                lateral.inertia(&mut self.system);
+                lateral.softest()
+            }
+            _ => self.system.softest_motion(),
+        };
+        let (base, count) = (self.base, events.count);
+        let conservative = base.potential && count.potential;
+        let far = inertia.negative;
+        let lateral_far = lateral.as_mut().map_or(0, |lateral| lateral.inertia(&mut self.system).0.negative);
+        // The softest motion of the joints at the far end may be another one than that of the point: what is lost within a
+        // member moves no joint. Then the smallest pivot tells.
+        let mut tests = &[Test::Mode][..];
+        if wanted == Wanted::Bifurcation {
+            let value = self.system.singular_test(&mode);
+            self.system.restore(&self.last);
+            run.ramp.apply(&mut self.system, ends[0]);
+            self.system.assemble(false);
+            run.effort.factorizations += 1;
+            let before = self.system.singular_test(&mode);
+            let sees = value.zip(before).is_some_and(|(value, before)| value * before < 0.0);
+            tests = if sees { &[Test::Mode, Test::Pivot] } else { &[Test::Pivot] };
+        }
+        let mut near_gain = None;
+        let mut locator = self.locator(run.ramp);
+        let mut judge = |test: Test, system: &mut System<D>, point: &Point| match wanted {
+            Wanted::Limit => {
+                let gain = 1.0 / point.gain;
+                let first = *near_gain.get_or_insert(gain);
+                (gain * first > 0.0, Some(gain))
+            }
+            Wanted::Sideways => match &mut lateral {
+                Some(lateral) => {
+                    let (inertia, _) = lateral.inertia(system);
+                    let rises = count.lateral > base.lateral;
+                    let near = if rises { inertia.negative < lateral_far } else { inertia.negative > lateral_far };
+                    (near, lateral.singular_test(&mode))
+                }
+                None => (false, None),
+            },
+            Wanted::Bifurcation => {
+                let near = if !conservative {
+                    point.inertia.is_odd() == base.odd
+                } else if count.own > base.own {
+                    point.inertia.negative < far
+                } else {
+                    point.inertia.negative > far
+                };
+                let smallest = point.inertia.smallest;
+                let value = match test {
+                    Test::Mode => system.singular_test(&mode),
+                    Test::Pivot => Some(if near { smallest } else { -smallest }),
+                };
+                (near, value)
+            }
+        };
+        let mut find = |&test: &Test| locator.root(ends, metric, &mut |system, point| judge(test, system, point));
+        let found = tests.iter().find_map(&mut find);
+        run.effort.factorizations += locator.factorizations;
+        let found = found.filter(|root| wanted == Wanted::Limit || self.lies_between(root.point.distance));
+        // Along the ramp itself the fraction does not turn back: what lies outside of the bracket is of another path.
+        let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let room = self.tuning.shortest * to.abs();
+        let found = found.filter(|root| metric.is_some() || (from - room..=to + room).contains(&root.fraction));
+        let located = found.map(|root| {
+            // What rounding moves the root of the test function by.
+            let slope = root.slope.filter(|_| wanted == Wanted::Bifurcation);
+            let doubt =
+                slope.map_or(0.0, |slope| self.system.doubt(&mode).map_or(0.0, |change| (change / slope).abs()));
+            let motions = match (&mut lateral, wanted) {
+                (Some(lateral), Wanted::Sideways) => {
+                    let mode = lateral.softest();
+                    lateral.motions_of(&mode)
+                }
+                _ => {
+                    let mode = self.system.softest_motion();
+                    self.system.motions_of(&mode)
+                }
+            };
+            let (node, mode) = self.mode_of(&motions);
+            let noted = CriticalPoint {
+                kind: wanted.kind(),
+                fraction: root.fraction,
+                error: None,
+                located: Some(root.scatter.max(doubt)),
+                node,
+                member: None,
+                sideways: wanted == Wanted::Sideways,
+                mode,
+            };
+            (noted, root.point.fraction)
+        });
+        self.lateral = lateral;
+        located
+    }
+
+    /// Whether the present state, a bifurcation at this part of the way from `last` to `next`, is about where that leads.
+    ///
+    /// Where a path nearly meets another, both ends may be on one each, and what is found the fold of the other.
+    fn lies_between(&mut self, part: f64) -> bool {
+        let here = self.system.snapshot();
+        self.system.restore(&self.next);
+        let far = self.system.distance(&self.last);
+        self.system.predict(&self.last, &self.next, part - 1.0);
+        let aside = self.system.distance(&here);
+        self.system.restore(&here);
+        aside.largest() <= self.tuning.shorter * far.largest() + self.tuning.shortest
+    }
+}
