@@ -9,5 +9,6 @@ mod guide;
 mod held;
 mod increments;
 mod modes;
+mod tuning;
 mod verdict;
 mod verdicts;
