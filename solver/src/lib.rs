@@ -6,6 +6,7 @@
 //! increment ([`path`]).
 
 pub mod base;
+mod blocks;
 pub mod buckling;
 mod dense;
 pub mod error;
