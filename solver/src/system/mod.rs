@@ -429,8 +429,20 @@ impl<const D: usize> System<D> {
 
     /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
     pub fn gather(&mut self, pending: bool) -> Inertia {
-        self.linearizations += 1;
         self.condense();
+        self.collect(pending)
+    }
+
+    /// The forces of the present state, by the factors that members have of the one before: for a state that little was moved
+    /// since. The stiffness is what it was.
+    pub fn refresh(&mut self, pending: bool) {
+        self.for_packs(|pack| pack.refresh());
+        self.collect(pending);
+    }
+
+    /// Puts together what members, springs and loads give.
+    fn collect(&mut self, pending: bool) -> Inertia {
+        self.linearizations += 1;
         self.equations.update(&self.topology, &self.state.joints, self.fraction);
         self.linear.clear();
         self.forces.fill([0.0; 6]);
