@@ -26,6 +26,18 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'
     }
 }
 
+/// Forces on the ends by the factors of the last elimination, as work in lanes.
+pub(super) struct Refresh<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Refresh<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.refresh_all();
+    }
+}
+
 /// The way back, as work in lanes.
 pub(super) struct Advance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
 
@@ -61,9 +73,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Bare<'_, T
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// Condenses one element to its last node, and stores the factors.
+    /// What an element is at its present state: its frame, and its local unknowns.
     #[inline(always)]
-    fn condense_element(&mut self, e: usize, k: &mut Local<T, D, P>) -> Ends<T, D> {
+    fn evaluate<const TANGENT: bool>(&mut self, e: usize, k: &mut Local<T, D, P>) -> (B::Frame, [[T; D]; P]) {
         let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
@@ -80,7 +92,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             local: &local,
             stress: &stress,
         };
-        B::local::<P, true>(&at, k);
+        B::local::<P, TANGENT>(&at, k);
         self.energy += k.energy;
 
         if self.dashpots.stiffness > 0.0 {
@@ -92,6 +104,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 }
             }
         }
+        (frame, local)
+    }
+
+    /// Condenses one element to its last node, and stores the factors.
+    #[inline(always)]
+    fn condense_element(&mut self, e: usize, k: &mut Local<T, D, P>) -> Ends<T, D> {
+        let (frame, local) = self.evaluate::<true>(e, k);
         if e == 0 || e + 1 == self.frames.len() {
             for d in 0..D {
                 let own = k.tangent[P - 1][P - 1][d][d].abs();
@@ -145,15 +164,67 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let condensed =
             Condensed { tangent: k.tangent[P - 1][P - 1], gradient: k.gradient[P - 1], mixed_end: k.mixed_end, turn };
         let mut ends = B::expand(&frame, &condensed);
+        self.add_load_on_ends(e, [&mut ends.r0, &mut ends.r1]);
+        ends
+    }
+
+    /// The load along an element that its ends take without its interior.
+    #[inline(always)]
+    fn add_load_on_ends(&self, e: usize, [first, last]: [&mut [T; D]; 2]) {
+        if !self.loaded {
+            return;
+        }
+        let force = scale(self.pieces[e].length, self.loads[self.segment_of[e]]);
+        let part = T::splat(self.table.integrals[P - 1]);
+        for d in 0..Self::TRANSLATIONS {
+            first[d] -= (T::one() - part) * force[d];
+            last[d] -= part * force[d];
+        }
+    }
+
+    /// Forces on the ends of one element at its present state, by the factors that were stored.
+    #[inline(always)]
+    fn refresh_element(&mut self, e: usize, k: &mut Local<T, D, P>) -> [[T; D]; 2] {
+        let (frame, local) = self.evaluate::<false>(e, k);
+        let mut turn = [T::zero(); 3];
         if self.loaded {
-            let force = scale(self.pieces[e].length, self.loads[self.segment_of[e]]);
-            let last = T::splat(self.table.integrals[P - 1]);
-            for d in 0..Self::TRANSLATIONS {
-                ends.r0[d] -= (T::one() - last) * force[d];
-                ends.r1[d] -= last * force[d];
+            turn = self.load_element(e, &frame, &local, k).0.gradient;
+        }
+        let mut block = e * Self::INNER_BLOCKS;
+        for i in 0..P - 1 {
+            let own = k.gradient[i];
+            if self.loaded {
+                sub_tapply(&mut turn, &self.inner_turn[e * Self::INNER_NODES + i], &own);
+            }
+            for j in i + 1..P {
+                sub_tapply(&mut k.gradient[j], &self.inner[block], &own);
+                block += 1;
             }
         }
-        ends
+        let [mut first, mut last] = B::expand_gradient(&frame, &k.gradient[P - 1], turn);
+        self.add_load_on_ends(e, [&mut first, &mut last]);
+        [first, last]
+    }
+
+    /// Forces on the ends of the member: x_ij stand for what elimination makes of those inside.
+    #[inline(always)]
+    fn refresh_all(&mut self) {
+        self.energy = T::zero();
+        let mut k = Local::zero();
+        let [mut left, mut rest] = self.refresh_element(0, &mut k);
+        for e in 1..self.frames.len() {
+            let [first, last] = self.refresh_element(e, &mut k);
+            rest = add(rest, first);
+            if self.dashpots.stiffness > 0.0 {
+                rest = add(rest, self.dashpots.forces[e]);
+            }
+            let factor = &self.factors[e - 1];
+            sub_tapply(&mut left, &factor.left, &rest);
+            let mut next = last;
+            sub_tapply(&mut next, &factor.next, &rest);
+            rest = next;
+        }
+        (self.ends.r0, self.ends.r1) = (left, rest);
     }
 
     /// Stresses of the present strains in place of mixed ones; multipliers stay.

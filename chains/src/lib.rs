@@ -140,6 +140,9 @@ pub trait Pack<const D: usize>: Send {
     fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self);
+    /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
+    /// brought to the ends by the factors of then, which is right to second order in what was moved since.
+    fn refresh(&mut self);
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
@@ -418,6 +421,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             self.load_dashpots();
         }
         T::run(condense::Condense(self));
+    }
+
+    fn refresh(&mut self) {
+        if self.dashpots.stiffness > 0.0 {
+            self.load_dashpots();
+        }
+        T::run(condense::Refresh(self));
     }
 
     fn condensed(&self, lane: usize) -> MemberEnds<D> {

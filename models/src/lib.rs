@@ -32,6 +32,7 @@ pub mod input;
 pub mod library;
 pub mod mesh;
 pub mod model;
+pub mod parameter;
 pub mod prb;
 pub mod probes;
 mod reading;

@@ -10,6 +10,7 @@ use pennate_solver::structure::{self, Dimension, Formulation, NodeId, Release, S
 
 use crate::error::{Source, Span, Warning};
 use crate::hsim::{Muscle, Part};
+use crate::parameter::Parameter;
 use crate::probes::Probes;
 use crate::section::Shape;
 
@@ -31,8 +32,8 @@ pub struct Model {
     pub stability: Stability,
     /// Strain of a bar that is no muscle above which a person is warned.
     pub strain_limit: f64,
-    /// Values of the parameters in the file's units, angles in degrees.
-    pub parameters: Vec<(String, f64)>,
+    /// In the order of the file.
+    pub parameters: Vec<Parameter>,
     /// Those that were set from outside, as written there.
     pub settings: Vec<(String, String)>,
     /// In the order of the file; [`NodeId`] counts them.

@@ -3,25 +3,24 @@
 use std::sync::Arc;
 
 use crate::error::{InputErrors, Source};
-use crate::expression::Quantity;
 use crate::file::Folder;
 use crate::input::Network;
 use crate::input::tree::Language;
 use crate::model::Model;
+use crate::parameter::{Parameter, Stated};
 use crate::resolve::{self, Compiled, Lasting};
 
 /// A network that was read and checked, ready to be evaluated again with other values of its parameters.
 ///
-/// Values are those of [`Model::parameters`]: in the units of the file, angles in degrees. A parameter that the file gives a
-/// unit keeps it: what is set is the same quantity with another value.
+/// Values are those of [`Model::parameters`]: each in the unit of its parameter.
 #[derive(Clone, Debug)]
 pub struct Reading {
     source: Source,
     folder: Folder,
     settings: Vec<(String, String)>,
     network: Network,
-    /// The parameters of the file with what they measure.
-    parameters: Vec<(String, Quantity)>,
+    /// As they were read.
+    parameters: Vec<Parameter>,
     /// Parameters that a number of things depends on: copies, elements, increments.
     counting: Vec<String>,
     /// What holds for any values of the parameters.
@@ -50,7 +49,7 @@ impl Reading {
 
     /// Names of the parameters, in the order of the file.
     pub fn parameters(&self) -> impl Iterator<Item = &str> {
-        self.parameters.iter().map(|(name, _)| name.as_str())
+        self.parameters.iter().map(|parameter| parameter.name.as_str())
     }
 
     /// The parameter of a name: its place among the parameters.
@@ -60,7 +59,7 @@ impl Reading {
 
     /// Whether a number of things depends on a parameter, by itself or through others: copies, elements, increments.
     pub fn counts(&self, parameter: usize) -> bool {
-        self.counting.iter().any(|name| *name == self.parameters[parameter].0)
+        self.counting.iter().any(|name| *name == self.parameters[parameter].name)
     }
 
     /// The network with values of some of its parameters, given by their places; the others are as they were read, or follow.
@@ -88,9 +87,7 @@ impl Reading {
         let number = |(name, text): &(String, String)| {
             let place = self.parameter(name)?;
             let number: f64 = text.trim().parse().ok()?;
-            // A number that is set has no unit, whatever that of the file has.
-            let is_bare = number.is_finite() && self.parameters[place].1.measure.is_none();
-            is_bare.then_some((place, number))
+            number.is_finite().then_some((place, number))
         };
         let values: Vec<_> = settings.iter().map(number).collect::<Option<_>>()?;
         let model = self.numbers(&values, false)?;
@@ -110,9 +107,7 @@ impl Reading {
         if values.iter().any(|&(parameter, _)| self.counts(parameter)) {
             return None;
         }
-        let quantity = |value: f64, parameter: usize| Quantity { value, ..self.parameters[parameter].1 };
-        let given: Vec<_> = values.iter().map(|&(place, value)| (place, quantity(value, place))).collect();
-        compiled.model(&given, &self.lasting, beside)
+        compiled.model(values, &self.lasting, beside)
     }
 
     /// The same, with everything evaluated and checked.
@@ -128,8 +123,8 @@ impl Reading {
 
     fn request(&self, values: &[(usize, f64)], sources: bool) -> resolve::Request<'_> {
         let given = |&(parameter, value): &(usize, f64)| {
-            let (name, quantity) = &self.parameters[parameter];
-            (name.clone(), Quantity { value, ..*quantity })
+            let Parameter { name, unit, .. } = &self.parameters[parameter];
+            (name.clone(), Stated { number: value, unit: unit.clone() })
         };
         resolve::Request {
             source: sources.then_some(&self.source),

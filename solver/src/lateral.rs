@@ -34,6 +34,7 @@ impl Lateral {
         let topology = Arc::clone(&plane.topology);
         let mut system = System::new(structure, topology, Vec::new(), [2, 3, 4], false);
         system.members = plane.members.clone();
+        system.in_blocks = plane.in_blocks;
         system.hold(held.clone());
         Self { system, held, space: None, found: None }
     }

@@ -6,6 +6,7 @@
 //! increment ([`continuation`]).
 
 pub mod base;
+mod blocks;
 pub mod buckling;
 pub mod continuation;
 mod dense;

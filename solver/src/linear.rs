@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
@@ -11,6 +11,8 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
+
+use crate::blocks::Blocks;
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding in an unloaded structure.
 pub(crate) const PIVOT_NOISE: f64 = 1e-12;
@@ -41,7 +43,16 @@ struct Analysis {
     pattern: SymbolicSparseColMat<usize>,
     /// Positions of the diagonal among the entries.
     diagonal: Vec<usize>,
-    symbolic: Option<SymbolicCholesky<usize>>,
+    symbolic: Symbolic,
+}
+
+/// How a matrix is factorized.
+#[derive(Debug)]
+enum Symbolic {
+    /// There is nothing to do.
+    Nothing,
+    Whole(SymbolicCholesky<usize>),
+    Blocks(Blocks),
 }
 
 /// The symmetric matrix of the joints, its pattern and its factors.
@@ -51,6 +62,7 @@ pub struct Symmetric {
     pub values: Vec<f64>,
     factor: Vec<f64>,
     memory: MemBuffer,
+    room: Vec<f64>,
     factorized: bool,
     /// Diagonal of the unloaded structure: where a softened one is smaller, pivots are measured by this.
     pub rest: Vec<f64>,
@@ -64,8 +76,8 @@ impl std::fmt::Debug for Symmetric {
 
 impl Symmetric {
     /// The pattern of the lower triangle: pairs (row, column) with row ≥ column, in any order, repeats allowed. The
-    /// diagonal is always there.
-    pub fn new(size: usize, pairs: &mut Vec<(usize, usize)>) -> Self {
+    /// diagonal is always there. With `in_blocks` equal blocks, one or many, are eliminated side by side where they are small.
+    pub fn new(size: usize, pairs: &mut Vec<(usize, usize)>, in_blocks: bool) -> Self {
         pairs.extend((0..size).map(|i| (i, i)));
         // Pairs mostly come in order, and so does the diagonal: a sort that merges what is sorted has next to nothing to do.
         pairs.sort_by_key(|&(row, column)| (column, row));
@@ -83,6 +95,12 @@ impl Symmetric {
         }
         let rows = pairs.iter().map(|p| p.0).collect();
         let pattern = SymbolicSparseColMat::new_checked(size, size, column_starts, None, rows);
+        let blocks = if in_blocks { Blocks::of(pattern.col_ptr(), pattern.row_idx()) } else { None };
+        let symbolic = blocks.map_or_else(|| Self::whole(size, &pattern), Symbolic::Blocks);
+        Self::of(Arc::new(Analysis { size, pattern, diagonal, symbolic }))
+    }
+
+    fn whole(size: usize, pattern: &SymbolicSparseColMat<usize>) -> Symbolic {
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: match size {
                 SUPERNODAL.. => SupernodalThreshold::FORCE_SUPERNODAL,
@@ -90,10 +108,10 @@ impl Symmetric {
             },
             ..CholeskySymbolicParams::default()
         };
-        let symbolic = (size > 0)
+        (size > 0)
             .then(|| factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, SymmetricOrdering::Amd, parameters))
-            .and_then(Result::ok);
-        Self::of(Arc::new(Analysis { size, pattern, diagonal, symbolic }))
+            .and_then(Result::ok)
+            .map_or(Symbolic::Nothing, Symbolic::Whole)
     }
 
     /// Another matrix of the same pattern, which need not be analysed again.
@@ -102,12 +120,13 @@ impl Symmetric {
     }
 
     fn of(analysis: Arc<Analysis>) -> Self {
-        let (length, memory) = match &analysis.symbolic {
-            None => (0, MemBuffer::new(faer::dyn_stack::StackReq::empty())),
-            Some(symbolic) => {
+        let (length, memory, room) = match &analysis.symbolic {
+            Symbolic::Nothing => (0, StackReq::empty(), 0),
+            Symbolic::Blocks(blocks) => (blocks.len(), StackReq::empty(), blocks.room()),
+            Symbolic::Whole(symbolic) => {
                 let factorize = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
                 let solve = symbolic.solve_in_place_scratch::<f64>(6, Par::Seq);
-                (symbolic.len_val(), MemBuffer::new(factorize.or(solve)))
+                (symbolic.len_val(), factorize.or(solve), 0)
             }
         };
         Self {
@@ -115,7 +134,8 @@ impl Symmetric {
             rest: vec![0.0; analysis.size],
             analysis,
             factor: vec![0.0; length],
-            memory,
+            memory: MemBuffer::new(memory),
+            room: vec![0.0; room],
             factorized: false,
         }
     }
@@ -179,33 +199,33 @@ impl Symmetric {
 
     /// Factorizes; the pivots tell whether the result is of use.
     pub fn factorize(&mut self) -> Pivots {
-        let Some(symbolic) = &self.analysis.symbolic else {
-            self.factorized = true;
-            return Pivots { smallest: 1.0, ..Pivots::default() };
+        self.factorized = match &self.analysis.symbolic {
+            Symbolic::Nothing => true,
+            Symbolic::Blocks(blocks) => blocks.factorize(&self.values, &mut self.factor),
+            Symbolic::Whole(symbolic) => {
+                let matrix = SparseColMatRef::new(self.analysis.pattern.as_ref(), &self.values);
+                let outcome = symbolic.factorize_numeric_ldlt(
+                    &mut self.factor,
+                    matrix,
+                    Side::Lower,
+                    LdltRegularization::default(),
+                    Par::Seq,
+                    MemStack::new(&mut self.memory),
+                    Default::default(),
+                );
+                outcome.is_ok()
+            }
         };
-        let matrix = SparseColMatRef::new(self.analysis.pattern.as_ref(), &self.values);
-        let outcome = symbolic.factorize_numeric_ldlt(
-            &mut self.factor,
-            matrix,
-            Side::Lower,
-            LdltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-            Default::default(),
-        );
-        self.factorized = outcome.is_ok();
         if !self.factorized {
             return Pivots { negative: 0, neutral: 1, idle: 1, smallest: 0.0 };
         }
-        self.read_pivots(symbolic)
+        self.read_pivots()
     }
 
-    fn read_pivots(&self, symbolic: &SymbolicCholesky<usize>) -> Pivots {
-        let permutation = symbolic.perm().map(|p| p.arrays().0);
+    fn read_pivots(&self) -> Pivots {
         let mut pivots = Pivots { smallest: f64::MAX, ..Pivots::default() };
-        let mut count = |permuted: usize, pivot: f64| {
-            let original = permutation.map_or(permuted, |p| p[permuted]);
-            let entry = self.diagonal(original).abs().max(self.rest[original]).max(f64::MIN_POSITIVE);
+        let mut count = |row: usize, pivot: f64| {
+            let entry = self.diagonal(row).abs().max(self.rest[row]).max(f64::MIN_POSITIVE);
             let ratio = pivot.abs() / entry;
             if ratio.is_nan() || ratio < pivots.smallest {
                 pivots.smallest = if ratio.is_nan() { 0.0 } else { ratio };
@@ -217,6 +237,17 @@ impl Symmetric {
                 pivots.negative += 1;
             }
         };
+        match &self.analysis.symbolic {
+            Symbolic::Nothing => return Pivots { smallest: 1.0, ..Pivots::default() },
+            Symbolic::Blocks(blocks) => blocks.pivots(&self.factor).for_each(|(row, pivot)| count(row, pivot)),
+            Symbolic::Whole(symbolic) => self.whole_pivots(symbolic, count),
+        }
+        pivots
+    }
+
+    fn whole_pivots(&self, symbolic: &SymbolicCholesky<usize>, mut count: impl FnMut(usize, f64)) {
+        let permutation = symbolic.perm().map(|p| p.arrays().0);
+        let mut count = |permuted: usize, pivot: f64| count(permutation.map_or(permuted, |p| p[permuted]), pivot);
         match symbolic.raw() {
             SymbolicCholeskyRaw::Simplicial(simplicial) => {
                 for (column, &start) in simplicial.col_ptr()[..self.size()].iter().enumerate() {
@@ -235,22 +266,28 @@ impl Symmetric {
                 }
             }
         }
-        pivots
     }
 
     /// Solves in place for `columns` right-hand sides, one after the other in `rhs`; false where there is no factor.
     pub fn solve(&mut self, rhs: &mut [f64], columns: usize) -> bool {
-        let Some(symbolic) = &self.analysis.symbolic else { return true };
-        if !self.factorized {
-            return false;
-        }
         let size = self.analysis.size;
-        let factor = LdltRef::new(symbolic, &self.factor);
-        for first in (0..columns).step_by(6) {
-            let count = (columns - first).min(6);
-            let part = &mut rhs[first * size..(first + count) * size];
-            let part = MatMut::from_column_major_slice_mut(part, size, count);
-            factor.solve_in_place_with_conj(Conj::No, part, Par::Seq, MemStack::new(&mut self.memory));
+        match &self.analysis.symbolic {
+            Symbolic::Nothing => return true,
+            _ if !self.factorized => return false,
+            Symbolic::Blocks(blocks) => {
+                for column in rhs[..columns * size].chunks_exact_mut(size) {
+                    blocks.solve(&self.factor, column, &mut self.room);
+                }
+            }
+            Symbolic::Whole(symbolic) => {
+                let factor = LdltRef::new(symbolic, &self.factor);
+                for first in (0..columns).step_by(6) {
+                    let count = (columns - first).min(6);
+                    let part = &mut rhs[first * size..(first + count) * size];
+                    let part = MatMut::from_column_major_slice_mut(part, size, count);
+                    factor.solve_in_place_with_conj(Conj::No, part, Par::Seq, MemStack::new(&mut self.memory));
+                }
+            }
         }
         rhs.iter().all(|x| x.is_finite())
     }
@@ -268,7 +305,7 @@ mod tests {
                 pairs.push((i, j));
             }
         }
-        let mut k = Symmetric::new(size, &mut pairs);
+        let mut k = Symmetric::new(size, &mut pairs, false);
         for i in 0..size {
             for j in i.saturating_sub(band)..=i {
                 let position = k.position(i, j).unwrap();
@@ -295,7 +332,7 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_shows_a_neutral_pivot() {
-        let mut k = Symmetric::new(2, &mut vec![(1, 0)]);
+        let mut k = Symmetric::new(2, &mut vec![(1, 0)], false);
         k.values = vec![1.0, -1.0, 1.0];
         let pivots = k.factorize();
         assert_eq!(pivots.neutral, 1);

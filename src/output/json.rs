@@ -208,7 +208,7 @@ struct Seconds {
 pub(super) struct Map<'a, T>(pub(super) Vec<(&'a str, T)>);
 
 impl<T> Map<'_, T> {
-    fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 }

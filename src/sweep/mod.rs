@@ -159,8 +159,9 @@ fn check_names(sweep: &Sweep, models: &[Model]) -> Result<(), InputErrors> {
     let mut errors = Vec::new();
     for (index, vary) in sweep.plan.parameters.iter().enumerate() {
         for (model, file) in models.iter().zip(&sweep.files) {
-            if model.parameters.iter().all(|(name, _)| *name != vary.name) {
-                let known: Vec<String> = model.parameters.iter().map(|(name, _)| format!("'{name}'")).collect();
+            if model.parameters.iter().all(|parameter| parameter.name != vary.name) {
+                let known: Vec<String> =
+                    model.parameters.iter().map(|parameter| format!("'{}'", parameter.name)).collect();
                 let error = InputError::new(format!("{} has no parameter '{}' to vary", file.display(), vary.name));
                 errors.push(error.help(match known.is_empty() {
                     true => "define it under [parameters], and use it in expressions \"= …\"".to_owned(),

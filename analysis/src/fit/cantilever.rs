@@ -2,6 +2,11 @@
 //!
 //! The solver's own rod, elements and iteration; left out is what a single chain does not need: no steps, no estimate,
 //! no look out of the plane. The mesh stays while sections change with the parameters.
+//!
+//! It is not a [`crate::problem::Problem`], which would find the same muscles: that takes fifteen times as long for a load case with
+//! derivatives (375 µs against 25 µs of a processor, in one run; values alone take 115 µs; 130 mm at 20 psi). Load cases go on from each other here, and a table has three unknowns that
+//! are sections alone: the theorem of the unit load gives their derivatives without any force of moved members. Nor would there be less
+//! to read, since a network, its loads and probes would have to be written instead. `docs/tutorials/python/muscle.py` fits by a problem.
 
 use std::sync::Arc;
 

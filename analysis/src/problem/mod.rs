@@ -84,8 +84,8 @@ pub struct Problem {
 impl Problem {
     /// Compiles a network, with some parameters set first (name, text) as on the command line.
     ///
-    /// `parameters` are names under `[parameters]`; their values are in the units of the file, angles in degrees. `probes` are
-    /// names of probes: at the end of the last step, or `name@step` at the end of that step. The mesh is what `accuracy`
+    /// `parameters` are names under `[parameters]`; values are in the unit that the file writes each with, else in the units of the
+    /// file, angles in degrees. `probes` are names of probes: at the end of the last step, or `name@step` at the end of that step. The mesh is what `accuracy`
     /// needs at the file's own values.
     ///
     /// # Errors
@@ -151,9 +151,9 @@ impl Problem {
         &self.outputs
     }
 
-    /// The values of the parameters in the file.
+    /// The values of the parameters in the file, each in the unit of its parameter.
     pub fn middle(&self) -> Vec<f64> {
-        self.inputs.iter().map(|&(_, place)| self.middle.parameters[place].1).collect()
+        self.inputs.iter().map(|&(_, place)| self.middle.parameters[place].value).collect()
     }
 
     /// The network with the values of the file.

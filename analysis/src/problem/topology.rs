@@ -16,7 +16,7 @@ const MOVES: [f64; 2] = [1e-3, -1e-3];
 /// Values nearby that make no network tell nothing: they may be out of bounds.
 pub(super) fn check(reading: &Reading, middle: &Model, inputs: &[(String, usize)]) -> Result<(), ProblemError> {
     for (name, place) in inputs {
-        let value = middle.parameters[*place].1;
+        let value = middle.parameters[*place].value;
         let size = if value == 0.0 { 1.0 } else { value };
         for part in MOVES {
             let Ok(moved) = reading.model(&[(*place, value + part * size)]) else { continue };

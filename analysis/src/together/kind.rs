@@ -26,7 +26,9 @@ impl<const D: usize> Kind<D> {
     /// A system on elements of an order higher by `enrich`.
     pub(super) fn build(&self, structure: Arc<Structure>, topology: Arc<Topology>, enrich: usize) -> System<D> {
         let chains = (self.packs)(&structure, enrich);
-        System::new(structure, topology, chains, self.active, false)
+        let mut system = System::new(structure, topology, chains, self.active, false);
+        system.in_blocks = true;
+        system
     }
 }
 

@@ -22,7 +22,8 @@ use super::kind::{self, Kind};
 const FARTHEST: f64 = 2.0;
 const PARALLEL: f64 = 1e-12;
 
-/// Systems whose equations are analysed: by the number of designs, one for every step.
+/// Systems whose equations are analysed: by the number of designs, one for the unloaded structure and for every step that
+/// changes what is held.
 pub(crate) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
 
 /// Whether a design may be solved at all in this way.
@@ -83,12 +84,17 @@ pub(super) fn ends<const D: usize>(
     let mut walk = Walk { system, finer: None, held: BTreeMap::new(), lateral: None, states, way: None, times: None };
     walk.begin(steps, kind, analysed.as_deref_mut())?;
     let mut ends = Vec::with_capacity(steps.len());
+    let mut holds = 1;
     for (index, step) in steps.iter().enumerate() {
         if !(asked.wanted)() {
             return None;
         }
-        walk.change(&step.changes);
-        walk.hold(kind, analysed.as_deref_mut(), index + 1);
+        // Before the first step, rows beside the supports may be held.
+        if index == 0 || !step.changes.is_empty() {
+            walk.change(&step.changes);
+            walk.hold(kind, analysed.as_deref_mut(), holds);
+            holds += 1;
+        }
         let look = (asked.look)(index);
         // What is only gone on from need not be exact, unless the next step holds it where it is.
         let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
@@ -240,12 +246,12 @@ impl<const D: usize> Walk<D> {
         Some(())
     }
 
-    /// What a user may ask of the present state, after one more step with the factors at hand: it costs little, and leaves
-    /// rounding alone.
+    /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
+    /// members to their ends, too: it costs little, and leaves rounding alone.
     fn read(&mut self) -> Equilibrium {
         let pending = self.system.equations.has_general();
         if self.system.advance(pending).is_some() {
-            self.system.gather(pending);
+            self.system.refresh(pending);
         }
         results::equilibrium(&mut self.system)
     }

@@ -31,13 +31,23 @@ fn a_probe_is_read_at_the_end_of_the_step_that_it_names() {
     assert!(first[0] < first[1] && first[2] < 100.0);
 }
 
-/// What has a unit in the file keeps it: the value is in the units of the file.
+/// Values are in the unit that the file writes a parameter with, as where a number is set: 200 is 200 GPa.
 #[test]
-fn a_parameter_with_a_unit_takes_values_in_the_units_of_the_file() {
+fn a_parameter_with_a_unit_takes_values_in_its_unit() {
     let problem = wire(&["E"], &["drop@push"]).unwrap();
-    assert_eq!(problem.middle(), [200_000.0]);
-    let answer = problem.evaluate(&[200_000.0, 1e9]).values;
+    assert_eq!(problem.middle(), [200.0]);
+    let answer = problem.evaluate(&[200.0, 1e6]).values;
     assert!((answer[0] + 30.325).abs() < 1e-3 && (answer[1] + 0.0067).abs() < 1e-3, "{answer:?}");
+    let set = [("E".to_owned(), "190".to_owned())];
+    let other = Problem::new(&Document::from_text("wire.toml", WIRE), &set, &["E"], &["drop@push"], 1e-6).unwrap();
+    assert_eq!(other.middle(), [190.0]);
+    let both = [&problem, &other].map(|problem| problem.gradient(&[190.0]));
+    assert!((both[0].values[0] - other.evaluate(&other.middle()).values[0]).abs() < 1e-7);
+    // By GPa: a softer wire sinks farther.
+    let by = problem.evaluate(&[191.0, 189.0]).values;
+    for slope in both.map(|both| both.jacobian[0]) {
+        assert!((slope - 0.5 * (by[0] - by[1])).abs() < 1e-4 * slope && slope > 0.0, "{slope}");
+    }
 }
 
 #[test]

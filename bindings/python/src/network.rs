@@ -98,7 +98,11 @@ impl Network {
         facts.set_item("probes", &model.probes.names)?;
         let units = (0..model.probes.names.len()).map(|probe| table::probe_unit(model, probe));
         facts.set_item("probe_units", units.collect::<Vec<_>>())?;
-        facts.set_item("parameters", model.parameters.clone())?;
+        let parameters = model.parameters.iter().map(|each| (each.name.as_str(), each.value));
+        facts.set_item("parameters", parameters.collect::<Vec<_>>())?;
+        let units = model.parameters.iter().filter_map(|each| Some((each.name.as_str(), each.unit.as_ref()?)));
+        let units = units.map(|(name, unit)| (name, &*unit.name, unit.scale));
+        facts.set_item("parameter_units", units.collect::<Vec<_>>())?;
         let places = model.nodes.iter().flat_map(|node| node.position).collect();
         let places: Bound<'py, PyArray2<f64>> = PyArray1::from_vec(py, places).reshape([model.nodes.len(), 3])?;
         facts.set_item("positions", places)?;

@@ -243,8 +243,10 @@ def test_probes_after_a_step_bind_closer_than_operators(folder: Path) -> None:
 
 def test_ranges_may_have_units(folder: Path) -> None:
     (folder / "wire.toml").write_text(NETWORK.replace("L = 100", 'L = "10 cm"'))
-    read = pennate.read_study(study(folder, FRONT.replace("from = 50", 'from = "5 cm", start = "70 mm"')))
-    assert (read.variables[0].low, read.variables[0].start, read.variables[0].high) == (50.0, 70.0, 200.0)
+    text = FRONT.replace("from = 50", 'from = "5 cm", start = "70 mm"').replace("to = 200", "to = 20")
+    variable = pennate.read_study(study(folder, text)).variables[0]
+    # Numbers are in the unit of the parameter.
+    assert (variable.low, variable.start, variable.high) == pytest.approx((5.0, 7.0, 20.0))
 
 
 def test_files_of_somebody_else_are_left_alone(folder: Path) -> None:

@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 import pytest
+from conftest import DYAD
 
 import pennate
 
@@ -170,3 +171,29 @@ def test_memory_is_flat_over_many_calls(problem: pennate.Problem) -> None:
     before = used()
     # In KiB; 5000 calls that each kept a row would keep more.
     assert used() - before < 512
+
+
+def test_a_number_means_the_same_wherever_a_parameter_is_set() -> None:
+    text = DYAD.replace("pressure = 25\n", 'pressure = "150 kPa"\n').replace("L = 130", 'L = "13 cm"')
+    network = pennate.loads(text)
+    assert network.parameters == {"L": 13.0, "beta": 22.0, "pressure": 150.0}
+    assert network.parameter_units == {"L": "cm", "beta": "", "pressure": "kPa"}
+    problem = network.problem(["L", "pressure"], ["stroke@inflate"])
+    assert problem.middle.tolist() == [13.0, 150.0]
+    wanted = network.set(L="120 mm", pressure="140 kPa").solve()["stroke@inflate"]
+    y, j = problem.gradient([[12.0, 140.0], [12.0, 141.0], [12.0, 139.0]])
+    # The meshes are two.
+    assert y[0, 0] == pytest.approx(wanted, rel=1e-5)
+    assert j[0, 0, 1] == pytest.approx((y[1, 0] - y[2, 0]) / 2, rel=1e-4)
+    near = pytest.approx(wanted, rel=1e-9)
+    assert network.set(L=12, pressure=140).solve()["stroke@inflate"] == near
+    assert pennate.loads(text, L=12, pressure=140).solve()["stroke@inflate"] == near
+    live = problem.live().set(L=12.0, pressure=140.0).solve()
+    assert live["stroke@inflate"] == pytest.approx(y[0, 0], rel=1e-7) and live.present == {"L": 12.0, "pressure": 140.0}
+    # What was set keeps its meaning in a file of its own, and in other networks made of it.
+    there = network.set(L=12, pressure=140)
+    assert there.to_dict()["parameters"] == {"L": "12.0 cm", "beta": 22, "pressure": "140.0 kPa"}
+    assert there.edit(title="another").solve()["stroke@inflate"] == near
+    other = pennate.loads(DYAD, pressure="140 kPa")
+    assert other.parameters["pressure"] == pytest.approx(0.14) and other.parameter_units["pressure"] == "MPa"
+    assert other.set(L=120, pressure=other.parameters["pressure"]).solve()["stroke@inflate"] == near

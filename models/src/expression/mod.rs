@@ -114,6 +114,13 @@ pub enum Certainty {
     Certain,
 }
 
+impl Measure {
+    /// What a unit says.
+    pub fn of(exponents: Exponents) -> Self {
+        Self { exponents, certainty: Certainty::Certain, is_mixed: false }
+    }
+}
+
 impl From<f64> for Quantity {
     fn from(value: f64) -> Self {
         Self { value, measure: None }
@@ -123,7 +130,7 @@ impl From<f64> for Quantity {
 impl Quantity {
     /// A number with a unit.
     pub fn with(value: f64, exponents: Exponents) -> Self {
-        Self { value, measure: Some(Measure { exponents, certainty: Certainty::Certain, is_mixed: false }) }
+        Self { value, measure: Some(Measure::of(exponents)) }
     }
 
     /// Whether it is a pressure, which keeps its meaning when it reaches a muscle with another unit.

@@ -26,8 +26,8 @@ pub(super) fn evaluate(compiled: &Compiled, model: &mut Model, cx: &mut Context)
     observe(compiled, model, &properties, cx)?;
     lie(compiled, model, cx)?;
     model.strain_limit = strain_limit(&compiled.network, cx);
-    for ((_, value), parameter) in model.parameters.iter_mut().zip(&cx.parameters) {
-        *value = (*parameter)?.value;
+    for (parameter, stated) in model.parameters.iter_mut().zip(&cx.stated) {
+        parameter.value = stated.number;
     }
     Some(())
 }

@@ -23,6 +23,7 @@ use crate::file::Folder;
 use crate::input::read::{Map, Named};
 use crate::input::{self, Network};
 use crate::model::{Member, MemberKind, Model};
+use crate::parameter::Stated;
 use crate::probes::{Operand, Probe};
 
 /// What the first evaluation found, besides the model.
@@ -57,6 +58,7 @@ pub(crate) struct Compiled {
 struct Parameters {
     names: Names,
     values: Vec<Option<Quantity>>,
+    stated: Vec<Stated>,
     /// Those that are expressions, each after what it needs.
     worked_out: Vec<(usize, String, Span)>,
 }
@@ -94,17 +96,17 @@ impl Compiled {
     pub(crate) fn new(network: &Network, found: Found, first: &Model, cx: &mut Context) -> Option<Self> {
         let members = first.members.iter().cloned().map(Some).collect();
         let (network, first, folder) = (network.clone(), first.clone(), cx.folder.clone());
-        let (names, values) = (cx.parameter_names.clone(), cx.parameters.clone());
-        let parameters = Parameters { names, values, worked_out: cx.worked_out.clone() };
+        let (names, values, stated) = (cx.parameter_names.clone(), cx.parameters.clone(), cx.stated.clone());
+        let parameters = Parameters { names, values, stated, worked_out: cx.worked_out.clone() };
         let follows = Follows::default();
         let mut compiled = Self { network, first, members, found, follows, folder, parameters };
         compiled.follows = compiled.follows(cx);
         (compiled.follows.muscles.is_empty() || compiled.first.load_flow.is_none()).then_some(compiled)
     }
 
-    /// The network with other values of some parameters, given by their places; nothing where anything is wrong with it, or
+    /// The network with other numbers for some parameters, given by their places; nothing where anything is wrong with it, or
     /// more than numbers would change.
-    pub(crate) fn model(&self, given: &[(usize, Quantity)], known: &Arc<Lasting>, beside: bool) -> Option<Model> {
+    pub(crate) fn model(&self, given: &[(usize, f64)], known: &Arc<Lasting>, beside: bool) -> Option<Model> {
         let mut cx = self.context(given, known, beside)?;
         let mut model = self.first.clone();
         again::evaluate(self, &mut model, &mut cx)?;
@@ -112,17 +114,19 @@ impl Compiled {
     }
 
     /// A reading in which the parameters have their values.
-    fn context(&self, given: &[(usize, Quantity)], known: &Arc<Lasting>, beside: bool) -> Option<Context> {
-        let Parameters { names, values, worked_out } = &self.parameters;
+    fn context(&self, given: &[(usize, f64)], known: &Arc<Lasting>, beside: bool) -> Option<Context> {
+        let Parameters { names, values, stated, worked_out } = &self.parameters;
         let mut cx = Context::new(self.folder.clone());
         (cx.units, cx.beside, cx.known) = (self.first.units, beside, Arc::clone(known));
-        (cx.parameter_names, cx.parameters) = (names.clone(), values.clone());
-        for &(parameter, quantity) in given {
-            cx.parameters[parameter] = Some(quantity);
+        (cx.parameter_names, cx.parameters, cx.stated) = (names.clone(), values.clone(), stated.clone());
+        for &(parameter, number) in given {
+            cx.stated[parameter].number = number;
+            cx.parameters[parameter] = Some(cx.stated[parameter].quantity());
         }
         for (parameter, text, span) in worked_out {
             if !given.iter().any(|(given, _)| given == parameter) {
-                cx.parameters[*parameter] = Some(cx.expression(text, *span)?);
+                let quantity = cx.expression(text, *span)?;
+                cx.work_out(*parameter, quantity);
             }
         }
         Some(cx)

@@ -14,6 +14,7 @@ use crate::expression::{Certainty, Quantity};
 use crate::file::Folder;
 use crate::input::read::{Count, Counted, Number, Spanned, Written, suggest};
 use crate::model::Units;
+use crate::parameter::Stated;
 use crate::unit::{self, Kind, Unit};
 
 /// The largest number that a network needs: its square does not overflow, and neither does its inverse's.
@@ -30,8 +31,10 @@ pub(crate) struct Context {
     /// Values of the parameters by their place; `None` where evaluating one failed: no message about what depends on it.
     pub(crate) parameters: Vec<Option<Quantity>>,
     pub(crate) parameter_names: Names,
-    /// Values that take the place of what the file and settings say.
-    pub(crate) given: FxHashMap<String, Quantity>,
+    /// The same as they are stated: numbers in these units.
+    pub(crate) stated: Vec<Stated>,
+    /// What takes the place of what the file and settings say.
+    pub(crate) given: FxHashMap<String, Stated>,
     /// Whether pressures may lie beside the tables of their muscles.
     pub(crate) beside: bool,
     /// Whether what follows the parameters is to be found out.
@@ -156,6 +159,7 @@ impl Context {
             units: Units::default(),
             parameters: Vec::new(),
             parameter_names: Names::default(),
+            stated: Vec::new(),
             given: FxHashMap::default(),
             beside: false,
             again: false,

@@ -38,12 +38,12 @@ use self::steps::{Actors, Groups};
 use self::topology::Parts;
 use crate::discretize::plane_turn;
 use crate::error::{InputError, InputErrors, Source};
-use crate::expression::Quantity;
 use crate::file::Folder;
 use crate::input::read::{Input, Map, Named, Number, Spanned};
 use crate::input::tree::{self, Language};
 use crate::input::{DimensionWord, Network, Probe, UnitsWord};
 use crate::model::{Member, Model, Node, SegmentLaw, Units};
+use crate::parameter::{Parameter, Stated};
 use crate::unit::Kind;
 
 pub(crate) use self::compiled::Compiled;
@@ -86,8 +86,8 @@ pub(crate) struct Request<'a> {
     pub(crate) folder: &'a Folder,
     /// Parameters set from outside, as written.
     pub(crate) settings: &'a [(String, String)],
-    /// Values that take the place of those of the file and of the settings.
-    pub(crate) given: FxHashMap<String, Quantity>,
+    /// Parameters that take the place of those of the file and of the settings.
+    pub(crate) given: FxHashMap<String, Stated>,
     /// What an evaluation before found out for good; without one it is asked for.
     pub(crate) known: Option<Arc<Lasting>>,
     /// Whether pressures may lie beside the tables of their muscles: in networks that only tell how a design nearby changes.
@@ -99,7 +99,7 @@ pub(crate) struct Request<'a> {
 /// What an evaluation learned about the parameters.
 pub(crate) struct Known {
     /// Those that could be evaluated, in the order of the file.
-    pub(crate) parameters: Vec<(String, Quantity)>,
+    pub(crate) parameters: Vec<Parameter>,
     /// Those that a count depends on.
     pub(crate) counting: Vec<String>,
     /// What holds for any values of the parameters.
@@ -138,7 +138,7 @@ pub(crate) fn evaluate(network: &Network, request: &Request<'_>) -> Result<(Mode
     match resolve(network, request.settings, &mut cx) {
         Some(mut model) if cx.errors.is_empty() => {
             let known = Known {
-                parameters: cx.quantities(),
+                parameters: model.parameters.clone(),
                 counting: std::mem::take(&mut cx.counting),
                 lasting: cx.lasting.take().unwrap_or_default(),
                 compiled: cx.compiled.take(),
@@ -277,7 +277,7 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         why_space: out.map(|(reason, _)| reason).filter(|_| dimension == Dimension::Space),
         strain_limit: strain_limit(network, cx),
         stability: if judged_in_plane { Stability::Plane } else { Stability::Space },
-        parameters: cx.parameter_values(),
+        parameters: cx.stated_parameters(),
         settings: Vec::new(),
         nodes,
         muscles: properties

@@ -1,23 +1,31 @@
 //! Parameters: set, evaluated in the order of their needs, and used in expressions.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::context::{Context, Names, SETTING, place};
 use crate::error::{InputError, Span};
-use crate::expression::{Quantity, Reference};
+use crate::expression::{Measure, Quantity, Reference};
 use crate::input::read::{Map, Number, Written, suggest};
+use crate::parameter::{Parameter, ParameterUnit, Stated};
 use crate::unit;
 
 impl Context {
-    /// Values of the parameters that could be evaluated, in the order of the file.
-    pub(crate) fn parameter_values(&self) -> Vec<(String, f64)> {
-        self.quantities().into_iter().map(|(name, quantity)| (name, quantity.value)).collect()
+    /// Names of the parameters that could be evaluated, and their values in the units of the file, angles in degrees.
+    pub(crate) fn parameter_values(&self) -> impl Iterator<Item = (String, f64)> {
+        let both = self.parameter_names.iter().zip(&self.parameters);
+        both.filter_map(|(name, value)| Some((name.to_owned(), (*value)?.value)))
     }
 
-    /// The same with what they measure.
-    pub(crate) fn quantities(&self) -> Vec<(String, Quantity)> {
-        let both = self.parameter_names.iter().zip(&self.parameters);
-        both.filter_map(|(name, value)| Some((name.to_owned(), (*value)?))).collect()
+    /// The parameters as they are stated.
+    pub(crate) fn stated_parameters(&self) -> Vec<Parameter> {
+        let all = self.parameter_names.iter().zip(&self.stated);
+        let parameter = |(name, stated): (&str, &Stated)| Parameter {
+            name: name.to_owned(),
+            value: stated.number,
+            unit: stated.unit.clone(),
+        };
+        all.map(parameter).collect()
     }
 
     /// Notes the parameters that an expression for a count refers to, and those that these are worked out from.
@@ -35,15 +43,20 @@ impl Context {
     pub(crate) fn set_parameters(&mut self, parameters: &Map<Number>, settings: &[(String, String)]) {
         let mut numbers: Vec<(String, Number)> =
             parameters.iter().map(|named| (named.name.clone(), named.value.clone())).collect();
+        let in_file = if settings.is_empty() { Vec::new() } else { self.units_in_file(&numbers) };
+        let mut units = vec![None; numbers.len()];
         for (name, text) in settings {
             let text = text.trim();
             let written = match text.parse::<f64>() {
                 Ok(number) if number.is_finite() => Written::Bare(number),
                 _ => Written::Text(text.to_owned()),
             };
-            match numbers.iter_mut().find(|(known, _)| known == name) {
+            match numbers.iter().position(|(known, _)| known == name) {
                 // A setting has no place in the file: its messages say where it came from.
-                Some((_, number)) => *number = Number { span: SETTING, value: written },
+                Some(at) => {
+                    numbers[at].1 = Number { span: SETTING, value: written };
+                    units[at].clone_from(&in_file[at]);
+                }
                 None => {
                     let known = parameters.iter().map(|named| named.name.as_str());
                     self.error(InputError::new(format!("there is no parameter '{name}' to set")).help(suggest(
@@ -61,12 +74,22 @@ impl Context {
                     .help("in expressions pi is 3.14159…; choose another name"),
             );
         }
-        self.parameter_names = Names::new("parameter", numbers.iter().map(|(name, _)| name.as_str()));
-        self.parameters = vec![None; numbers.len()];
-        self.evaluate_parameters(&numbers);
+        self.evaluate_parameters(&numbers, units);
     }
 
-    fn evaluate_parameters(&mut self, numbers: &[(String, Number)]) {
+    /// The units that the file gives its parameters, whatever is set.
+    fn units_in_file(&self, numbers: &[(String, Number)]) -> Vec<Option<ParameterUnit>> {
+        let mut file = Self::new(self.folder.clone());
+        (file.units, file.known) = (self.units, Arc::clone(&self.known));
+        file.evaluate_parameters(numbers, vec![None; numbers.len()]);
+        file.stated.into_iter().map(|stated| stated.unit).collect()
+    }
+
+    /// Evaluates parameters; what is set is stated in these units.
+    fn evaluate_parameters(&mut self, numbers: &[(String, Number)], units: Vec<Option<ParameterUnit>>) {
+        self.parameter_names = Names::new("parameter", numbers.iter().map(|(name, _)| name.as_str()));
+        self.parameters = vec![None; numbers.len()];
+        self.stated = units.into_iter().map(|unit| Stated { number: f64::NAN, unit }).collect();
         let index = self.parameter_names.clone();
         let given = std::mem::take(&mut self.given);
         let mut needs = Vec::with_capacity(numbers.len());
@@ -93,8 +116,13 @@ impl Context {
             {
                 self.worked_out.push((at, text.clone(), number.span));
             }
-            let value = given.get(name).copied().or_else(|| self.parameter(name, number));
-            self.parameters[at] = value;
+            self.parameters[at] = match given.get(name) {
+                Some(stated) => {
+                    self.stated[at].clone_from(stated);
+                    Some(stated.quantity())
+                }
+                None => self.parameter(at, name, number),
+            };
             for &user in &users[at] {
                 open[user] -= 1;
                 if open[user] == 0 {
@@ -121,10 +149,10 @@ impl Context {
         self.error(place(error, numbers[start].1.span));
     }
 
-    /// A parameter: a bare number, an expression, or a text whose unit is converted to the file's (angles to degrees).
-    fn parameter(&mut self, name: &str, number: &Number) -> Option<Quantity> {
+    /// A parameter: a bare number, an expression, or a text with a unit, which in the file is that of the parameter.
+    fn parameter(&mut self, at: usize, name: &str, number: &Number) -> Option<Quantity> {
         let text = match &number.value {
-            Written::Bare(value) => return Some((*value).into()),
+            Written::Bare(value) => return Some(self.stated[at].take((*value).into())),
             Written::Text(text) => text,
         };
         if text.trim().starts_with('=') {
@@ -135,7 +163,9 @@ impl Context {
                     error.message = format!("parameter '{name}' set to '{text}': {}", error.message);
                 }
             }
-            return value;
+            let value = value?;
+            self.stated[at].unit = value.measure.map(|measure| self.unit_of(text, measure));
+            return Some(self.stated[at].take(value));
         }
         let failed = |error: String| {
             let error =
@@ -145,16 +175,27 @@ impl Context {
         match unit::split_quantity(text) {
             Some((value, "")) if number.span == SETTING => {
                 if value.is_finite() {
-                    return Some(value.into());
+                    return Some(self.stated[at].take(value.into()));
                 }
                 self.error(failed("the number is not finite".to_owned()).help("give a finite number"));
                 None
             }
-            Some((value, unit)) => match unit::parse(unit) {
+            Some((value, symbols)) => match unit::parse(symbols) {
                 Ok(unit) => {
-                    let factor = unit.to_file(self.units);
-                    let factor = if unit.is_angle() { factor.to_degrees() } else { factor };
-                    Some(Quantity::with(value * factor, unit.exponents))
+                    let written = ParameterUnit::written(symbols, &unit, self.units);
+                    let stated = Stated { number: value, unit: Some(written) };
+                    let found = stated.quantity();
+                    match found.measure {
+                        // What is set is converted: the unit of a parameter does not depend on how it is set.
+                        Some(measure) if number.span == SETTING => {
+                            let usual = self.stated[at].unit.as_ref().and_then(|unit| unit.of(measure));
+                            self.stated[at].unit =
+                                Some(usual.unwrap_or_else(|| ParameterUnit::of_file(measure, self.units)));
+                            self.stated[at].take(found);
+                        }
+                        _ => self.stated[at] = stated,
+                    }
+                    Some(found)
                 }
                 Err(error) => {
                     self.error(failed(error).help("write for example \"172 kPa\", or a number without quotes"));
@@ -169,6 +210,19 @@ impl Context {
                 None
             }
         }
+    }
+
+    /// The unit of what an expression gives: that of the first parameter in it that measures the same, else that of the file.
+    fn unit_of(&mut self, text: &str, measure: Measure) -> ParameterUnit {
+        let parsed = text.trim().strip_prefix('=').and_then(|formula| self.parsed(formula).ok());
+        let places = parsed.iter().flat_map(|parsed| &parsed.places).flatten();
+        let mut units = places.filter_map(|&place| self.stated[place].unit.as_ref());
+        units.find_map(|unit| unit.of(measure)).unwrap_or_else(|| ParameterUnit::of_file(measure, self.units))
+    }
+
+    /// Takes what the expression of a parameter gives now.
+    pub(crate) fn work_out(&mut self, at: usize, found: Quantity) {
+        self.parameters[at] = Some(self.stated[at].take(found));
     }
 
     /// Value of an expression "= …" of the parameters.

@@ -38,7 +38,7 @@ pub(crate) fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observ
         steps => steps.iter().map(|step| step.name.as_str()).collect(),
     };
     let steps = Names::new("step", step_names.into_iter());
-    let parameters: FxHashMap<String, f64> = cx.parameter_values().into_iter().collect();
+    let parameters: FxHashMap<String, f64> = cx.parameter_values().collect();
     let probes: Vec<Option<Probe>> = entries
         .iter()
         .map(|named| match &named.value.value {

@@ -180,6 +180,9 @@ pub struct System<const D: usize> {
     /// The symmetric part of the tangent of the joints, and its factors.
     pub linear: Symmetric,
     scatters: Arc<Scatters>,
+    /// Whether the structure is that of designs side by side, one or many: their joints are eliminated block by block. Counts from
+    /// the next [`System::hold`].
+    pub in_blocks: bool,
     /// Internal less external force of every joint.
     pub forces: Vec<[f64; 6]>,
     /// Present loads by index of the node.
@@ -287,8 +290,9 @@ impl<const D: usize> System<D> {
         let sections = vec![Sections::default(); structure.members.len()];
         let mut system = Self {
             equations: Equations::new(&topology, active, Vec::new()),
-            linear: Symmetric::new(0, &mut Vec::new()),
+            linear: Symmetric::new(0, &mut Vec::new(), false),
             scatters: Arc::default(),
+            in_blocks: false,
             forces: vec![[0.0; 6]; joints],
             loads: vec![NodeLoad::default(); structure.nodes.len()],
             loaded_nodes: Vec::new(),
@@ -352,7 +356,7 @@ impl<const D: usize> System<D> {
             let joints = |nodes: &[NodeId]| nodes.iter().map(|&n| links[n].joint).collect::<Vec<_>>();
             let members: Vec<_> = self.structure.members.iter().map(|member| joints(&member.nodes)).collect();
             let springs: Vec<_> = self.structure.springs.iter().map(|spring| joints(spring.nodes())).collect();
-            let (linear, scatters) = Scatters::analyse(&self.equations, &members, &springs);
+            let (linear, scatters) = Scatters::analyse(&self.equations, &members, &springs, self.in_blocks);
             self.linear = linear;
             self.scatters = Arc::new(scatters);
             self.set_carriers(Arc::new(self.find_carriers()));
@@ -425,8 +429,20 @@ impl<const D: usize> System<D> {
 
     /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
     pub fn gather(&mut self, pending: bool) -> Inertia {
-        self.linearizations += 1;
         self.condense();
+        self.collect(pending)
+    }
+
+    /// The forces of the present state, by the factors that members have of the one before: for a state that little was moved
+    /// since. The stiffness is what it was.
+    pub fn refresh(&mut self, pending: bool) {
+        self.for_packs(|pack| pack.refresh());
+        self.collect(pending);
+    }
+
+    /// Puts together what members, springs and loads give.
+    fn collect(&mut self, pending: bool) -> Inertia {
+        self.linearizations += 1;
         self.equations.update(&self.topology, &self.state.joints, self.fraction);
         self.linear.clear();
         self.forces.fill([0.0; 6]);

@@ -35,6 +35,7 @@ impl Scatters {
         equations: &Equations<D>,
         members: &[Vec<usize>],
         springs: &[Vec<usize>],
+        in_blocks: bool,
     ) -> (Symmetric, Self) {
         let joints: Vec<Vec<usize>> = (0..equations.joints.len()).map(|joint| vec![joint]).collect();
         // Pairs of joints first: each stands for a block of entries.
@@ -57,7 +58,7 @@ impl Scatters {
                 pairs.extend(rows.filter(|&row| row >= column).map(|row| (row, column)));
             }
         }
-        let linear = Symmetric::new(equations.size, &mut pairs);
+        let linear = Symmetric::new(equations.size, &mut pairs, in_blocks);
         let scatter = |group: &Vec<usize>| {
             let local: Vec<usize> = group.iter().flat_map(|&joint| range(joint)).collect();
             let mut entries = Vec::new();

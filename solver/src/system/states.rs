@@ -148,8 +148,10 @@ impl<const D: usize> System<D> {
             pack.predict([&before.chains[index], &last.chains[index]], ratio, bend);
         }
         let way = |a: &JointState, b: &JointState| {
-            let spin = between(a.place.rotation, b.place.rotation);
-            let spin = if D == 3 { [0.0, 0.0, b.place.angle - a.place.angle] } else { spin };
+            let spin = match D {
+                3 => [0.0, 0.0, b.place.angle - a.place.angle],
+                _ => between(a.place.rotation, b.place.rotation),
+            };
             (sub(b.place.displacement, a.place.displacement), spin)
         };
         let mut motions = std::mem::take(&mut self.motions);

@@ -27,7 +27,7 @@ log = logging.getLogger("pennate")
 EDITED = " (edited)"
 
 Value = float | str
-"""A parameter: a number in the units of the file, or a text such as `"40 deg"` or `"= 2 * L"`."""
+"""A parameter: a number in its unit, or a text such as `"40 deg"` or `"= 2 * L"`, as it may stand in the file."""
 Progress = Callable[[int, int, float], object]
 """Called with the step, the number of steps and the fraction of its ramp; the solve stops where it returns `False`."""
 
@@ -115,8 +115,23 @@ class Network:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Values of the parameters in the units of the file, angles in degrees."""
+        """Values of the parameters, each in its unit; see `parameter_units`."""
         return dict(self._facts["parameters"])
+
+    @property
+    def parameter_units(self) -> dict[str, str]:
+        """Units of the parameters, empty where the file writes a number without one.
+
+        Such a number is in the units of the file, an angle in degrees, and a pressure in the unit of the muscle that it reaches.
+        """
+        units = {name: unit for name, unit, _ in self._facts["parameter_units"]}
+        return {name: units.get(name, "") for name in self.parameters}
+
+    @property
+    def _scales(self) -> dict[str, float]:
+        """What one of the unit of each parameter is in the units of the file, of an angle in degrees."""
+        scales = {name: scale for name, _, scale in self._facts["parameter_units"]}
+        return {name: scales.get(name, 1.0) for name in self.parameters}
 
     @property
     def positions(self) -> npt.NDArray[np.float64]:
@@ -151,17 +166,36 @@ class Network:
     def to_dict(self) -> dict[str, Any]:
         """What the file holds, as dictionaries and lists; parameters that were set have their new values."""
         tree: dict[str, Any] = self._read.tree()
-        for name, value in self._read.parts()[3]:
-            tree.setdefault("parameters", {})[name] = _number(value)
+        for name, text in self._read.parts()[3]:
+            value: Value = text if text.lstrip().startswith("=") else self._stated(name, self._number(name, text))
+            tree.setdefault("parameters", {})[name] = value
         return tree
+
+    def _number(self, name: str, text: str) -> float:
+        """What a text that is no expression sets a parameter to, in its unit."""
+        number = _number(text)
+        return self.parameters[name] if isinstance(number, str) else number
+
+    def _stated(self, name: str, value: Value) -> Value:
+        """A parameter as it may stand in a file: a number with its unit, if it has one."""
+        unit = self.parameter_units.get(name, "")
+        return f"{value!r} {unit}" if unit and not isinstance(value, str) else value
 
     # Other networks.
 
     def set(self, **parameters: Value) -> Network:
         """The same network with other values of some parameters."""
+        return Network._of(self._read.with_settings(self._set(parameters)))
+
+    def _set(self, parameters: Mapping[str, Value]) -> list[tuple[str, str]]:
+        """What is set, with other values of some parameters: numbers are in the units that these have here."""
         settings = dict(self._read.parts()[3])
-        settings.update(_settings(parameters))
-        return Network._of(self._read.with_settings(list(settings.items())))
+        for name, text in _settings(parameters):
+            # A parameter that the file writes without a unit has one where a text with a unit was set.
+            if isinstance(_number(settings.get(name, "0")), str):
+                text = str(self._stated(name, _number(text)))
+            settings[name] = text
+        return list(settings.items())
 
     def edit(self, changes: Mapping[str, Any] | None = None, /, **tables: Any) -> Network:
         """A new network, with some of what the file holds replaced.

@@ -43,8 +43,8 @@ class Reason(str):
 class Problem:
     """A network compiled for some of its parameters and probes: `y = problem(x)`.
 
-    `x` is (n, k) or, for one design, (k,), in the units of the file, angles in degrees; `y` is (n, m) or (m,), in the units
-    of the probes. Reading, checking and meshing happened once. Answers depend neither on the other designs of a call, nor on
+    `x` is (n, k) or, for one design, (k,), each value in the unit of its parameter, as `network.set` takes it; `y` is (n, m) or
+    (m,), in the units of the probes. Reading, checking and meshing happened once. Answers depend neither on the other designs of a call, nor on
     their order, nor on the number of threads. A problem may be called by several Python threads at once.
     """
 
@@ -82,7 +82,7 @@ class Problem:
 
     @property
     def middle(self) -> Array:
-        """(k,), the values of the parameters in the file."""
+        """(k,), the values of the parameters in the file, each in its unit."""
         return np.array(self._facts[2])
 
     @property

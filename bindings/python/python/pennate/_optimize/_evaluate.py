@@ -12,7 +12,7 @@ import numpy as np
 
 from ._expression import Expression
 from ._solve import Answers, Solver
-from ._study import Study, Values
+from ._study import Study, Values, in_file
 from ._table import UNSOLVED, Design, Table
 
 # Part of a range by which expressions of known values are differenced: half of the digits of a double.
@@ -188,9 +188,13 @@ class Evaluator:
 
 
 def known(study: Study, names: Sequence[str], x: Values, probes: Values | None) -> dict[str, Values | float]:
-    """What expressions may refer to: parameters, those of them that are columns of `x`, and probes."""
-    found: dict[str, Values | float] = dict(study.network.parameters)
-    found.update({name: x[:, k] for k, name in enumerate(names)})
+    """What expressions may refer to: parameters, those of them that are columns of `x`, and probes.
+
+    Parameters are in the units of the file there, as in the expressions of network files.
+    """
+    scales = study.network._scales
+    found: dict[str, Values | float] = in_file(study.network)
+    found.update({name: x[:, k] * scales[name] for k, name in enumerate(names)})
     for name, made in study.derived:
         found[name] = made(found)
     if probes is not None:

@@ -16,7 +16,7 @@ from .. import _network
 from .._errors import Finding, NetworkError
 from ._expression import Expression
 from ._reader import Reader, StudyError
-from ._study import Constraint, Named, Objective, Pick, Study, Target, Values, Variable
+from ._study import Constraint, Named, Objective, Pick, Study, Target, Values, Variable, in_file
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -215,7 +215,7 @@ def _variables(reader: Reader, tree: dict[str, Any], network: _network.Network) 
         ends = [reader.expression(data[key], known, *keys, key) for key in ("from", "to")]
         if None in ends:
             continue
-        low, high = (float(each(parameters)) for each in ends if each is not None)
+        low, high = (_in_unit(network, name, data[key], each) for key, each in zip(("from", "to"), ends) if each is not None)
         if not (low < high and np.isfinite(high - low)):
             reader.wrong(f"variable '{name}' goes from {low:g} to {high:g}", "let it go from less to more", *keys)
             continue
@@ -234,6 +234,12 @@ def _measured(network: _network.Network, name: str, given: Any) -> Any:
         return network.set(**{name: given}).parameters[name]
     except (NetworkError, ValueError):
         return given
+
+
+def _in_unit(network: _network.Network, name: str, given: Any, value: Expression) -> float:
+    """A number for a parameter in its unit: a plain one is, and an expression is in the units of the file."""
+    found = float(value(in_file(network)))
+    return found / network._scales[name] if isinstance(given, str) else found
 
 
 def _constraints(reader: Reader, tree: dict[str, Any], parameters: set[str], after: set[str]) -> list[Constraint]:
@@ -324,7 +330,7 @@ def _tolerances(reader: Reader, tree: dict[str, Any], network: _network.Network)
         value = reader.expression(given, set(network.parameters), *keys)
         if value is None:
             continue
-        size = float(value(network.parameters))
+        size = _in_unit(network, name, given, value)
         if not (size > 0.0 and np.isfinite(size)):
             reader.wrong(f"tolerance '{name}' is {size:g}", "write how far it may be off to either side, such as 0.5", *keys)
         found.append((name, size))

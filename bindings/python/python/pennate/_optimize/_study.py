@@ -107,3 +107,9 @@ class Study:
     def wanted(self) -> tuple[Named, ...]:
         """Objectives or targets, in the order of the columns of designs."""
         return (*self.objectives, *self.targets)
+
+
+def in_file(network: _network.Network) -> dict[str, Values | float]:
+    """The parameters of a network in the units of its file."""
+    scales = network._scales
+    return {name: value * scales[name] for name, value in network.parameters.items()}

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._core import __version__
 from .._look import fields, shapes
-from .._look.fields import number
+from .._look.fields import number, with_unit
 from .._look.finer import finer
 from . import _curves, _picture, _tables
 
@@ -104,7 +104,8 @@ def _parameters(solution: Solution) -> str:
     found = solution.network.parameters
     if not found:
         return ""
-    rows = [[html.escape(name), number(value, 8)] for name, value in found.items()]
+    units = solution.network.parameter_units
+    rows = [[html.escape(name), with_unit(value, units[name], 8)] for name, value in found.items()]
     return f"<details><summary>Parameters</summary>{_tables.table(['parameter', 'value'], rows)}</details>"
 
 

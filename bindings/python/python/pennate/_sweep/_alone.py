@@ -9,7 +9,7 @@ from typing import Any
 
 from .. import _core
 from .._errors import InternalError, MechanismError, NetworkError
-from .._network import Network, _setting
+from .._network import Network
 
 NOTHING = float("nan")
 
@@ -34,10 +34,9 @@ def solved_alone(
     `probes` are read at the ends of steps that converged with all before them: behind them the state is another one than the
     name says.
     """
-    settings = dict(network._read.parts()[3])
-    settings.update((name, _setting(name, value)) for name, value in zip(parameters, row))
+    settings = network._set(dict(zip(parameters, row)))
     try:
-        solution, raised = network._read.with_settings(list(settings.items())).solve(accuracy, 1, False, None)
+        solution, raised = network._read.with_settings(settings).solve(accuracy, 1, False, None)
     except MechanismError as error:
         motions = [str(motion) for motion in error.motions] or [each.message for each in error.errors]
         return _refused(probes, (motions or ["the network is a mechanism"])[0])

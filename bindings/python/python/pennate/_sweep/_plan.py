@@ -136,7 +136,7 @@ def _numbers(name: str, values: npt.ArrayLike) -> Array:
     try:
         column = np.atleast_1d(np.asarray(list(values) if isinstance(values, range) else values, dtype=np.float64))
     except (TypeError, ValueError):
-        raise TypeError(f"'{name}': numbers expected, in the units of the file, not {values!r}") from None
+        raise TypeError(f"'{name}': numbers expected, in the unit of the parameter, not {values!r}") from None
     if column.ndim != 1 or not len(column) or not np.isfinite(column).all():
         raise ValueError(f"'{name}': one or more finite numbers in a row expected")
     # -0 would be another row than 0.

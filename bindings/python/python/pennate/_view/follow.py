@@ -322,7 +322,7 @@ def snapping(network: Network, anchor: Mapping[str, float]) -> Network:
     steps: list[dict[str, Any]] = tree.get("steps", [])
     known = network.parameters
     names = [name for name in anchor if name in known]
-    frozen = {f"{name}__then": anchor[name] for name in names}
+    frozen = {f"{name}__then": network._stated(name, anchor[name]) for name in names}
 
     def then(value: Any) -> Any:
         if isinstance(value, str) and value.lstrip().startswith("="):

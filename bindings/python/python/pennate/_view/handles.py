@@ -48,16 +48,11 @@ def moving(network: Network, ranges: Mapping[str, tuple[float, float]]) -> tuple
         value = network.parameters[name]
         low, high = ranges.get(name) or usual(value)
         if name in driven and name not in ranges and value >= 0:
-            bare = name not in pressures or not label_has(pressures[name], network.units)
-            low, high = 0.0, max(most, value) if most and bare else highest_valid(network, name, value, high)
-        label = pressures.get(name, name)
+            as_in_table = network.parameter_units[name] in ("", table_unit(tree))
+            low, high = 0.0, max(most, value) if most and as_in_table else highest_valid(network, name, value, high)
+        label = pressures.get(name) or ", ".join(filter(None, (name, network.parameter_units[name])))
         found.append(Handle(name, label, min(low, value), max(high, value), value, name not in pressures))
     return network, found
-
-
-def label_has(label: str, units: str) -> bool:
-    """Whether a pressure is in the units of the file instead of those of its muscle's table."""
-    return label.endswith({"mm-N-MPa": ", MPa", "m-N-Pa": ", Pa"}[units])
 
 
 def derived(value: object) -> bool:
@@ -114,9 +109,7 @@ def highest_valid(network: Network, name: str, value: float, high: float) -> flo
 def with_pressures(network: Network) -> tuple[Network, dict[str, str]]:
     """The network with a parameter for every pressure that its steps state as a number, and what each is called."""
     tree = network.to_dict()
-    steps, units = tree.get("steps", []), pressure_units(tree)
-    unit = units.pop() if len(units) == 1 else ""
-    own = {"mm-N-MPa": "MPa", "m-N-Pa": "Pa"}[network.units]
+    steps, unit = tree.get("steps", []), table_unit(tree)
     parameters: dict[str, float | str] = {}
     labels: dict[str, str] = {}
     for index, step in enumerate(steps):
@@ -124,15 +117,20 @@ def with_pressures(network: Network) -> tuple[Network, dict[str, str]]:
             if derived(value):
                 continue
             stated = re.fullmatch(r"\s*([-+.\deE]+)\s*(\S+)\s*", value) if isinstance(value, str) else None
-            # A bare number is in the unit of the muscle; what has another unit becomes one of the units of the file.
-            bare = float(stated[1]) if stated and stated[2] == unit else value
             name = free_name(
                 f"pressure_{who}" + (f"_{index + 1}" if len(steps) > 1 else ""), tree.get("parameters", {})
             )
-            parameters[name] = bare
-            labels[name] = ", ".join(filter(None, (f"pressure {who}", own if isinstance(bare, str) else unit)))
+            parameters[name] = value
+            # A bare number is in the unit of the muscle.
+            labels[name] = ", ".join(filter(None, (f"pressure {who}", stated[2] if stated else unit)))
             step["pressure"] = {**step["pressure"], who: f"= {name}"}
     return (network.edit(parameters=parameters, steps=steps), labels) if parameters else (network, {})
+
+
+def table_unit(tree: Mapping[str, Any]) -> str:
+    """The unit of pressure of all muscles of a file; empty where they have several."""
+    units = pressure_units(tree)
+    return units.pop() if len(units) == 1 else ""
 
 
 def pressure_units(tree: Mapping[str, Any]) -> set[str]:

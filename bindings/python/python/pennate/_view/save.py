@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -126,8 +127,12 @@ def with_legend(image: Any, session: Session) -> Any:
 def network_file(session: Session) -> tuple[str, str]:
     """The network with the present values: its own text where these can be put into it, else JSON. And the kind of the file."""
     values = session.panel.values()
-    named = {handle.name: float(f"{values[handle.name]:.10g}") for handle in session.handles if handle.named}
     present = session.network.set(**values)
+    named = {
+        handle.name: present._stated(handle.name, float(f"{values[handle.name]:.10g}"))
+        for handle in session.handles
+        if handle.named
+    }
     if not any(handle.value != values[handle.name] for handle in session.handles if not handle.named):
         path = session.source.path
         text = None
@@ -138,8 +143,8 @@ def network_file(session: Session) -> tuple[str, str]:
     return written(present.to_dict()), "json"
 
 
-def replaced(text: str, values: dict[str, float]) -> str | None:
-    """A TOML text with other numbers for some parameters; nothing where it is no TOML."""
+def replaced(text: str, values: Mapping[str, float | str]) -> str | None:
+    """A TOML text with other values of some parameters; nothing where it is no TOML."""
     from tomlkit.exceptions import TOMLKitError
 
     try:
