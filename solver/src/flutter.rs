@@ -16,6 +16,7 @@ use sprs::CsMat;
 use crate::base::{Base, Reach};
 use crate::history::{Growth, Vibration};
 use crate::modes::Shifted;
+use crate::spectral::factor::Analyzed;
 use crate::spectral::operators::{Assembled, dot, matrix, multiply};
 use crate::spectral::pencil::Pencil;
 use crate::spectral::unknowns::{Family, Unknowns};
@@ -85,6 +86,7 @@ fn about(mut base: Base) -> Option<Vibration> {
         form: &form,
         other: &operators.mass,
         constraints: &operators.constraints,
+        analyzed: &Analyzed::default(),
     };
     let modes = pencil.largest(MODES[0]).vectors;
     let responses = responses(&pencil, &skew);

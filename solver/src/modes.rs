@@ -14,7 +14,7 @@ use crate::error::SolveError;
 use crate::history::{History, MemberShape, NodeState};
 use crate::options::{Options, Progress};
 use crate::results;
-use crate::spectral::factor::Factor;
+use crate::spectral::factor::{Analyzed, Factor};
 use crate::spectral::operators::{Assembled, Form, Operators};
 use crate::spectral::pencil::Pencil;
 use crate::spectral::shape::Shape;
@@ -200,7 +200,8 @@ impl Lowest {
     fn of(operators: &Operators, wanted: usize) -> Option<Self> {
         let Shifted { shift, stiffness, form, factor } = Shifted::of(operators)?;
         let (other, constraints) = (&operators.mass, &operators.constraints);
-        let pencil = Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other, constraints };
+        let (stiffness, form, analyzed) = (&stiffness, &form, &Analyzed::default());
+        let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed };
         let pairs = pencil.largest(wanted);
         let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
             // xᵀ (K + s M) x = 1 and xᵀ M x = 1/(ω² + s)

@@ -2,7 +2,7 @@
 
 use pennate_models::model::MemberId;
 use pennate_models::{Mesh, Model, discretize};
-use pennate_solver::buckling::{self, NoFactors};
+use pennate_solver::buckling::{self, Asked, Buckling, NoFactors};
 use pennate_solver::error::{FreeMotion, SolveError};
 use pennate_solver::history::{History, Status};
 use pennate_solver::modes::{self, Found, NoModes};
@@ -10,7 +10,7 @@ use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::{Step, Structure};
 
 use super::place::Where;
-use super::values::Values;
+use super::values::{self, Values};
 use super::{NoSpectrum, Question, Request};
 use crate::accuracy::refine::{refinement_factor, shortened};
 use crate::adapt::{Adaptive, Next};
@@ -41,7 +41,9 @@ pub(super) struct Search<'a> {
     pub place: Where,
     pub options: &'a Options,
     pub observe: &'a mut dyn FnMut(&Progress) -> bool,
-    /// Meshes that were tried and brought no answer.
+    /// Meshes that were tried.
+    pub rounds: usize,
+    /// Those of them that brought no answer.
     pub lost: usize,
     /// Those of them, up to the last, that were no better than one before.
     pub stalls: usize,
@@ -77,6 +79,7 @@ impl Adaptive for Search<'_> {
     type End = ();
 
     fn find(&mut self, mesh: Mesh, best: Option<&Round>) -> Result<Round, Failure> {
+        self.rounds += 1;
         let (structure, steps) = discretize(self.model, &mesh);
         if self.request.question == Question::Modes {
             let massless = modes::massless(&structure);
@@ -84,7 +87,7 @@ impl Adaptive for Search<'_> {
                 return Err(Failure::Massless(massless));
             }
         }
-        let (history, values) = match self.solve(&structure, &steps, mesh.lowest_order(self.model), best) {
+        let (history, values) = match self.solve(&structure, &steps, &mesh, best) {
             Ok(found) => found,
             Err(Failure::NoModes(_) | Failure::NoFactors(_)) if best.is_some_and(|best| best.worst < NEAR) => {
                 // So fine a mesh that rounding leaves nothing: what is known stays.
@@ -118,8 +121,8 @@ impl Adaptive for Search<'_> {
         let Some(values) = values else {
             return if *stalls < STALLS { Next::Refine(shortened(model, mesh, 2)) } else { Next::End(()) };
         };
-        let finer =
-            shortened(model, mesh, refinement_factor(worst / accuracy, mesh.lowest_order(model) + values.raised));
+        let order = mesh.lowest_order(model) + values.raised;
+        let finer = shortened(model, mesh, refinement_factor(values.left * worst / accuracy, order));
         let goes_on = *worst > accuracy && rounds < MAX_ROUNDS && *stalls < STALLS && finer != *mesh;
         if goes_on { Next::Refine(finer) } else { Next::End(()) }
     }
@@ -141,10 +144,11 @@ impl Search<'_> {
         &mut self,
         structure: &Structure,
         steps: &[Step],
-        order: usize,
+        mesh: &Mesh,
         best: Option<&Round>,
     ) -> Result<(History, Option<Values>), Failure> {
         let (Where { count, ramp }, wanted) = (self.place, self.request.count);
+        let (order, accuracy) = (mesh.lowest_order(self.model), self.request.accuracy);
         let mechanism = |SolveError::Mechanism(motions)| Failure::Mechanism(motions);
         match self.request.question {
             Question::Modes => {
@@ -158,10 +162,19 @@ impl Search<'_> {
             }
             Question::Buckling => {
                 let near = best.and_then(|best| best.values.as_ref()).map(|values| &values.near);
-                let found = buckling::buckle(structure, steps, ramp, wanted, near, self.options, self.observe);
+                // Where a finer mesh follows anyway, no error of this one is stated.
+                let may_follow = self.rounds < MAX_ROUNDS && shortened(self.model, mesh, 2) != *mesh;
+                let are_enough = |levels: &[Buckling]| {
+                    may_follow && (levels.len() > 1 || best.is_none()) && values::are_off(ramp, levels, accuracy)
+                };
+                let asked = Asked { count: wanted, near, are_enough: &are_enough };
+                let found = buckling::buckle(structure, steps, ramp, &asked, self.options, self.observe);
                 let Found { history, result } = found.map_err(mechanism)?;
                 match result {
-                    Ok(levels) => Ok((history, Some(Values::of_buckling(structure, ramp, levels, order)))),
+                    Ok(levels) => {
+                        let values = Values::of_buckling(structure, ramp, levels, order);
+                        Ok((history, Some(values)))
+                    }
                     Err(NoFactors::NotReached) => Ok((history, None)),
                     Err(why) => Err(Failure::NoFactors(why)),
                 }

@@ -1,7 +1,7 @@
 //! What the modes on a mesh and on elements of the next order say: values and their errors.
 
 use pennate_solver::base::Reach;
-use pennate_solver::buckling::{Buckling, Near, Ramp};
+use pennate_solver::buckling::{Buckling, Critical, Near, Ramp};
 use pennate_solver::modes::{Modes, Place};
 use pennate_solver::spectral::unknowns::Family;
 use pennate_solver::structure::{Dimension, Stability, Structure};
@@ -19,17 +19,34 @@ const LEFT: f64 = 0.15;
 const CHANCE: f64 = 1e-2;
 
 /// The modes of the higher order, with the errors of those on the mesh itself.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Values {
     pub entries: Vec<Entry>,
     pub reversed: Option<Reversed>,
     pub place: Place,
     pub notes: Vec<Note>,
     pub unknowns: usize,
-    /// By how much the order of the elements whose error is stated is higher than that of the mesh.
+    /// By how much the order of the elements whose error is known is higher than that of the mesh.
     pub raised: usize,
+    /// Part of that error which is expected to be the one asked for.
+    pub left: f64,
     /// Of buckling: where the motions are on other elements.
     pub near: Near,
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self {
+            entries: Vec::new(),
+            reversed: None,
+            place: Place::default(),
+            notes: Vec::new(),
+            unknowns: 0,
+            raised: 0,
+            left: 1.0,
+            near: Near::default(),
+        }
+    }
 }
 
 impl Values {
@@ -65,16 +82,17 @@ impl Values {
 
     /// `order` is that of the mesh.
     pub(super) fn of_buckling(structure: &Structure, ramp: Ramp, mut levels: Vec<Buckling>, order: usize) -> Self {
-        let factors = |level: &Buckling| level.critical.iter().map(|critical| critical.factor).collect();
-        let by_level: Vec<Vec<f64>> = levels.iter().map(factors).collect();
-        let (errors, raised) = errors_of(&by_level, order);
-        let back: Option<Vec<Vec<f64>>> = levels.iter().map(|level| Some(vec![level.reversed?.factor])).collect();
-        let back = back.and_then(|back| errors_of(&back, order).0.first().copied());
+        let Errors { errors, raised, left } = Errors::of(&levels, order);
+        let factors: Option<Vec<f64>> = levels.iter().map(|level| Some(level.reversed?.factor)).collect();
+        let back = factors.and_then(|factors| match factors.as_slice() {
+            [low, middle, high] => left_over(&[(low - middle).abs()], &[(middle - high).abs()], &[*high], order).pop(),
+            [.., low, high] => Some((low - high).abs()),
+            _ => None,
+        });
         let Some(fine) = levels.pop() else { return Self::default() };
         let mut errors = errors.into_iter();
         let size = diagonal(structure.nodes.iter().copied());
-        // Of loads that are present once a factor counts from nothing.
-        let present = if let Ramp::Present(_) = ramp { 1.0 } else { 0.0 };
+        let present = present(ramp);
         let none = fine.critical.is_empty();
         let entries = fine
             .critical
@@ -100,39 +118,82 @@ impl Values {
             let value = reversed.factor + present;
             Reversed { value, error: back.map(|error| (error / value.abs()).max(reversed.rounding)) }
         });
-        Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns, raised, near: fine.near }
+        Self { entries, reversed, place: fine.place, notes, unknowns: fine.unknowns, raised, left, near: fine.near }
     }
 }
 
-/// Errors of the values on the highest of two or three orders of elements, and by how much the order that they are those of is
-/// higher than the lowest, `order`.
+/// Of loads that are present once a factor counts from nothing: what is to be added to that of a ramp.
+fn present(ramp: Ramp) -> f64 {
+    if let Ramp::Present(_) = ramp { 1.0 } else { 0.0 }
+}
+
+/// Whether factors on some orders, the highest one first, are off by more than `accuracy`, whatever those of lower orders are.
 ///
-/// Of two it is the difference, which is the error of the lower one. Of three the differences fall by a ratio r from one
-/// order to the next, and that falls by (2P − 1)/(2P + 3) about the order P between them (M. Ainsworth, SIAM J. Numer. Anal. 42,
-/// 2004, 553), so that the highest one is off by the last difference times q/(1 − q), with q the next ratio. The ratio is the largest of
-/// any value.
-fn errors_of(levels: &[Vec<f64>], order: usize) -> (Vec<f64>, usize) {
-    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
-    let relative = |apart: &[f64], to: &[f64]| apart.iter().zip(to).map(|(d, v)| d / v.abs()).fold(0.0, f64::max);
-    match levels {
-        [.., low, middle, high] => {
-            let last = apart(middle, high);
-            let first = apart(low, middle);
-            let counted = CHANCE * relative(&first, high);
-            let ratios =
-                first.iter().zip(&last).zip(high).filter(|((first, _), value)| **first > counted * value.abs());
-            let ratio = ratios.map(|((first, last), _)| last / first).fold(0.0, f64::max);
-            let order = (order + 1) as f64;
-            let next = (ratio * (2.0 * order - 1.0) / (2.0 * order + 3.0)).max(LEFT / high.len() as f64);
-            // Differences that do not fall by half say nothing of what follows.
-            let left = if next < 0.5 { next / (1.0 - next) } else { 1.0 };
-            // Those of one value that do not, where those of others do, are its rounding.
-            let error = |(first, last): (&f64, f64)| if last > 0.5 * first { last.max(*first) } else { left * last };
-            (first.iter().zip(last).map(error).collect(), 2)
+/// Of one order the motions say how far those of the order below would be. That is no bound, and no error that is stated: a finer mesh follows.
+pub(super) fn are_off(ramp: Ramp, levels: &[Buckling], accuracy: f64) -> bool {
+    let [high, lower @ ..] = levels else { return false };
+    let apart = match lower {
+        [] => high.critical.iter().map(|critical| critical.lacking).fold(0.0, f64::max),
+        [low, ..] => {
+            let apart = |(high, low): (&Critical, &Critical)| {
+                ((high.factor - low.factor) / (high.factor + present(ramp))).abs()
+            };
+            high.critical.iter().zip(&low.critical).map(apart).fold(0.0, f64::max)
         }
-        [low, high] => (apart(low, high), 0),
-        _ => (Vec::new(), 0),
+    };
+    let least = LEFT / high.critical.len().max(1) as f64;
+    apart * least / (1.0 - least) > accuracy
+}
+
+/// Errors of the factors.
+struct Errors {
+    errors: Vec<f64>,
+    /// By how much the order of the elements that they are those of is higher than that of the mesh.
+    raised: usize,
+    /// Part of them that is expected to be those of the highest order.
+    left: f64,
+}
+
+impl Errors {
+    /// Of the highest of some orders of elements, or of the one below; `order` is that of the mesh.
+    fn of(levels: &[Buckling], order: usize) -> Self {
+        let factors = |level: &Buckling| level.critical.iter().map(|critical| critical.factor).collect::<Vec<f64>>();
+        let apart = |a: &Buckling, b: &Buckling| -> Vec<f64> {
+            factors(a).iter().zip(factors(b)).map(|(a, b)| (a - b).abs()).collect()
+        };
+        match levels {
+            [low, middle, high] => {
+                let errors = left_over(&apart(low, middle), &apart(middle, high), &factors(high), order);
+                Self { errors, raised: 2, left: 1.0 }
+            }
+            [low, high] if low.raised == 0 => Self { errors: apart(low, high), raised: 0, left: 1.0 },
+            [low, high] => Self { errors: apart(low, high), raised: low.raised, left: LEFT },
+            [only] if only.raised > 0 => {
+                let lacking = |critical: &Critical| critical.lacking * critical.factor;
+                Self { errors: only.critical.iter().map(lacking).collect(), raised: only.raised - 1, left: LEFT }
+            }
+            _ => Self { errors: Vec::new(), raised: 0, left: 1.0 },
+        }
     }
+}
+
+/// What is left of differences on the highest of three orders of elements, of which the lowest is `order`.
+///
+/// They fall by a ratio r from one order to the next, and that falls by (2P − 1)/(2P + 3) about the order P between them (M.
+/// Ainsworth, SIAM J. Numer. Anal. 42, 2004, 553), so that the highest one is off by the last difference times q/(1 − q), with q the
+/// next ratio. The ratio is the largest of any value.
+fn left_over(first: &[f64], last: &[f64], values: &[f64], order: usize) -> Vec<f64> {
+    let relative = |apart: &[f64]| apart.iter().zip(values).map(|(d, v)| d / v.abs()).fold(0.0, f64::max);
+    let counted = CHANCE * relative(first);
+    let ratios = first.iter().zip(last).zip(values).filter(|((first, _), value)| **first > counted * value.abs());
+    let ratio = ratios.map(|((first, last), _)| last / first).fold(0.0, f64::max);
+    let order = (order + 1) as f64;
+    let next = (ratio * (2.0 * order - 1.0) / (2.0 * order + 3.0)).max(LEFT / values.len() as f64);
+    // Differences that do not fall by half say nothing of what follows.
+    let left = if next < 0.5 { next / (1.0 - next) } else { 1.0 };
+    // Those of one value that do not, where those of others do, are its rounding.
+    let error = |(first, last): (&f64, &f64)| if *last > 0.5 * first { last.max(*first) } else { left * last };
+    first.iter().zip(last).map(error).collect()
 }
 
 /// What is left out, and why.

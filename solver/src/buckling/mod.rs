@@ -13,8 +13,11 @@
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.6.
 
+mod lacks;
 mod response;
 
+use std::cell::OnceCell;
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use pennate_elements::small::{V3, add, cross, norm, scale, sub};
@@ -24,7 +27,7 @@ use crate::error::SolveError;
 use crate::modes::{Found, Part, Place, place, split};
 use crate::options::{Options, Progress};
 use crate::packs;
-use crate::spectral::factor::Factor;
+use crate::spectral::factor::{Analyzed, Factor};
 use crate::spectral::operators::{
     self, Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
 };
@@ -55,10 +58,16 @@ const SHORT: f64 = 1e-2;
 const SHORTENED: usize = 3;
 /// Part of a response that it may be out of proportion by rounding.
 const EXACT: f64 = 1e-13;
+/// Rounding of a factor that nothing is known of but that it is there.
+const UNKNOWN: f64 = 1.0;
+/// Limits that are tried at most before factors are searched for anew.
+const TRIES: usize = 8;
 /// Of the ramp the other way there is none nearer than this part of the one found again.
 const NEARER: f64 = 1.0 - 1e-3;
 /// Part of a factor that may be left where it is found near that of other elements.
 const ANSWER: f64 = 1e-11;
+/// or, beside what the response to the ramp is off by, this part of that.
+const BESIDE: f64 = 0.1;
 /// The same of one that is compared with that of other elements, of their difference.
 const COMPARED: f64 = 1e-2;
 /// Orders beyond that of the elements asked for, at most.
@@ -84,6 +93,8 @@ pub struct Critical {
     pub family: Family,
     /// Scaled to a largest component of one.
     pub shape: Shape,
+    /// The part by which the factor is larger on elements of one order less, as far as it comes from the motion.
+    pub lacking: f64,
 }
 
 /// The nearest factor of a ramp the other way.
@@ -114,22 +125,26 @@ pub struct Buckling {
     pub complete: bool,
     /// Unknowns of the eigenvalue problem.
     pub unknowns: usize,
+    /// By how much the order of the elements is higher than that of those asked for.
+    pub raised: usize,
     /// Where they are on other elements.
     pub near: Near,
-    /// The part of the ramp that its beginning was found on, zero where that is in exact proportion.
-    part: f64,
 }
 
 /// Critical motions, near which those on other elements of the same network are.
 #[derive(Clone, Debug, Default)]
 pub struct Near {
     grid: Grid,
-    /// By rising factors.
+    /// How many are asked for.
+    wanted: usize,
+    /// These by rising factors, and those that are not apart from the last of them.
     critical: Vec<Start>,
     /// How many times the largest of them the next one is, if that is known.
     next: Option<f64>,
     /// The nearest one of the ramp the other way, if there is any.
     reversed: Vec<Start>,
+    /// The part of the ramp that its beginning was found on; nothing where the response is in exact proportion.
+    part: Option<f64>,
 }
 
 /// A critical motion, and its factor.
@@ -157,20 +172,32 @@ pub enum NoFactors {
     NothingMoves,
 }
 
+/// What is asked of a ramp.
+pub struct Asked<'a> {
+    /// How many factors.
+    pub count: usize,
+    /// Those of other elements, where they are known.
+    pub near: Option<&'a Near>,
+    /// Whether the factors of the orders that are known, the highest one first, say enough: of lower orders nothing is asked then.
+    pub are_enough: &'a dyn Fn(&[Buckling]) -> bool,
+}
+
 /// A state, the ramp that begins there, and the drives at its two ends.
 struct Beginning {
     base: Base,
+    /// By how much the order of its elements is higher than that of those asked for.
+    raised: usize,
     from: Vec<f64>,
     to: Vec<f64>,
     /// The longest part of the ramp that its beginning may be found on.
     longest: f64,
 }
 
-/// The `wanted` smallest factors of a ramp: on the elements asked for and on those of the next two orders, or of the next one
-/// where there are no more; the highest order comes last.
+/// The smallest factors of a ramp: on the elements asked for and on those of the next two orders, or of the next one
+/// where there are no more; the highest order comes last. Lower orders are left out where the higher ones say enough.
 ///
-/// They are looked for on the highest order, `near` those of other elements where these are known, and found again on the
-/// lower ones.
+/// They are looked for on the lowest order, unless those of other elements are known; found near these on the highest one, and near
+/// those on orders between.
 ///
 /// # Errors
 /// Those of [`crate::solve`].
@@ -178,8 +205,7 @@ pub fn buckle(
     structure: &Structure,
     steps: &[Step],
     ramp: Ramp,
-    wanted: usize,
-    near: Option<&Near>,
+    asked: &Asked<'_>,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Found<Vec<Buckling>, NoFactors>, SolveError> {
@@ -201,38 +227,71 @@ pub fn buckle(
         }
         Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
     }
-    let mut beginning = |enrich: usize, longest: f64| {
+    let mut beginning = |raised: usize, longest: f64| {
         let base = match ramp {
-            Ramp::Of(step) => followed.beginning(&steps[step], enrich),
-            Ramp::Present(_) => followed.base(enrich).map(|mut base| {
+            Ramp::Of(step) => followed.beginning(&steps[step], raised),
+            Ramp::Present(_) => followed.base(raised).map(|mut base| {
                 base.once_more();
                 base
             }),
         };
-        base.map(|base| Beginning { base, from: from.clone(), to: to.clone(), longest }).ok_or(NoFactors::NotSettled)
+        let beginning = |base| Beginning { base, raised, from: from.clone(), to: to.clone(), longest };
+        base.map(beginning).ok_or(NoFactors::NotSettled)
     };
     let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
     let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
+    let &Asked { count: wanted, near, are_enough } = asked;
     let mut levels = || {
         let mut longest = near.map_or(1.0, Near::longest);
-        let mut found = beginning(most, longest)?.answer(wanted, near)?;
+        let mut first = match near {
+            Some(_) => None,
+            // What these elements cannot do is for those of the highest order to say.
+            None => beginning(0, longest).and_then(|state| state.answer(wanted, None)).ok(),
+        };
         // Far beyond a critical load stresses are in proportion too, to another stiffness.
         for _ in 0..SHORTENED {
-            if found.near.longest() >= longest.min(found.part) {
+            let Some(found) = first.as_ref().filter(|found| !found.is_short()) else { break };
+            longest = found.near.longest();
+            first = beginning(0, longest).and_then(|state| state.answer(wanted, None)).ok();
+        }
+        let near = near.or(first.as_ref().map(|first| &first.near));
+        longest = near.map_or(longest, |near| near.longest().min(longest));
+        let mut found = beginning(most, longest)?.answer(wanted, near)?;
+        for _ in 0..SHORTENED {
+            if found.is_short() {
                 break;
             }
             longest = found.near.longest();
+            // What was found on a longer part is of another response.
+            first = None;
             found = beginning(most, longest)?.answer(wanted, None)?;
         }
-        let mut lower = Vec::with_capacity(most + 1);
-        for enrich in 0..most {
-            lower.push(beginning(enrich, longest)?.again(&found.near)?);
+        // A part of the ramp that is short enough on one order is as short on the others.
+        longest = found.near.longest().min(longest);
+        let mut levels = vec![found];
+        for raised in (0..most).rev() {
+            if are_enough(&levels) {
+                break;
+            }
+            let known = if raised == 0 { first.take() } else { None };
+            let lower = match known {
+                Some(known) => known,
+                None => beginning(raised, longest)?.again(&levels[0].near)?,
+            };
+            levels.push(lower);
         }
-        lower.push(found);
-        Ok(lower)
+        levels.reverse();
+        Ok(levels)
     };
     let result = levels();
     Ok(Found { history, result })
+}
+
+impl Buckling {
+    /// Whether the beginning of the ramp was found on a part that is short beside the nearest factor, or on any.
+    fn is_short(&self) -> bool {
+        self.near.part.is_none_or(|part| self.near.short() >= part)
+    }
 }
 
 impl Base {
@@ -279,6 +338,9 @@ struct Matrices {
     operators: Operators,
     /// −K′
     softening: sprs::CsMat<f64>,
+    /// Factors of K, once they are asked for.
+    factor: OnceCell<Option<Factor>>,
+    analyzed: Analyzed,
 }
 
 /// How many factors there are to be up to a limit for none to be missing.
@@ -292,9 +354,9 @@ enum Counted {
 
 impl Near {
     /// This side of the next factor; nothing where it is too near the largest of these.
-    fn limit(&self) -> Option<Counted> {
+    fn limit(&self) -> Option<f64> {
         let next = self.next.unwrap_or(1.0 + 2.0 * APART);
-        (next > 1.0 + BARELY).then(|| Counted::All(self.largest() * next.sqrt().min(WITHIN)))
+        (next > 1.0 + BARELY).then(|| self.largest() * next.sqrt().min(WITHIN))
     }
 
     /// A shift for factors that are compared: as near the largest as there is a gap, and off all of them.
@@ -306,9 +368,14 @@ impl Near {
     }
 
     /// Part of a ramp that is short beside the nearest factor, either way.
-    fn longest(&self) -> f64 {
+    fn short(&self) -> f64 {
         let factors = self.critical.iter().chain(&self.reversed).map(|start| start.factor.abs());
         SHORT * factors.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same, and no longer than what the beginning of the ramp was found on.
+    fn longest(&self) -> f64 {
+        self.short().min(self.part.unwrap_or(f64::INFINITY))
     }
 
     fn largest(&self) -> f64 {
@@ -336,45 +403,59 @@ struct Raw {
 impl Matrices {
     fn pencil<'a>(&'a self, other: &'a sprs::CsMat<f64>, factor: Factor) -> Pencil<'a> {
         let Operators { stiffness, form, constraints, .. } = &self.operators;
-        Pencil { factor, shift: 0.0, stiffness, form, other, constraints }
+        Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed: &self.analyzed }
+    }
+
+    /// The same with the factors of K − B/θ, which have as many negative pivots as there are eigenvalues above θ.
+    fn pencil_at<'a>(&'a self, other: &'a sprs::CsMat<f64>, value: f64) -> Option<Pencil<'a>> {
+        let shifted = &self.operators.stiffness - &other.map(|entry| entry / value);
+        Some(self.pencil(other, self.analyzed.factor(&shifted)?))
     }
 
     /// K without a shift; nothing where it is neutral.
-    fn factor(&self) -> Option<Factor> {
-        Factor::new(&self.operators.stiffness).filter(|factor| factor.neutral == 0)
+    fn factor(&self) -> Option<&Factor> {
+        let factor = || self.analyzed.factor(&self.operators.stiffness).filter(|factor| factor.neutral == 0);
+        self.factor.get_or_init(factor).as_ref()
     }
 
     /// What pairs are over all unknowns, of a ramp forwards or the other way.
     fn raw(&self, pairs: Pairs, sign: f64) -> Vec<Raw> {
         let full = |vector: &[f64]| self.numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
-        let values = pairs.values.iter().zip(&pairs.rounding).zip(&pairs.vectors);
-        let raw = |((value, &rounding), vector): ((&f64, _), &Vec<f64>)| Raw {
+        let raw = |value: f64, rounding: f64, vector: &Vec<f64>| Raw {
             factor: sign / value,
             rounding,
             family: self.family,
             x: full(vector),
         };
-        values.map(raw).collect()
+        let found = pairs.values.iter().zip(&pairs.rounding).zip(&pairs.vectors);
+        let found = found.map(|((value, rounding), vector)| raw(*value, *rounding, vector));
+        let beyond = pairs.beyond.iter().filter(|(value, _)| *value > 0.0);
+        found.chain(beyond.map(|(value, vector)| raw(*value, UNKNOWN, vector))).collect()
     }
 }
 
 /// The factors of all families by their size.
 struct Search {
     found: Vec<Raw>,
-    /// How many times the largest the next one is, if that is known; before they are sorted, a factor that is not among them.
+    /// Those that follow, so near to the last and to each other that no count tells them apart.
+    beyond: Vec<Raw>,
+    /// How many times the largest of all of these the next one is, if that is known.
     next: Option<f64>,
     complete: bool,
 }
 
 impl Search {
-    /// The smallest of them.
-    fn sorted(mut self, wanted: usize) -> Self {
-        self.found.sort_by(|a, b| a.factor.total_cmp(&b.factor));
-        let beyond = self.found.get(wanted).map(|raw| raw.factor);
-        self.found.truncate(wanted);
-        let next = self.next.into_iter().chain(beyond).reduce(f64::min);
-        self.next = next.zip(self.found.last()).map(|(next, last)| (next / last.factor).max(1.0));
-        self
+    /// The smallest of some factors.
+    fn of(mut found: Vec<Raw>, wanted: usize, complete: bool) -> Self {
+        found.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        let mut rest = found.split_off(wanted.min(found.len())).into_iter().peekable();
+        let mut largest = found.last().map_or(0.0, |raw| raw.factor);
+        let mut beyond: Vec<Raw> = Vec::new();
+        while let Some(raw) = rest.next_if(|raw| raw.factor <= (1.0 + BARELY) * largest) {
+            largest = raw.factor;
+            beyond.push(raw);
+        }
+        Self { found, beyond, next: rest.next().map(|raw| raw.factor / largest), complete }
     }
 }
 
@@ -389,34 +470,35 @@ impl Problem {
             Counted::All(limit) | Counted::None(limit) => limit,
         };
         let sign = limit.signum();
+        let answer = ANSWER.max(BESIDE * self.change.error);
         for matrices in &self.families {
             let own: Vec<&Start> = starts.iter().filter(|start| start.family == matrices.family).collect();
             let other = matrices.softening.map(|value| sign * value);
             if own.is_empty() && enough == Enough::Compared {
                 continue;
             }
-            let factor = Pencil::at(&matrices.operators.stiffness, &other, 1.0 / limit.abs())?;
+            let pencil = matrices.pencil_at(&other, 1.0 / limit.abs())?;
             let expected = if let Counted::All(_) = counted { own.len() } else { 0 };
-            complete &= factor.negative == expected && factor.neutral == 0;
+            complete &= pencil.factor.negative == expected && pencil.factor.neutral == 0;
             if own.is_empty() {
                 continue;
             }
             if !complete && enough == Enough::Answer {
                 return None;
             }
-            let pencil = matrices.pencil(&other, factor);
             let motion = |start: &&Start| {
                 let x = start.motion.onto(grid, &self.unknowns, &self.grid)?;
                 let numbered = matrices.numbers.iter().zip(x);
                 Some(numbered.filter_map(|(number, x)| number.map(|_| x)).collect())
             };
             let motions: Option<Vec<Vec<f64>>> = own.iter().map(motion).collect();
-            let enough = |k: usize, value: f64| match enough {
-                Enough::Answer => ANSWER,
-                Enough::Compared => COMPARED * (value * own[k].factor.abs() - 1.0).abs() + ANSWER,
+            let left = |k: usize, value: f64| match enough {
+                Enough::Answer => answer,
+                Enough::Compared => COMPARED * (value * own[k].factor.abs() - 1.0).abs() + answer,
             };
-            let pairs = pencil.near(&motions?, &enough)?;
-            if pairs.values.iter().any(|value| *value <= 0.0) {
+            let pairs = pencil.near(&motions?, &left)?;
+            let are_within = expected == 0 || pairs.values.iter().all(|value| *value * limit.abs() >= 1.0);
+            if pairs.values.iter().any(|value| *value <= 0.0) || (enough == Enough::Answer && !are_within) {
                 return None;
             }
             found.extend(matrices.raw(pairs, sign));
@@ -424,24 +506,64 @@ impl Problem {
         Some((found, complete))
     }
 
+    /// How many factors there are up to a limit, negative ones of the ramp the other way up to a negative one.
+    fn count(&self, limit: f64) -> Option<usize> {
+        let count = |matrices: &Matrices| {
+            let other = matrices.softening.map(|value| limit.signum() * value);
+            matrices.pencil_at(&other, 1.0 / limit.abs()).map(|pencil| pencil.factor.negative)
+        };
+        self.families.iter().map(count).sum()
+    }
+
+    /// A limit up to which there are as many factors as are known of other elements.
+    fn limit(&self, near: &Near) -> Option<f64> {
+        let (mut limit, mut below, mut above) = (near.limit()?, None, None);
+        for _ in 0..TRIES {
+            match self.count(limit)?.cmp(&near.critical.len()) {
+                Ordering::Equal => return Some(limit),
+                Ordering::Less => below = Some(limit),
+                Ordering::Greater => above = Some(limit),
+            }
+            limit = match (below, above) {
+                (Some(below), Some(above)) => f64::sqrt(below * above),
+                (Some(below), None) => WITHIN * below,
+                (None, above) => above.map_or(limit, |above| above / WITHIN),
+            };
+        }
+        None
+    }
+
     /// The nearest factor of the ramp the other way, as [`Self::near`], where one of other elements is known.
     fn nearest(&self, near: &Near, enough: Enough) -> Option<(Vec<Raw>, bool)> {
         let [known] = near.reversed.as_slice() else { return None };
-        self.near(&near.reversed, &near.grid, Counted::None(NEARER * known.factor), enough)
+        let at = |limit: f64| self.near(&near.reversed, &near.grid, Counted::None(limit), enough);
+        if enough == Enough::Compared {
+            return at(NEARER * known.factor);
+        }
+        let mut limit = NEARER * known.factor;
+        for _ in 0..TRIES {
+            if self.count(limit)? == 0 {
+                let found = at(limit)?;
+                // It may be farther than the limit.
+                let nearer = NEARER * found.0.iter().fold(f64::NEG_INFINITY, |nearest, raw| nearest.max(raw.factor));
+                let is_nearest = nearer >= limit || self.count(nearer)? == 0;
+                return is_nearest.then_some(found);
+            }
+            limit /= WITHIN;
+        }
+        None
     }
 
     /// The `wanted` smallest factors.
     fn search(&self, wanted: usize) -> Search {
-        let mut search = Search { found: Vec::new(), next: None, complete: true };
+        let (mut found, mut complete) = (Vec::new(), true);
         for matrices in &self.families {
             let Some(factor) = matrices.factor() else { continue };
-            let pairs = matrices.pencil(&matrices.softening, factor).largest_above(self.change.least, wanted);
-            search.complete &= pairs.complete;
-            let next = pairs.next.filter(|value| *value > 0.0).map(|value| 1.0 / value);
-            search.next = search.next.into_iter().chain(next).reduce(f64::min);
-            search.found.extend(matrices.raw(pairs, 1.0));
+            let pairs = matrices.pencil(&matrices.softening, factor.clone()).largest_above(self.change.least, wanted);
+            complete &= pairs.complete;
+            found.extend(matrices.raw(pairs, 1.0));
         }
-        search.sorted(wanted)
+        Search::of(found, wanted, complete)
     }
 
     /// Of every family the nearest factor of the ramp the other way, up to so many times the first factor.
@@ -451,7 +573,7 @@ impl Problem {
         for matrices in &self.families {
             let other = matrices.softening.map(|value| -value);
             let Some(factor) = matrices.factor() else { continue };
-            let pairs = matrices.pencil(&other, factor).nearest(least);
+            let pairs = matrices.pencil(&other, factor.clone()).nearest(least);
             // Of another family only a nearer one is looked for.
             least = pairs.values.first().map_or(least, |value| least.max(*value));
             found.extend(matrices.raw(pairs, -1.0));
@@ -475,7 +597,8 @@ impl Beginning {
         let matrices = |(family, numbers): Part| {
             let operators = assembled.of_family(&numbers);
             let softening = matrix(&change.entries, &numbers).map(|value| -value);
-            Matrices { family, numbers, operators, softening }
+            let (factor, analyzed) = (OnceCell::new(), Analyzed::default());
+            Matrices { family, numbers, operators, softening, factor, analyzed }
         };
         let families = parts.into_iter().map(matrices).filter(|own| own.operators.stiffness.rows() > 0).collect();
         let grid = Grid::of(&self.base.system);
@@ -490,9 +613,9 @@ impl Beginning {
         }
         // A count of as many negative pivots as there are factors also says that the state is stable.
         let again = near.filter(|near| near.critical.len() >= wanted).and_then(|near| {
-            let found = problem.near(&near.critical, &near.grid, near.limit()?, Enough::Answer)?;
-            let search = Search { found: found.0, next: None, complete: true }.sorted(wanted);
-            found.1.then_some(Search { next: near.next, ..search })
+            let limit = Counted::All(problem.limit(near)?);
+            let (found, complete) = problem.near(&near.critical, &near.grid, limit, Enough::Answer)?;
+            complete.then(|| Search { next: near.next, ..Search::of(found, wanted, true) })
         });
         let neutral = if again.is_some() { Vec::new() } else { self.neutral(&problem)? };
         problem.families.retain(|matrices| !neutral.contains(&matrices.family));
@@ -514,16 +637,16 @@ impl Beginning {
     /// Where it is unstable.
     fn neutral(&mut self, problem: &Problem) -> Result<Vec<Family>, NoFactors> {
         let factors: Vec<_> = problem.families.iter().map(Matrices::factor).collect();
-        let negative = factors.iter().flatten().map(|factor| factor.negative).sum();
+        let negative = factors.iter().flatten().map(|factor| factor.negative).sum::<usize>();
         let system = &mut self.base.system;
         if negative > 0 && system.certain_negative() > 0 {
             return Err(NoFactors::Unstable(negative));
         }
-        let is_neutral = |factor: &Option<Factor>| factor.as_ref().is_none_or(|factor| factor.negative > 0);
+        let is_neutral = |factor: &Option<&Factor>| factor.is_none_or(|factor| factor.negative > 0);
         let mut neutral: Vec<bool> = factors.iter().map(is_neutral).collect();
         if !neutral.contains(&true) && system.hidden_signs() > 0 {
-            let softness = |matrices: &Matrices, factor: &Option<Factor>| {
-                factor.as_ref().map_or(0.0, |factor| factor.softest(&matrices.operators.stiffness))
+            let softness = |matrices: &Matrices, factor: &Option<&Factor>| {
+                factor.map_or(0.0, |factor| factor.softest(&matrices.operators.stiffness))
             };
             let softest = problem.families.iter().zip(&factors).map(|(matrices, factor)| softness(matrices, factor));
             let softest: Vec<f64> = softest.collect();
@@ -541,18 +664,17 @@ impl Beginning {
             [] => None,
             starts => problem.near(starts, &near.grid, near.amid(), Enough::Compared),
         };
-        let wanted = near.critical.len();
         let found = match found {
-            Some((found, complete)) => Search { found, next: None, complete }.sorted(wanted),
-            None if wanted == 0 => Search { found: Vec::new(), next: None, complete: true },
-            None => problem.search(wanted),
+            Some((found, complete)) => Search::of(found, near.wanted, complete),
+            None if near.wanted == 0 => Search::of(Vec::new(), 0, true),
+            None => problem.search(near.wanted),
         };
         let reversed = problem.nearest(near, Enough::Compared).map(|found| found.0);
         Ok(self.finish(problem, found, reversed.unwrap_or_default(), Vec::new()))
     }
 
     fn finish(mut self, problem: Problem, search: Search, reversed: Vec<Raw>, neutral: Vec<Family>) -> Buckling {
-        let Search { found, next, complete } = search;
+        let Search { found, beyond, next, complete } = search;
         let system = &self.base.system;
         let Problem { unknowns, grid, change, left_out, .. } = problem;
         let start = |raw: &Raw| {
@@ -564,10 +686,12 @@ impl Beginning {
         for raw in &found {
             let (start, shape) = start(raw);
             let largest = shape.largest(system.size).value;
-            let (factor, family, shape) = (raw.factor, raw.family, shape.scaled(1.0 / largest));
-            critical.push(Critical { factor, rounding: raw.rounding.max(change.error), family, shape });
+            let (factor, family, lacking) = (raw.factor, raw.family, lacks::lacking(system, &shape));
+            let (rounding, shape) = (raw.rounding.max(change.error), shape.scaled(1.0 / largest));
+            critical.push(Critical { factor, rounding, family, shape, lacking });
             starts.push(start);
         }
+        starts.extend(beyond.iter().map(|raw| start(raw).0));
         let nearest = reversed.iter().max_by(|a, b| a.factor.total_cmp(&b.factor));
         let back: Vec<Start> = nearest.map(|raw| start(raw).0).into_iter().collect();
         Buckling {
@@ -579,8 +703,15 @@ impl Beginning {
             neutral,
             complete,
             unknowns: unknowns.size,
-            near: Near { grid, critical: starts, next, reversed: back },
-            part: if change.error <= EXACT { 0.0 } else { change.part },
+            raised: self.raised,
+            near: Near {
+                grid,
+                wanted: found.len(),
+                critical: starts,
+                next,
+                reversed: back,
+                part: (change.error > EXACT).then_some(change.part),
+            },
         }
     }
 
@@ -590,7 +721,7 @@ impl Beginning {
         let motion = response.motions.iter().fold(0.0f64, |most, m| most.max(norm([m[0], m[1], m[2]])));
         let system = &mut self.base.system;
         let least = motion / (FARTHEST * system.size);
-        let mut entries = Entries::new();
+        let mut entries = Entries::with_capacity(operators::entries(system));
         let mut forces = vec![[0.0; 6]; system.forces.len()];
         for member in 0..system.members.len() {
             let slot = &system.members[member];

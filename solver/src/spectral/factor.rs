@@ -3,6 +3,8 @@
 //! faer solves with both halves at once. A symmetric eigenvalue problem needs them one by one, so the factors are those
 //! of the simplicial kind, whose columns can be read.
 
+use std::cell::RefCell;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -19,7 +21,7 @@ use crate::linear::PIVOT_NOISE;
 const SOFTEST: usize = 6;
 
 /// Factors of a symmetric matrix.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Factor {
     /// Original index of every row of the factors.
     original: Vec<usize>,
@@ -40,6 +42,17 @@ pub struct Factor {
 pub struct Analysis {
     pattern: SymbolicSparseColMat<usize>,
     symbolic: SymbolicCholesky<usize>,
+}
+
+/// The analysis of the last one of several matrices, most of which have their entries in the same places.
+#[derive(Debug, Default)]
+pub struct Analyzed(RefCell<Option<Analysis>>);
+
+impl Analyzed {
+    /// Factors of one of the matrices; nothing where a pivot vanishes.
+    pub fn factor(&self, matrix: &CsMat<f64>) -> Option<Factor> {
+        Factor::with(matrix, &mut self.0.borrow_mut())
+    }
 }
 
 /// Entries of the lower triangle by columns, and the diagonal.
@@ -94,7 +107,7 @@ impl Factor {
     }
 
     /// The same with the analysis of one before, where its entries were in the same places; it is left for the next one.
-    pub fn with(matrix: &CsMat<f64>, known: &mut Option<Analysis>) -> Option<Self> {
+    fn with(matrix: &CsMat<f64>, known: &mut Option<Analysis>) -> Option<Self> {
         let (size, lower) = (matrix.rows(), Lower::of(matrix));
         let analysis = match known.take().filter(|analysis| analysis.is_of(&lower)) {
             Some(analysis) => analysis,

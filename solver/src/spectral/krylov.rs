@@ -9,6 +9,8 @@ use faer::{Mat, MatMut, MatRef, Scale, Side};
 
 /// Vectors that the space grows by at once: multiple eigenvalues of that many are found together.
 const BLOCK: usize = 4;
+/// Blocks of a space that tells roughly how large the largest eigenvalue is.
+const FEW: usize = 3;
 /// Blocks of a basis beside the pairs wanted.
 const BLOCKS: usize = 10;
 /// Restarts at most.
@@ -40,6 +42,19 @@ pub(crate) struct Pair {
 pub(crate) struct Largest {
     pub pairs: Vec<Pair>,
     pub scale: f64,
+}
+
+/// The largest eigenvalue of an operator of `size` unknowns in the Krylov space of `FEW` blocks.
+pub(crate) fn largest_of_few(size: usize, apply: &mut Images) -> f64 {
+    let mut space = Space::new(size, (FEW * BLOCK).min(size));
+    let starts: Vec<Vec<f64>> = (0..BLOCK).map(|k| start(size, k)).collect();
+    let mut fresh = apply(Mat::from_fn(size, BLOCK, |i, k| starts[k][i]).as_ref());
+    for _ in 0..FEW {
+        let known = space.count;
+        space.add(fresh, apply);
+        fresh = space.images.subcols(known, space.count - known).to_owned();
+    }
+    space.ritz().values.first().copied().unwrap_or(0.0)
 }
 
 /// Searches for the `count` largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.

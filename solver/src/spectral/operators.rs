@@ -18,7 +18,7 @@ use sprs::{CsMat, TriMat};
 use super::unknowns::{Column, Unknowns, end_curvature, network_node};
 use crate::chain::ElementState;
 use crate::packs::Turn;
-use crate::system::System;
+use crate::system::{MemberSlot, System};
 
 /// What an element's tangent is made with.
 #[derive(Clone, Debug)]
@@ -162,6 +162,9 @@ impl Assembled {
 
     fn with(system: &mut System<6>, unknowns: &Unknowns, has_mass: bool) -> Self {
         let mut all = Self::default();
+        let entries = entries(system);
+        all.rest.reserve(entries);
+        all.stiffness.reserve(2 * entries);
         for member in 0..system.members.len() {
             let slot = &system.members[member];
             let (pack, lane) = (&system.packs[slot.pack], slot.lane);
@@ -227,19 +230,23 @@ fn rows(rows: &[SparseRow], numbers: &[Option<usize>]) -> CsMat<f64> {
 /// [`TriMat::to_csr`] sorts all entries, which took a tenth of the instructions of a spectrum.
 pub fn matrix(entries: &Entries, numbers: &[Option<usize>]) -> CsMat<f64> {
     let size = numbers.iter().flatten().count();
-    let own = || {
-        let place = |&(i, j, value): &(usize, usize, f64)| Some((numbers[i]?, numbers[j]?, value));
-        entries.iter().filter_map(place).filter(|entry| entry.2 != 0.0)
-    };
+    // Those of other families count as a row behind all.
+    let place: Vec<usize> = numbers.iter().map(|number| number.unwrap_or(size)).collect();
+    let row = |i: usize, j: usize, value: f64| if place[j] == size || value == 0.0 { size } else { place[i] };
     // By rows, in the order in which they come.
-    let mut starts = vec![0; size + 1];
-    own().for_each(|(i, ..)| starts[i + 1] += 1);
-    (0..size).for_each(|i| starts[i + 1] += starts[i]);
+    let mut starts = vec![0; size + 2];
+    for &(i, j, value) in entries {
+        starts[row(i, j, value) + 1] += 1;
+    }
+    (0..=size).for_each(|i| starts[i + 1] += starts[i]);
     let mut by_rows = vec![(0, 0.0); starts[size]];
     let mut next = starts.clone();
-    for (i, j, value) in own() {
-        by_rows[next[i]] = (j, value);
-        next[i] += 1;
+    for &(i, j, value) in entries {
+        let row = row(i, j, value);
+        if row < size {
+            by_rows[next[row]] = (place[j], value);
+            next[row] += 1;
+        }
     }
     // Entries at one place are summed up.
     let (mut ends, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
@@ -277,6 +284,15 @@ pub fn present(state: &ElementState<6>) -> Stressing {
     Stressing { stiffness: state.moduli.stiffness, stress: state.stress.clone(), load: state.load }
 }
 
+/// About how many entries the matrices of all elements have.
+pub fn entries(system: &System<6>) -> usize {
+    let member = |slot: &MemberSlot| {
+        let pack = &system.packs[slot.pack];
+        pack.elements() * (6 * (pack.order() + 1)).pow(2)
+    };
+    system.members.iter().map(member).sum()
+}
+
 /// Unknowns of the nodes of an element.
 pub fn element_columns(system: &System<6>, unknowns: &Unknowns, member: usize, e: usize) -> Vec<Vec<Column>> {
     let order = system.packs[system.members[member].pack].order();
@@ -294,8 +310,16 @@ pub fn scatter(own: &Rows, columns: &[Vec<Column>], entries: &mut Entries) {
     if own.is_empty() {
         return;
     }
+    let whole: Vec<bool> = columns.iter().map(|columns| are_components(columns)).collect();
     for (a, left) in columns.iter().enumerate() {
         for (b, right) in columns.iter().enumerate() {
+            if whole[a] && whole[b] {
+                for (row, (i, _)) in left.iter().enumerate() {
+                    let values = &own[6 * a + row][6 * b..6 * b + 6];
+                    entries.extend(right.iter().zip(values).map(|((j, _), value)| (*i, *j, *value)));
+                }
+                continue;
+            }
             for (i, l) in left {
                 let along: [f64; 6] =
                     std::array::from_fn(|column| (0..6).map(|row| l[row] * own[6 * a + row][6 * b + column]).sum());
@@ -306,6 +330,12 @@ pub fn scatter(own: &Rows, columns: &[Vec<Column>], entries: &mut Entries) {
             }
         }
     }
+}
+
+/// Whether the unknowns of a node are its six components.
+fn are_components(columns: &[Column]) -> bool {
+    let is_unit = |(k, column): (usize, &[f64; 6])| (0..6).all(|c| column[c] == f64::from(u8::from(c == k)));
+    columns.len() == 6 && columns.iter().map(|column| &column.1).enumerate().all(is_unit)
 }
 
 fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {

@@ -24,7 +24,7 @@
 use faer::{Mat, Side};
 use sprs::CsMat;
 
-use super::factor::Factor;
+use super::factor::{Analyzed, Factor};
 use super::krylov::{self, Largest, Pair, ROUNDING};
 
 use super::operators::{Form, dot, multiply, multiply_columns};
@@ -46,6 +46,9 @@ const TOLERANCE: f64 = 1e-12;
 /// Corrections of the multipliers at most, and the part of a vector at which they are done.
 const CORRECTIONS: usize = 30;
 const CORRECTED: f64 = 1e-14;
+/// The same of motions near those of other elements, beside strains of the energy one. Eigenvalues are off by that times the strains
+/// that the auxiliary stiffness needs to hold a motion, which are a hundredth or less.
+const IMPROVED: f64 = 1e-12;
 /// The same in a search. Its motions are corrected when it is over, and eigenvalues are off by the square of what they were.
 const NEARLY: f64 = 1e-3;
 
@@ -78,6 +81,15 @@ const BRACKETED: f64 = 1.01;
 /// Least part that is left of a stiffness by the shift.
 const LEFT: f64 = 1e-12;
 
+/// What is to be brought to what the constraints allow.
+#[derive(Clone, Copy, Debug)]
+enum Of<'a> {
+    /// Motions of energy one.
+    Motions,
+    /// Forces that are left of motions of energy one, whose eigenvalues these are by size.
+    Forces(&'a [f64]),
+}
+
 /// B x = θ K x with G x = 0.
 #[derive(Debug)]
 pub struct Pencil<'a> {
@@ -93,6 +105,8 @@ pub struct Pencil<'a> {
     pub other: &'a CsMat<f64>,
     /// G
     pub constraints: &'a CsMat<f64>,
+    /// Of sums of K and B.
+    pub analyzed: &'a Analyzed,
 }
 
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
@@ -106,8 +120,8 @@ pub struct Pairs {
     pub vectors: Vec<Vec<f64>>,
     /// Whether the count of pivots confirms that none is missing above the last.
     pub complete: bool,
-    /// The eigenvalue after the last, where it is known.
-    pub next: Option<f64>,
+    /// What was found beyond them, which no count confirms to be the next ones.
+    pub beyond: Vec<(f64, Vec<f64>)>,
 }
 
 impl Pairs {
@@ -117,6 +131,7 @@ impl Pairs {
         self.values.truncate(kept);
         self.rounding.truncate(kept);
         self.vectors.truncate(kept);
+        self.beyond.retain(|(value, _)| *value > least);
         self
     }
 }
@@ -151,8 +166,8 @@ impl Pencil<'_> {
     }
 
     /// Factors of K − B/θ: they have as many negative pivots as there are eigenvalues above θ.
-    pub fn at(stiffness: &CsMat<f64>, other: &CsMat<f64>, value: f64) -> Option<Factor> {
-        Factor::new(&(stiffness - &other.map(|entry| entry / value)))
+    fn factor_at(&self, value: f64) -> Option<Factor> {
+        self.analyzed.factor(&(self.stiffness - &self.other.map(|entry| entry / value)))
     }
 
     /// The pairs near motions of other elements; nothing where these are not near enough.
@@ -162,12 +177,12 @@ impl Pencil<'_> {
     /// found when the part of them that may be left is no more than `enough` says of eigenvalue k.
     pub fn near(&self, motions: &[Vec<f64>], enough: &dyn Fn(usize, f64) -> f64) -> Option<Pairs> {
         let mut space = Space::new(self);
-        space.extend(side_by_side(motions, |columns| self.allowed(columns)));
+        space.extend(self.allowed(motions, Of::Motions));
         let mut before: Vec<f64> = Vec::new();
         for _ in 0..IMPROVEMENTS {
             let pairs = space.pairs(motions.len())?;
             let left: Vec<Vec<f64>> = pairs.iter().map(|(value, motion)| space.left(*value, motion)).collect();
-            let changes = self.responses(&left);
+            let changes = self.allowed(&left, Of::Forces(&pairs.iter().map(|pair| pair.0.abs()).collect::<Vec<f64>>()));
             let part = |(change, pair): (&Vec<f64>, &(f64, _))| self.form.energy(change).max(0.0) / (pair.0 * pair.0);
             let rounding: Vec<f64> = changes.iter().zip(&pairs).map(part).collect();
             let still = |(pair, before): (&(f64, _), &f64)| (pair.0 - before).abs() <= STILL * pair.0.abs();
@@ -196,16 +211,17 @@ impl Pencil<'_> {
             return self;
         }
         let trace = |matrix: &CsMat<f64>| matrix.diag().iter().map(|(_, value)| value.abs()).sum::<f64>();
-        let mut analysis = None;
-        let mut definite = |shift: f64| {
-            let shifted = self.stiffness - &self.other.map(|value| value * shift);
-            Factor::with(&shifted, &mut analysis).filter(|factor| factor.negative == 0 && factor.neutral == 0)
+        let definite = |shift: f64| {
+            let factor = self.factor_at(1.0 / shift);
+            factor.filter(|factor| factor.negative == 0 && factor.neutral == 0)
         };
-        let mut high = if least > 0.0 { 1.0 / least } else { FARTHEST * trace(self.stiffness) / trace(self.other) };
-        if !high.is_finite() || definite(high).is_some() {
+        // An eigenvalue in a small space is no larger than the largest of all.
+        let known = self.largest_of_few().max(least);
+        let mut high = if known > 0.0 { 1.0 / known } else { FARTHEST * trace(self.stiffness) / trace(self.other) };
+        if !high.is_finite() || (known <= least && definite(high).is_some()) {
             return self;
         }
-        let mut low = high / STRIDE;
+        let mut low = high / if known > least { ROUGH } else { STRIDE };
         for _ in 0..STRIDES {
             if definite(low).is_some() {
                 break;
@@ -308,10 +324,9 @@ impl Pencil<'_> {
                 pairs.vectors = motions;
             }
         }
-        pairs.next = pairs.values.get(count).copied();
-        pairs.values.truncate(count);
-        pairs.rounding.truncate(count);
-        pairs.vectors.truncate(count);
+        let kept = count.min(pairs.values.len());
+        pairs.beyond = pairs.values.split_off(kept).into_iter().zip(pairs.vectors.split_off(kept)).collect();
+        pairs.rounding.truncate(kept);
         pairs
     }
 
@@ -402,8 +417,13 @@ impl Pencil<'_> {
 
     /// Number of eigenvalues above a positive limit: negative pivots of K − B/limit.
     fn count_above(&self, limit: f64) -> Option<usize> {
-        let shifted = self.stiffness - &self.other.map(|value| value / limit);
-        Factor::new(&shifted).map(|factor| factor.negative)
+        self.factor_at(limit).map(|factor| factor.negative)
+    }
+
+    /// The largest eigenvalue in a small space, negative ones included.
+    fn largest_of_few(&self) -> f64 {
+        let operator = Deflated::new(self, &[]);
+        krylov::largest_of_few(self.factor.size(), &mut |ys| operator.act(ys.to_owned()))
     }
 
     /// The largest pairs of the shifted pencil beside those that are known, with eigenvalues μ.
@@ -455,44 +475,98 @@ impl Pencil<'_> {
         self.project(&self.factor.forward(forces.as_chunks::<1>().0), CORRECTIONS).1.into_flattened()
     }
 
-    /// The motions that several forces lead to, those that the constraints allow. The factors may have negative pivots.
-    fn responses(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        side_by_side(forces, |columns| self.allowed(self.factor.solve(&columns)))
+    /// The parts of motions that the constraints allow, or those of the motions that forces lead to. The factors may have negative
+    /// pivots.
+    fn allowed(&self, vectors: &[Vec<f64>], of: Of<'_>) -> Vec<Vec<f64>> {
+        let mut allowed = Vec::with_capacity(vectors.len());
+        for (index, some) in vectors.chunks(WIDTH).enumerate() {
+            let first = index * WIDTH;
+            allowed.extend(match some.len() {
+                1 => self.allowed_columns::<1>(some, first, of),
+                2 => self.allowed_columns::<2>(some, first, of),
+                3 => self.allowed_columns::<3>(some, first, of),
+                _ => self.allowed_columns::<WIDTH>(some, first, of),
+            });
+        }
+        allowed
     }
 
-    /// Motions less what the constraints do not allow of them.
-    fn allowed<const W: usize>(&self, mut motions: Vec<[f64; W]>) -> Vec<[f64; W]> {
-        if self.constraints.rows() == 0 {
-            return motions;
+    /// The same of W vectors side by side, the first of which has this place among all.
+    fn allowed_columns<const W: usize>(&self, vectors: &[Vec<f64>], first: usize, of: Of<'_>) -> Vec<Vec<f64>> {
+        let columns: Vec<[f64; W]> = (0..vectors[0].len()).map(|i| std::array::from_fn(|w| vectors[w][i])).collect();
+        let mut motions = match of {
+            Of::Motions => columns,
+            Of::Forces(_) => self.factor.solve(&columns),
+        };
+        // Motions have the energy one, and what forces lead to is a part of such a motion times its eigenvalue: strains are lengths
+        // beside that.
+        let least: [f64; W] = std::array::from_fn(|w| match of {
+            Of::Motions => IMPROVED,
+            Of::Forces(values) => IMPROVED * values[first + w],
+        });
+        if self.constraints.rows() > 0 {
+            self.hold(&mut motions, &least);
         }
-        let mut before = [f64::INFINITY; W];
+        (0..W).map(|w| motions.iter().map(|row| row[w]).collect()).collect()
+    }
+
+    /// Takes out of motions what the constraints do not allow, until strains are no longer than `least`.
+    ///
+    /// One correction x − F⁻¹ Gᵀ G x after the other, F being what the factors are of, leaves as many times what the first one leaves. Near a
+    /// critical factor that is a large part in few directions: so steps are combined to the least length of G x (generalized conjugate
+    /// residuals; S. C. Eisenstat, H. C. Elman, M. H. Schultz, SIAM J. Numer. Anal. 20, 1983).
+    fn hold<const W: usize>(&self, motions: &mut [[f64; W]], least: &[f64; W]) {
+        let strains_of = |x: &[[f64; W]]| {
+            let mut strains = vec![[0.0; W]; self.constraints.rows()];
+            multiply_columns(self.constraints, x, &mut strains);
+            strains
+        };
+        let mut strains = strains_of(motions);
+        let mut steps: Vec<[Vec<[f64; W]>; 2]> = Vec::new();
+        let mut before = [[f64::INFINITY; W]; 2];
         for _ in 0..CORRECTIONS {
-            let (back, left) = self.held_back(&motions);
-            let lengths = lengths(&motions);
+            let left = lengths(&strains);
             // What rounding leaves does not shrink any more.
-            if (0..W).all(|w| left[w] <= CORRECTED * lengths[w] || left[w] > 0.9 * before[w]) {
+            if (0..W).all(|w| left[w] <= least[w] || left[w] > 0.9 * before[0][w]) {
                 break;
             }
-            before = left;
-            let change = self.factor.solve(&back);
-            motions.iter_mut().flatten().zip(change.iter().flatten()).for_each(|(x, change)| *x -= change);
+            before = [before[1], left];
+            let mut change = self.factor.solve(&self.back(&strains));
+            let mut made = strains_of(&change);
+            for [known, known_strains] in &steps {
+                let along = dots(known_strains, &made).map(|part| -part);
+                add_columns(&mut change, &along, known);
+                add_columns(&mut made, &along, known_strains);
+            }
+            let scale = lengths(&made).map(|length| if length > 0.0 { 1.0 / length } else { 0.0 });
+            for columns in [&mut change, &mut made] {
+                columns.iter_mut().for_each(|row| (0..W).for_each(|w| row[w] *= scale[w]));
+            }
+            let part = dots(&made, &strains).map(|part| -part);
+            add_columns(motions, &part, &change);
+            add_columns(&mut strains, &part, &made);
+            steps.push([change, made]);
         }
-        motions
     }
 
-    /// Gᵀ G x, and the length of G x.
-    fn held_back<const W: usize>(&self, x: &[[f64; W]]) -> (Vec<[f64; W]>, [f64; W]) {
-        let mut strains = vec![[0.0; W]; self.constraints.rows()];
-        multiply_columns(self.constraints, x, &mut strains);
-        let mut back = vec![[0.0; W]; x.len()];
-        for (row, strain) in self.constraints.outer_iterator().zip(&strains) {
+    /// Gᵀ of strains.
+    fn back<const W: usize>(&self, strains: &[[f64; W]]) -> Vec<[f64; W]> {
+        let mut back = vec![[0.0; W]; self.constraints.cols()];
+        for (row, strain) in self.constraints.outer_iterator().zip(strains) {
             for (column, value) in row.iter() {
                 for w in 0..W {
                     back[column][w] += value * strain[w];
                 }
             }
         }
-        (back, lengths(&strains))
+        back
+    }
+
+    /// Gᵀ G x, and the length of G x.
+    fn held_back<const W: usize>(&self, x: &[[f64; W]]) -> (Vec<[f64; W]>, [f64; W]) {
+        let mut strains = vec![[0.0; W]; self.constraints.rows()];
+        multiply_columns(self.constraints, x, &mut strains);
+        (self.back(&strains), lengths(&strains))
     }
 
     /// So many corrections that a motion nearly meets the constraints.
@@ -644,18 +718,20 @@ impl<'a> Space<'a> {
     }
 }
 
-/// What is made of several vectors, a few of them side by side at once.
-fn side_by_side(vectors: &[Vec<f64>], make: impl Fn(Vec<[f64; WIDTH]>) -> Vec<[f64; WIDTH]>) -> Vec<Vec<f64>> {
-    let mut made = Vec::with_capacity(vectors.len());
-    for vectors in vectors.chunks(WIDTH) {
-        let mut columns = vec![[0.0; WIDTH]; vectors[0].len()];
-        for (w, vector) in vectors.iter().enumerate() {
-            columns.iter_mut().zip(vector).for_each(|(row, x)| row[w] = *x);
-        }
-        let columns = make(columns);
-        made.extend((0..vectors.len()).map(|w| columns.iter().map(|row| row[w]).collect::<Vec<f64>>()));
+/// The products of W columns side by side, each with one of others.
+fn dots<const W: usize>(a: &[[f64; W]], b: &[[f64; W]]) -> [f64; W] {
+    let mut sums = [0.0; W];
+    for (a, b) in a.iter().zip(b) {
+        (0..W).for_each(|w| sums[w] += a[w] * b[w]);
     }
-    made
+    sums
+}
+
+/// Adds to W columns side by side parts of others.
+fn add_columns<const W: usize>(columns: &mut [[f64; W]], parts: &[f64; W], others: &[[f64; W]]) {
+    for (own, other) in columns.iter_mut().zip(others) {
+        (0..W).for_each(|w| own[w] += parts[w] * other[w]);
+    }
 }
 
 /// The lengths of W columns side by side.
@@ -735,9 +811,10 @@ mod tests {
         let (stiffness, mass): (CsMat<f64>, CsMat<f64>) = (stiffness.to_csr(), mass.to_csr());
         let none = TriMat::new((0, size)).to_csr();
         let form = Form { strains: none.clone(), rest: stiffness.clone() };
-        let factor = Factor::new(&stiffness).unwrap();
-        let pencil =
-            Pencil { factor, shift: 0.0, stiffness: &stiffness, form: &form, other: &mass, constraints: &none };
+        let analyzed = Analyzed::default();
+        let factor = analyzed.factor(&stiffness).unwrap();
+        let (stiffness, other, constraints) = (&stiffness, &mass, &none);
+        let pencil = Pencil { factor, shift: 0.0, stiffness, form: &form, other, constraints, analyzed: &analyzed };
         for count in [6, 30] {
             let pairs = pencil.largest(count);
             assert!(pairs.complete);
