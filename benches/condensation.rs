@@ -1,11 +1,11 @@
 //! One Newton iteration of a spatial network, whole and in its parts: condensation of the chains, assembly, factorization.
 
-use std::path::Path as FilePath;
+use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use pennate_models::{Mesh, discretize};
-use pennate_solver::continuation::{self, Path};
+use pennate_solver::continuation::{self, Continuation};
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;
 use pennate_solver::packs;
@@ -15,13 +15,13 @@ const SPACE: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
 /// The system of a network at a third of its first step, in equilibrium; saved as state 0.
 fn system(file: &str) -> System<6> {
-    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("validation/peers").join(file);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/peers").join(file);
     let model = pennate_models::read(&file, &[]).expect("a network of the repository");
     let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-4));
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, &steps);
+    let topology = continuation::topology(&structure, &steps);
     let elements = packs::space(&structure, 0);
-    let mut path = Path::new(System::new(structure, topology, elements, SPACE, false), Options::default());
+    let mut path = Continuation::new(System::new(structure, topology, elements, SPACE, false), Options::default());
     path.free_motions(&steps);
     let mut system = path.system;
     system.fraction = 1.0;

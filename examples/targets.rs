@@ -18,7 +18,7 @@ use std::time::Instant;
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_analysis::batch::{self, Design};
 use pennate_models::{Mesh, Model, discretize, read, read_text, scenes};
-use pennate_solver::continuation::{self, Path as Ramp};
+use pennate_solver::continuation::{self, Continuation};
 use pennate_solver::history::History;
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;
@@ -254,10 +254,10 @@ fn spiral(cells: usize, elements: usize) -> (Structure, Vec<Step>) {
 fn iteration(cells: usize) -> (f64, String) {
     let (structure, steps) = spiral(cells, 9);
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, &steps);
+    let topology = continuation::topology(&structure, &steps);
     let chains = packs::space(&structure, 0);
     let system = System::new(structure, topology, chains, [0, 1, 2, 3, 4, 5], false);
-    let mut ramp = Ramp::new(system, Options::default());
+    let mut ramp = Continuation::new(system, Options::default());
     ramp.free_motions(&steps);
     let mut system = ramp.system;
     system.fraction = 1.0;

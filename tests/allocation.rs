@@ -4,12 +4,12 @@
 
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
-use std::path::Path as FilePath;
+use std::path::Path;
 use std::sync::Arc;
 
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::chain::Pack;
-use pennate_solver::continuation::{self, Path};
+use pennate_solver::continuation::{self, Continuation};
 use pennate_solver::joints::Active;
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::options::Options;
@@ -96,7 +96,7 @@ gravity = [0, -9810, 0]
 "#;
 
 fn file(name: &str) -> Model {
-    pennate_models::read(&FilePath::new(env!("CARGO_MANIFEST_DIR")).join(name), &[]).expect("a network")
+    pennate_models::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name), &[]).expect("a network")
 }
 
 fn text(settings: &[(String, String)]) -> Model {
@@ -124,9 +124,9 @@ fn allocations_in<const D: usize>(
 ) -> usize {
     let (structure, steps) = discretize(model, &Mesh::initial(model, 1e-4));
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, &steps);
+    let topology = continuation::topology(&structure, &steps);
     let elements = packs(&structure, 0);
-    let mut path = Path::new(System::new(structure, topology, elements, active, false), Options::default());
+    let mut path = Continuation::new(System::new(structure, topology, elements, active, false), Options::default());
     assert!(path.free_motions(&steps).is_empty());
     let mut system = path.system;
     let mut solve = |part: f64| {

@@ -44,11 +44,18 @@ fn moved(factor: f64) -> Vec<(&'static str, Tuning)> {
     all
 }
 
-/// What a network comes to: how each step ends and what it passes, and every displacement and rotation at its end with
-/// what it may be off by.
+/// How a step ends, and what it passes: kind, fraction of the ramp, and its error.
+#[derive(Debug)]
+struct End {
+    status: Status,
+    stable: Option<bool>,
+    points: Vec<(CriticalKind, f64, f64)>,
+}
+
+/// What a network comes to: the ends of its steps, and every displacement there with what it may be off by.
 #[derive(Debug)]
 struct Answer {
-    steps: Vec<(Status, Option<bool>, Vec<(CriticalKind, f64, f64)>)>,
+    steps: Vec<End>,
     values: Vec<f64>,
     room: f64,
 }
@@ -61,7 +68,7 @@ fn answer(file: &Path, tuning: Tuning) -> Result<Answer, String> {
     for step in &solution.history.steps {
         let points = step.critical_points.iter();
         let points = points.map(|p| (p.kind, p.fraction, p.error.unwrap_or(1e-3))).collect();
-        steps.push((step.status, step.stable, points));
+        steps.push(End { status: step.status, stable: step.stable, points });
         let Some(last) = step.increments.last() else { continue };
         values.extend(last.state.nodes.iter().flat_map(|node| node.displacement));
     }
@@ -71,14 +78,13 @@ fn answer(file: &Path, tuning: Tuning) -> Result<Answer, String> {
 
 /// What differs, in words; nothing where the answers are the same.
 fn difference(one: &Answer, other: &Answer) -> Option<String> {
-    let places =
-        |of: &Answer| of.steps.iter().map(|(status, stable, points)| (*status, *stable, points.len())).collect();
+    let places = |of: &Answer| of.steps.iter().map(|end| (end.status, end.stable, end.points.len())).collect();
     let (first, second): (Vec<_>, Vec<_>) = (places(one), places(other));
     if first != second {
         return Some(format!("{first:?}, moved {second:?}"));
     }
-    for ((.., points), (.., others)) in one.steps.iter().zip(&other.steps) {
-        for (a, b) in points.iter().zip(others) {
+    for (end, moved) in one.steps.iter().zip(&other.steps) {
+        for (a, b) in end.points.iter().zip(&moved.points) {
             if a.0 != b.0 || (a.1 - b.1).abs() > 3.0 * (a.2 + b.2) * a.1.abs().max(1.0) {
                 return Some(format!("{a:?}, moved {b:?}"));
             }

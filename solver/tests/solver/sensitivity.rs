@@ -43,7 +43,7 @@ where
     System<D>: Packed<D>,
 {
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, &[]);
+    let topology = continuation::topology(&structure, &[]);
     let chains = <System<D> as Packed<D>>::chains(&structure);
     let mut system = System::new(Arc::clone(&structure), topology, chains, active, false);
     let held = (0..6).map(|component| {
@@ -136,7 +136,7 @@ fn a_straight_bar_has_the_derivatives_of_its_formula() {
     let mut structure = rod(Dimension::Plane, [[1.0; 6]; 2], [0.0, -0.2], true);
     structure.drives.truncate(2);
     let structure = Arc::new(structure);
-    let topology = path::topology(&structure, &[]);
+    let topology = continuation::topology(&structure, &[]);
     let mut system = System::new(Arc::clone(&structure), topology, packs::plane(&structure, 0), PLANE, false);
     let held = [0, 1, 5].map(|component| {
         let axis = AXES[component % 3];
