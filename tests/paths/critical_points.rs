@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_analysis::solution::Solution;
 use pennate_models::read;
-use pennate_solver::history::{CriticalKind, Status};
+use pennate_solver::history::{CriticalKind, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::Formulation;
 use serde_json::Value;
@@ -238,6 +238,46 @@ fn a_ramp_that_ends_before_a_limit_point_reaches_its_end() {
         let step = &solution.history.steps[0];
         assert_eq!(step.status, expected, "{part} of the limit load, fraction {}", step.fraction);
         assert_eq!(step.stable, Some(true));
+    }
+}
+
+/// An arch of one member between clamped nodes has no joint that moves, and snaps all the same: as one with a node in its crown.
+#[test]
+fn an_arch_without_a_joint_that_moves_snaps_like_one_with_a_node_in_its_crown() {
+    let network = |node: &str, members: &str, method: &str| {
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [0, 0], B = [100, 0]{node} }}
+            sections.s = {{ stiffness = {{ EA = 4e5, EI3 = 1e3 }} }}
+            supports = {{ A = \"clamped\", B = \"clamped\" }}\n{members}
+            [[steps]]\nmethod = \"{method}\"\ndistributed = {{ all = [0.002, -0.15] }}\n"
+        );
+        let model = pennate_models::read_text("arch.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
+    };
+    let one = "members.a = { nodes = [\"A\", \"B\"], section = \"s\", arc = [50, 4] }";
+    // The circle through A, M and B: a quarter of it from A.
+    let radius = (50.0f64.powi(2) + 16.0) / 8.0;
+    let part = 0.5 * (50.0 / radius).asin();
+    let [x, y] = [50.0 - radius * part.sin(), radius * (part.cos() - 1.0) + 4.0];
+    let half = |name: &str, ends: &str, x: f64| {
+        format!("members.{name} = {{ nodes = [{ends}], section = \"s\", arc = [{x}, {y}] }}\n")
+    };
+    let two = half("a", "\"A\", \"M\"", x) + &half("b", "\"M\", \"B\"", 100.0 - x);
+    for method in ["newton", "jump", "arc_length"] {
+        let (one, two) = (network("", one, method), network(", M = [50, 4]", &two, method));
+        let (a, b) = (&one.history.steps[0], &two.history.steps[0]);
+        assert_eq!((a.status, a.stable), (b.status, b.stable), "{method}");
+        assert_eq!(a.critical_points.len(), b.critical_points.len(), "{method}");
+        for (a, b) in a.critical_points.iter().zip(&b.critical_points) {
+            assert_eq!((a.kind, a.member), (b.kind, Some(0)), "{method}");
+            assert_load(a.fraction, b.fraction);
+        }
+        if a.status == Status::Converged {
+            let reaction = |step: &StepHistory| step.increments.last().expect("a state").state.nodes[0].reaction_force;
+            let (a, b) = (reaction(a), reaction(b));
+            assert!((0..2).all(|c| (a[c] - b[c]).abs() < 1e-5 * b[0].abs()), "{method}: {a:?} {b:?}");
+        }
     }
 }
 

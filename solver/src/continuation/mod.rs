@@ -297,6 +297,18 @@ impl<'a, const D: usize> Continuation<'a, D> {
         so_far.counted = true;
         so_far.going = known || self.follow(&mut run);
         self.judge_end(&ramp, record);
+        if !so_far.going && record.status != Status::Interrupted && self.inside.is_empty() {
+            self.inside = self.members_out_of_sight();
+        }
+    }
+
+    /// Members between joints that do not move: neither an arc nor a mode can be measured by the motions of these, and what
+    /// ends a ramp may lie within such a member.
+    fn members_out_of_sight(&self) -> Vec<MemberId> {
+        let system = &self.system;
+        let held = |node: &usize| system.equations.holds_all(system.topology.links[*node].joint);
+        let members = system.structure.members.iter().enumerate();
+        members.filter(|(_, member)| member.nodes.iter().all(held)).map(|(index, _)| index).collect()
     }
 
     /// Whether the loads have a potential along the whole of a ramp; the state is left at its beginning.

@@ -293,6 +293,11 @@ impl<const D: usize> Equations<D> {
         self.joints[joint].rows.is_empty()
     }
 
+    /// Whether rows hold all motions of a joint.
+    pub fn holds_all(&self, joint: usize) -> bool {
+        self.joints[joint].count == 0
+    }
+
     /// Sets held components to their values exactly.
     pub fn enforce(&self, states: &mut [JointState], fraction: f64) {
         for (equations, state) in self.joints.iter().zip(states) {
