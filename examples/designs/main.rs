@@ -10,6 +10,10 @@
 //! compares so many random designs of each of eleven networks with solves one by one, and prints how many of them have an
 //! answer, and the largest difference over the largest value.
 //!
+//!     cargo run --release --example designs -- study 300000
+//!
+//! solves so many mechanisms on two threads, and prints the seconds.
+//!
 //!     cargo run --release --example designs -- repeat gradient dyad 100
 //!
 //! does nothing but one of `model`, `structure`, `values`, `alone`, `gradient` and `live` of one network so many times, for
@@ -30,8 +34,28 @@ fn main() {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["campaign", count] => campaign(count.parse().expect("a number of designs")),
         ["repeat", work, name, count] => repeat(work, name, count.parse().expect("how many times")),
-        _ => table(),
+        ["study", count] => study(count.parse().expect("a number of designs")),
+        _ => on_threads(1, table),
     }
+}
+
+/// Does some work on so many threads; that of a problem takes all that there are, otherwise.
+fn on_threads(threads: usize, work: impl FnOnce() + Send) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(work);
+}
+
+/// Seconds that many designs of the mechanism take on two threads.
+fn study(count: usize) {
+    let network = all().into_iter().find(|network| network.name.contains("mechanism")).expect("a network of the table");
+    let problem = network.problem();
+    let rows = network.rows(&problem, count);
+    on_threads(2, || {
+        let start = Instant::now();
+        let found = problem.evaluate(&rows);
+        let answered = found.reasons.iter().filter(|reason| reason.is_none()).count();
+        println!("{answered} of {count} designs with an answer in {:.1} s", start.elapsed().as_secs_f64());
+    });
 }
 
 /// One piece of work on designs of one network, again and again; values and derivatives are those of eight designs at once.
