@@ -9,7 +9,7 @@ use std::sync::Arc;
 use pennate_elements::small::{add, apply, tmul, transpose};
 
 use crate::chain::Bent;
-use crate::history::{Equilibrium, History, MemberShape, MemberState, Peak, SectionForces};
+use crate::history::{Cause, Equilibrium, Failure, History, MemberShape, MemberState, Note, Peak, SectionForces};
 use crate::structure::{Drive, Member, MemberId, NodeId, Release, Segment, Step, Structure};
 
 /// Part of a member's length within which a boundary between segments is its middle.
@@ -103,6 +103,16 @@ impl Split {
                     jump.node = self.structure.members[member].nodes[0];
                 }
             }
+            for note in &mut step.notes {
+                if let Note::Undetermined { members } | Note::TurnedAboutItself { members } = note {
+                    members.iter_mut().for_each(|member| *member = self.whole(*member));
+                    members.sort_unstable();
+                    members.dedup();
+                }
+            }
+            if let Some(Failure { cause: Cause::Overheld { member }, .. }) = &mut step.failure {
+                *member = self.whole(*member);
+            }
             if let Some(failure) = &mut step.failure
                 && let Some(member) = failure.worst_node.and_then(|node| self.member_of(node))
             {
@@ -111,6 +121,11 @@ impl Split {
         }
         history.inside = self.halves.iter().map(|half| half.0).collect();
         history
+    }
+
+    /// The member as it was that this one is, or is the second half of.
+    fn whole(&self, member: MemberId) -> MemberId {
+        member.checked_sub(self.members).map_or(member, |k| self.halves[k].0)
     }
 
     fn member_of(&self, node: NodeId) -> Option<MemberId> {

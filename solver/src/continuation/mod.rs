@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::error::{FreeMotion, NearMotion};
-use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
+use crate::history::{Cause, Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
 use crate::joints::Held;
 use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
@@ -297,7 +297,9 @@ impl<'a, const D: usize> Continuation<'a, D> {
         so_far.counted = true;
         so_far.going = known || self.follow(&mut run);
         self.judge_end(&ramp, record);
-        if !so_far.going && record.status != Status::Interrupted && self.inside.is_empty() {
+        // A member that no force keeps at its length has none in halves either.
+        let overheld = record.failure.as_ref().is_some_and(|failure| matches!(failure.cause, Cause::Overheld { .. }));
+        if !so_far.going && record.status != Status::Interrupted && self.inside.is_empty() && !overheld {
             self.inside = self.members_out_of_sight();
         }
     }
