@@ -10,7 +10,8 @@ pub struct Tuning {
     /// Iterations after which one is given up. With mixed points 3 to 9 lead to an equilibrium at any slenderness (Magisano,
     /// Leonetti, Garcea, Int. J. Numer. Methods Engrg. 111, 2017).
     pub iterations: usize,
-    /// Increment (radians, or lengths) whose square is rounding: a quadratic iteration has converged.
+    /// Increment (radians, or lengths) whose square is rounding: a quadratic iteration has converged. An increment along an arc is
+    /// not made shorter than this part of the first.
     pub increment: f64,
     /// Residual, over the largest force or moment, at which such a state needs no further iteration: rounding of sums of a
     /// million terms.
@@ -24,7 +25,8 @@ pub struct Tuning {
     pub contraction: f64,
     /// Increment (radians, or lengths) up to which an iteration may grow.
     pub trust: f64,
-    /// Radians, or lengths, that are near: an iteration within them converges quadratically, a path within them is one.
+    /// Radians, or lengths, that are near, and the part of a ramp, a residual or a force that is small: an iteration within them
+    /// converges quadratically, a path within them is one.
     pub near: f64,
     /// Part of its loads at which linear buckling of the first increment tells that they are too much for it. Factors a
     /// little below one are common where nothing buckles: a curved beam bent out of its plane.
@@ -46,7 +48,8 @@ pub struct Tuning {
     pub shortest: f64,
     /// Cosine of the angle by which a path turns in one increment along its arc.
     pub straight: f64,
-    /// Part of the first increment along an arc, and of a bracket, below which nothing is shortened: the half of all digits.
+    /// Part of a bracket to which the root in it is closed in, and increment (radians, or lengths) of an iteration that is to
+    /// tell whether a motion has any stiffness: half of all digits and a little more.
     pub exact: f64,
     /// Distance (radians, or lengths) along a mode at which a branch is entered.
     pub amplitude: f64,
