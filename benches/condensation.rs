@@ -24,9 +24,9 @@ fn system(file: &str) -> System<6> {
     let mut path = Continuation::new(System::new(structure, topology, elements, SPACE, false), Options::default());
     path.free_motions(&steps);
     let mut system = path.system;
-    system.fraction = 1.0;
+    system.loading.fraction = 1.0;
     for &(drive, value) in &steps[0].targets {
-        system.drives[drive] = value / 3.0;
+        system.loading.drives[drive] = value / 3.0;
     }
     system.apply_drives();
     Newton::default().solve(&mut system, Start { predicted: false, ..Start::nearby() }).expect("an equilibrium");
@@ -46,19 +46,19 @@ fn iteration(criterion: &mut Criterion) {
             });
         });
         criterion.bench_function(&format!("{name}: chains condensed"), |bencher| {
-            bencher.iter(|| system.packs.iter_mut().for_each(|pack| pack.condense()));
+            bencher.iter(|| system.members.packs.iter_mut().for_each(|pack| pack.condense()));
         });
         criterion.bench_function(&format!("{name}: condensed, assembled and factorized"), |bencher| {
             bencher.iter(|| system.assemble(false));
         });
         criterion.bench_function(&format!("{name}: joints factorized"), |bencher| {
-            bencher.iter(|| system.linear.factorize());
+            bencher.iter(|| system.tangent.linear.factorize());
         });
-        let mut rhs = vec![1.0; system.linear.size()];
+        let mut rhs = vec![1.0; system.tangent.linear.size()];
         criterion.bench_function(&format!("{name}: joints solved"), |bencher| {
-            bencher.iter(|| system.solve_in_place(&mut rhs));
+            bencher.iter(|| system.tangent.solve(&mut rhs));
         });
-        let still = vec![0.0; system.linear.size()];
+        let still = vec![0.0; system.tangent.linear.size()];
         criterion.bench_function(&format!("{name}: joints, ends and interiors moved"), |bencher| {
             bencher.iter(|| system.move_by(&still, false));
         });

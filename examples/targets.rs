@@ -260,9 +260,9 @@ fn iteration(cells: usize) -> (f64, String) {
     let mut ramp = Continuation::new(system, Options::default());
     ramp.free_motions(&steps);
     let mut system = ramp.system;
-    system.fraction = 1.0;
+    system.loading.fraction = 1.0;
     for &(drive, value) in &steps[0].targets {
-        system.drives[drive] = 1e-3 * value;
+        system.loading.drives[drive] = 1e-3 * value;
     }
     system.apply_drives();
     let _ = Newton::default().solve(&mut system, Start { predicted: false, ..Start::nearby() });

@@ -131,10 +131,10 @@ fn allocations_in<const D: usize>(
     let mut system = path.system;
     let mut solve = |part: f64| {
         for &(drive, value) in &steps[0].targets {
-            system.drives[drive] = part * value;
+            system.loading.drives[drive] = part * value;
         }
-        system.prestress = 1.0;
-        system.fraction = 1.0;
+        system.loading.prestress = 1.0;
+        system.loading.fraction = 1.0;
         system.apply_drives();
         let before = COUNT.with(Cell::get);
         let found = Newton::default().solve(&mut system, Start::nearby());

@@ -41,7 +41,7 @@ pub enum Followed<'a> {
 }
 
 /// A state as a spatial network, at equilibrium.
-pub struct Base {
+pub(crate) struct Base {
     /// The structure in the state.
     pub system: System<6>,
     /// How far the steps came.
@@ -87,7 +87,7 @@ impl Followed<'_> {
     ///
     /// What the step holds where it is, or lets go, is where these elements have it: differences between orders are to show all
     /// that depends on the mesh.
-    pub fn beginning(&mut self, step: &Step, enrich: usize) -> Option<Base> {
+    pub(crate) fn beginning(&mut self, step: &Step, enrich: usize) -> Option<Base> {
         match self {
             Self::Plane(path) => {
                 let chains = packs::plane(&path.system.structure, enrich);
@@ -103,15 +103,15 @@ impl Followed<'_> {
     }
 
     /// Values of the drives, and what is held.
-    pub fn drives(&self) -> &[f64] {
+    pub(crate) fn drives(&self) -> &[f64] {
         match self {
-            Self::Plane(path) => &path.system.drives,
-            Self::Space(path) => &path.system.drives,
+            Self::Plane(path) => &path.system.loading.drives,
+            Self::Space(path) => &path.system.loading.drives,
         }
     }
 
     /// The present state on elements whose order is higher by `enrich`; nothing where it is not found there.
-    pub fn base(&mut self, enrich: usize) -> Option<Base> {
+    pub(crate) fn base(&mut self, enrich: usize) -> Option<Base> {
         match self {
             Self::Space(path) => of_space(&path.system, enrich),
             Self::Plane(path) => of_plane(&path.system, path.stability, enrich),
@@ -122,7 +122,7 @@ impl Followed<'_> {
 /// The state of a spatial system on elements whose order is higher by `enrich`; nothing where it is not found there.
 pub(crate) fn of_space(system: &System<6>, enrich: usize) -> Option<Base> {
     let mut space = spatial(system, enrich);
-    space.hold(system.equations.held.clone());
+    space.hold(system.pattern.equations.held.clone());
     space.prolong(system);
     settle(&mut space)?;
     Some(Base { system: space, reach: Reach::Space })
@@ -139,8 +139,10 @@ pub(crate) fn of_plane(plane: &System<3>, stability: Dimension, enrich: usize) -
         return Some(Base { system: space, reach: Reach::InPlane });
     }
     let mut rows: Vec<Held> = lateral::rows(&plane.structure);
-    rows.retain(|row| plane.equations.held.iter().all(|held| (held.node, held.component) != (row.node, row.component)));
-    rows.extend(&plane.equations.held);
+    rows.retain(|row| {
+        plane.pattern.equations.held.iter().all(|held| (held.node, held.component) != (row.node, row.component))
+    });
+    rows.extend(&plane.pattern.equations.held);
     space.hold(rows);
     space.assemble(false);
     Some(Base { system: space, reach: Reach::BothWays })
@@ -155,7 +157,7 @@ fn beginning<const D: usize>(
 ) -> Option<System<D>> {
     let (structure, topology) = (Arc::clone(&path.system.structure), Arc::clone(&path.system.topology));
     let mut system = System::new(structure, topology, chains, active, false);
-    system.fading.clone_from(&path.system.fading);
+    system.loading.fading.clone_from(&path.system.loading.fading);
     system.hold_like(&path.system);
     system.prolong(&path.system);
     Newton::default().solve(&mut system, Start::nearby()).ok()?;
@@ -167,8 +169,8 @@ fn spatial<const D: usize>(system: &System<D>, enrich: usize) -> System<6> {
     let structure = Arc::clone(&system.structure);
     let packs = packs::space(&structure, enrich);
     let mut space = System::new(structure, Arc::clone(&system.topology), packs, SPACE, false);
-    space.fading.clone_from(&system.fading);
-    space.auxiliary = AUXILIARY;
+    space.loading.fading.clone_from(&system.loading.fading);
+    space.loading.auxiliary = AUXILIARY;
     space
 }
 
@@ -176,7 +178,7 @@ fn spatial<const D: usize>(system: &System<D>, enrich: usize) -> System<6> {
 fn settle(system: &mut System<6>) -> Option<()> {
     Newton::default().solve(system, Start::nearby()).ok()?;
     // Mixed stresses are one iteration behind the state: the geometric stiffness is to be that of the equilibrium.
-    system.advance(system.equations.has_general())?;
+    system.advance(system.pattern.equations.has_general())?;
     system.assemble(false);
     Some(())
 }

@@ -77,7 +77,7 @@ fn about(mut base: Base) -> Option<Vibration> {
     let family = if base.reach == Reach::InPlane { Family::InPlane } else { Family::Space };
     let numbers = unknowns.of_family(&base.system, family)?;
     let operators = assembled.of_family(&numbers);
-    let skew = matrix(&base.system.skew_part(), &numbers);
+    let skew = matrix(&base.system.tangent.skew_part(), &numbers);
     let Shifted { shift, stiffness, form, factor } = Shifted::of(&operators)?;
     let pencil = Pencil {
         factor,

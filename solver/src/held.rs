@@ -71,18 +71,18 @@ pub struct HeldForces {
 
 impl HeldForces {
     /// Begins with the forces of the present state.
-    pub fn begin<const D: usize>(&mut self, system: &System<D>) {
+    pub(crate) fn begin<const D: usize>(&mut self, system: &System<D>) {
         self.members.clear();
         self.drop_oldest(self.tried.len());
         (self.hastened, self.grown, self.response) = (false, 0, 0.0);
-        if !system.holds_strains() {
+        if !system.loading.holds_strains() {
             return;
         }
         let holds = |&member: &MemberId| {
-            let slot = &system.members[member];
-            system.packs[slot.pack].held_force(slot.lane).is_some()
+            let slot = &system.members.slots[member];
+            system.members.packs[slot.pack].held_force(slot.lane).is_some()
         };
-        self.members.extend((0..system.members.len()).filter(holds));
+        self.members.extend((0..system.members.count()).filter(holds));
         read(system, &self.members, &mut self.forces);
         // Once for all solves: an iteration takes no memory.
         self.tried.reserve(DEPTH);
@@ -101,7 +101,7 @@ impl HeldForces {
     ///
     /// `near` tells whether the iteration was so small that the next one will be like it. Gives the member whose force grows
     /// without end, where there is one.
-    pub fn follow<const D: usize>(&mut self, system: &mut System<D>, near: bool) -> Option<MemberId> {
+    pub(crate) fn follow<const D: usize>(&mut self, system: &mut System<D>, near: bool) -> Option<MemberId> {
         if self.members.is_empty() {
             return None;
         }
@@ -187,7 +187,7 @@ impl HeldForces {
     }
 
     /// Whether the forces would change by no more than this part of the largest force in the network.
-    pub fn are_settled<const D: usize>(&self, system: &System<D>, part: f64) -> bool {
+    pub(crate) fn are_settled<const D: usize>(&self, system: &System<D>, part: f64) -> bool {
         let Some(last) = self.tried.last() else { return true };
         let scale = force_scale(system);
         (0..self.members.len()).all(|index| {
@@ -228,8 +228,8 @@ impl HeldForces {
 
     /// Force that an iteration adds for what rounding makes of the stretch.
     fn rounding<const D: usize>(&self, system: &System<D>, index: usize) -> f64 {
-        let slot = &system.members[self.members[index]];
-        let held = system.packs[slot.pack].held_force(slot.lane);
+        let slot = &system.members.slots[self.members[index]];
+        let held = system.members.packs[slot.pack].held_force(slot.lane);
         let strain = |length: f64| PLACES * f64::EPSILON * (system.size / length).max(1.0);
         held.map_or(0.0, |held| strain(held.length) * held.auxiliary)
     }
@@ -248,14 +248,14 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
     let here = system.snapshot();
     let mut most = 0.0f64;
     for (index, &member) in members.iter().enumerate() {
-        let slot = &system.members[member];
-        let Some(held) = system.packs[slot.pack].held_force(slot.lane) else { continue };
+        let slot = &system.members.slots[member];
+        let Some(held) = system.members.packs[slot.pack].held_force(slot.lane) else { continue };
         // Not the same on all: forces that are undetermined together may be so in one proportion alone.
         let by = TRIED * held.auxiliary * (1.0 + 0.3 * (index as f64).sin());
         most = most.max(by);
         add(system, member, by);
     }
-    let pending = system.equations.has_general();
+    let pending = system.pattern.equations.has_general();
     let since = |system: &System<D>| -> Vec<f64> {
         let mut now = Vec::new();
         read(system, &members, &mut now);
@@ -286,22 +286,22 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
 
 fn read<const D: usize>(system: &System<D>, members: &[MemberId], forces: &mut Vec<f64>) {
     let force = |&member: &MemberId| {
-        let slot = &system.members[member];
-        system.packs[slot.pack].held_force(slot.lane).map_or(0.0, |held| held.force)
+        let slot = &system.members.slots[member];
+        system.members.packs[slot.pack].held_force(slot.lane).map_or(0.0, |held| held.force)
     };
     forces.clear();
     forces.extend(members.iter().map(force));
 }
 
 fn add<const D: usize>(system: &mut System<D>, member: MemberId, by: f64) {
-    let slot = &system.members[member];
+    let slot = &system.members.slots[member];
     let (pack, lane) = (slot.pack, slot.lane);
-    system.packs[pack].add_held_force(lane, by);
+    system.members.packs[pack].add_held_force(lane, by);
 }
 
 /// The largest force of the last assembly; where there are moments alone, what counts as no less beside them.
 fn force_scale<const D: usize>(system: &System<D>) -> f64 {
-    system.force_scale.max(1e-3 * system.moment_scale / system.size)
+    system.tangent.force_scale.max(1e-3 * system.tangent.moment_scale / system.size)
 }
 
 /// Largest difference of two numbers of the same place.

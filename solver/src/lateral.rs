@@ -33,8 +33,8 @@ impl Lateral {
         let structure = Arc::clone(&plane.structure);
         let topology = Arc::clone(&plane.topology);
         let mut system = System::new(structure, topology, Vec::new(), [2, 3, 4], false);
-        system.members = plane.members.clone();
-        system.in_blocks = plane.in_blocks;
+        system.members.slots = plane.members.slots.clone();
+        system.pattern.in_blocks = plane.pattern.in_blocks;
         system.hold(held.clone());
         Self { system, held, space: None, found: None }
     }
@@ -42,10 +42,13 @@ impl Lateral {
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
     fn in_space(&mut self, plane: &mut System<3>) -> Option<usize> {
         let space = self.lift(plane)?;
-        let own = plane.inertia().negative;
-        let mut negative = space.inertia().negative;
+        let own = plane.tangent.inertia().negative;
+        let mut negative = space.tangent.inertia().negative;
         #[cfg(feature = "trace")]
-        eprintln!("in space {negative} negative, {own} in the plane, softest {:e}", space.softest_stiffness());
+        eprintln!(
+            "in space {negative} negative, {own} in the plane, softest {:e}",
+            space.tangent.softest_stiffness(&space.pattern, space.size)
+        );
         if negative > own {
             negative = negative.min(space.certain_negative());
             #[cfg(feature = "trace")]
@@ -63,12 +66,12 @@ impl Lateral {
             let mut space = System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false);
             space.hold(Vec::new());
             space.assemble(false);
-            space.note_rest();
+            space.tangent.note_rest(&space.pattern);
             space
         });
         // The equilibrium is looked for in the plane, where it is; what is counted is free to leave it.
-        let rows: Vec<Held> = plane.equations.held.iter().chain(&self.held).copied().collect();
-        space.fading.clone_from(&plane.fading);
+        let rows: Vec<Held> = plane.pattern.equations.held.iter().chain(&self.held).copied().collect();
+        space.loading.fading.clone_from(&plane.loading.fading);
         space.hold(flat_rows(plane));
         space.lift(plane);
         Newton::default().exact().solve(space, Start::nearby()).ok()?;
@@ -97,12 +100,12 @@ impl OutOfPlane<3> for Lateral {
 
     fn inertia(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
         if let Some((linearization, inertia, potential)) = self.found
-            && linearization == plane.linearizations()
+            && linearization == plane.tangent.linearizations()
         {
             return (inertia, potential);
         }
         let (inertia, potential) = self.assemble(plane);
-        self.found = Some((plane.linearizations(), inertia, potential));
+        self.found = Some((plane.tangent.linearizations(), inertia, potential));
         (inertia, potential)
     }
 
@@ -116,15 +119,15 @@ impl OutOfPlane<3> for Lateral {
     }
 
     fn softest(&mut self) -> Vec<f64> {
-        self.system.softest_motion()
+        self.system.tangent.softest_motion(&self.system.pattern, self.system.size)
     }
 
     fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
-        self.system.singular_test(b)
+        self.system.tangent.singular_test(b)
     }
 
     fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]> {
-        self.system.motions_of(solution)
+        self.system.pattern.motions_of(solution)
     }
 }
 
@@ -132,43 +135,43 @@ impl Lateral {
     /// Assembles and factorizes the lateral tangent at the last linearization of the plane network.
     fn assemble(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
         let system = &mut self.system;
-        system.state.joints.copy_from_slice(&plane.state.joints);
-        system.state.releases.copy_from_slice(&plane.state.releases);
-        system.loads.copy_from_slice(&plane.loads);
-        system.prestress = plane.prestress;
-        system.fraction = plane.fraction;
+        system.places.joints.copy_from_slice(&plane.places.joints);
+        system.places.releases.copy_from_slice(&plane.places.releases);
+        system.loading.nodes.copy_from_slice(&plane.loading.nodes);
+        system.loading.prestress = plane.loading.prestress;
+        system.loading.fraction = plane.loading.fraction;
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
-        for index in 0..plane.members.len() {
-            let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
+        for index in 0..plane.members.count() {
+            let turn = plane.members.slots[index].turn;
             for segment in 0..plane.structure.members[index].segments.len() {
-                let (about, length) = (plane.packs[pack].about(), plane.packs[pack].element_length(lane, segment));
                 let section = plane.section(index, segment);
-                let lengths = [length, plane.structure.members[index].length()];
-                let moduli = packs::moduli(&section, about, lengths, &plane.members[index].turn, plane.auxiliary);
-                plane.packs[pack].set_lateral_moduli(lane, segment, &moduli);
+                let (pack, lane) = plane.members.chain_mut(index);
+                let lengths = [pack.element_length(lane, segment), plane.structure.members[index].length()];
+                let moduli = packs::moduli(&section, pack.about(), lengths, &turn, plane.loading.auxiliary);
+                pack.set_lateral_moduli(lane, segment, &moduli);
             }
         }
-        plane.packs.iter_mut().for_each(|pack| pack.condense_lateral());
-        for index in 0..plane.members.len() {
-            let (pack, lane) = (plane.members[index].pack, plane.members[index].lane);
-            let (ends, negative, smallest) = plane.packs[pack].lateral(lane);
+        plane.members.packs.iter_mut().for_each(|pack| pack.condense_lateral());
+        for index in 0..plane.members.count() {
+            let (pack, lane) = plane.members.chain(index);
+            let (ends, negative, smallest) = pack.lateral(lane);
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
-            let mut factor = system.members[index].factor;
-            let info = plane.end_info(index, plane.members[index].ends);
+            let mut factor = system.tangent.releases[index];
+            let info = plane.end_info(index, &plane.tangent.ends[index]);
             let reduced = reduce::reduce(&ends, &[2, 3, 4], &info, Some(&mut factor));
             system.add_member(index, &reduced);
         }
         system.add_springs_and_loads(Some(plane));
-        system.finish(&mut inertia);
-        (inertia, system.has_potential())
+        let inertia = system.finish(inertia);
+        (inertia, system.tangent.has_potential())
     }
 }
 
 /// What the plane network holds, and everything out of the plane.
-pub fn flat_rows(plane: &System<3>) -> Vec<Held> {
-    let mut flat: Vec<Held> = plane.equations.held.clone();
+pub(crate) fn flat_rows(plane: &System<3>) -> Vec<Held> {
+    let mut flat: Vec<Held> = plane.pattern.equations.held.clone();
     flat.retain(|held| matches!(held.component, 0 | 1 | 5));
     for &node in &plane.topology.references {
         for component in [2, 3, 4] {

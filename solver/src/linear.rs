@@ -77,7 +77,7 @@ impl std::fmt::Debug for Symmetric {
 impl Symmetric {
     /// The pattern of the lower triangle: pairs (row, column) with row ≥ column, in any order, repeats allowed. The
     /// diagonal is always there. With `in_blocks` equal blocks, one or many, are eliminated side by side where they are small.
-    pub fn new(size: usize, pairs: &mut Vec<(usize, usize)>, in_blocks: bool) -> Self {
+    pub(crate) fn new(size: usize, pairs: &mut Vec<(usize, usize)>, in_blocks: bool) -> Self {
         pairs.extend((0..size).map(|i| (i, i)));
         // Pairs mostly come in order, and so does the diagonal: a sort that merges what is sorted has next to nothing to do.
         pairs.sort_by_key(|&(row, column)| (column, row));
@@ -115,7 +115,7 @@ impl Symmetric {
     }
 
     /// Another matrix of the same pattern, which need not be analysed again.
-    pub fn alike(&self) -> Self {
+    pub(crate) fn alike(&self) -> Self {
         Self::of(Arc::clone(&self.analysis))
     }
 
@@ -146,14 +146,14 @@ impl Symmetric {
 
     /// Where the entry lies in `values`; `None` above the diagonal or outside the pattern.
     #[inline]
-    pub fn position(&self, row: usize, column: usize) -> Option<usize> {
+    pub(crate) fn position(&self, row: usize, column: usize) -> Option<usize> {
         let pattern = &self.analysis.pattern;
         let range = pattern.col_ptr()[column]..pattern.col_ptr()[column + 1];
         pattern.row_idx()[range.clone()].binary_search(&row).ok().map(|i| range.start + i)
     }
 
     /// Entries of the lower triangle: row, column, value.
-    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let pattern = &self.analysis.pattern;
         let columns = pattern.col_ptr().windows(2).enumerate();
         columns.flat_map(move |(column, range)| {
@@ -161,28 +161,28 @@ impl Symmetric {
         })
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.values.fill(0.0);
     }
 
-    pub fn diagonal(&self, index: usize) -> f64 {
+    pub(crate) fn diagonal(&self, index: usize) -> f64 {
         self.values[self.analysis.diagonal[index]]
     }
 
     /// Adds `factor` times the weights to the diagonal.
-    pub fn shift(&mut self, factor: f64, weights: &[f64]) {
+    pub(crate) fn shift(&mut self, factor: f64, weights: &[f64]) {
         for (&position, weight) in self.analysis.diagonal.iter().zip(weights) {
             self.values[position] += factor * weight;
         }
     }
 
     /// y = K x
-    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn apply(&self, x: &[f64], y: &mut [f64]) {
         self.apply_values(&self.values, x, y);
     }
 
     /// y = A x for the matrix of the same pattern with these values.
-    pub fn apply_values(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
+    pub(crate) fn apply_values(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         let pattern = &self.analysis.pattern;
         let (starts, rows) = (pattern.col_ptr(), pattern.row_idx());
         y.fill(0.0);
@@ -269,7 +269,7 @@ impl Symmetric {
     }
 
     /// Solves in place for `columns` right-hand sides, one after the other in `rhs`; false where there is no factor.
-    pub fn solve(&mut self, rhs: &mut [f64], columns: usize) -> bool {
+    pub(crate) fn solve(&mut self, rhs: &mut [f64], columns: usize) -> bool {
         let size = self.analysis.size;
         match &self.analysis.symbolic {
             Symbolic::Nothing => return true,

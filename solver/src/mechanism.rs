@@ -24,13 +24,13 @@ const CENTRES: usize = 20;
 /// Free motions of the system at its last assembly.
 pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
     let mut motions = released(system);
-    let size = system.linear.size();
-    let original = system.linear.values.clone();
-    let diagonal: Vec<f64> = (0..size).map(|i| system.linear.diagonal(i).abs()).collect();
+    let size = system.tangent.linear.size();
+    let original = system.tangent.linear.values.clone();
+    let diagonal: Vec<f64> = (0..size).map(|i| system.tangent.linear.diagonal(i).abs()).collect();
     let largest = diagonal.iter().fold(0.0f64, |a, &b| a.max(b));
     let weight: Vec<f64> = diagonal.iter().map(|d| d.max(1e-14 * largest).max(f64::MIN_POSITIVE)).collect();
-    system.linear.shift(1e-9, &weight);
-    system.linear.factorize();
+    system.tangent.linear.shift(1e-9, &weight);
+    system.tangent.linear.factorize();
     let mut found: Vec<Vec<f64>> = Vec::new();
     while found.len() < MANY.min(size) {
         let seed = found.len() as f64;
@@ -40,13 +40,13 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
             for (x, w) in x.iter_mut().zip(&weight) {
                 *x *= w;
             }
-            system.linear.solve(&mut x, 1);
+            system.tangent.linear.solve(&mut x, 1);
             orthogonalize(&mut x, &found, &weight);
         }
         let mut kx = vec![0.0; size];
-        let shifted = std::mem::replace(&mut system.linear.values, original.clone());
-        system.linear.apply(&x, &mut kx);
-        system.linear.values = shifted;
+        let shifted = std::mem::replace(&mut system.tangent.linear.values, original.clone());
+        system.tangent.linear.apply(&x, &mut kx);
+        system.tangent.linear.values = shifted;
         let stiffness: f64 = x.iter().zip(&kx).map(|(a, b)| a * b).sum();
         let norm: f64 = x.iter().zip(&weight).map(|(a, w)| a * a * w).sum();
         if !(stiffness.abs() <= FREE * norm) {
@@ -54,19 +54,19 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
         }
         found.push(x);
     }
-    system.linear.values = original;
+    system.tangent.linear.values = original;
     motions.extend(readable(system, &found));
     motions
 }
 
 /// The softest motion at the last assembly and factorization, where it is nearly free.
 pub(crate) fn near_motion<const D: usize>(system: &mut System<D>) -> Option<NearMotion> {
-    let stiffness = system.softest_stiffness();
+    let stiffness = system.tangent.softest_stiffness(&system.pattern, system.size);
     if stiffness.abs() >= NEAR {
         return None;
     }
-    let softest = system.softest_motion();
-    let motion = describe(system, &flat(system, &system.motions_of(&softest)));
+    let softest = system.tangent.softest_motion(&system.pattern, system.size);
+    let motion = describe(system, &flat(system, &system.pattern.motions_of(&softest)));
     Some(NearMotion { motion, stiffness })
 }
 
@@ -85,6 +85,7 @@ fn orthogonalize(x: &mut [f64], found: &[Vec<f64>], weight: &[f64]) {
 /// Members with a released rotation that nothing resists.
 fn released<const D: usize>(system: &System<D>) -> Vec<FreeMotion> {
     system
+        .tangent
         .idle_members
         .iter()
         .map(|&member| FreeMotion {
@@ -103,7 +104,7 @@ fn readable<const D: usize>(system: &System<D>, found: &[Vec<f64>]) -> Vec<FreeM
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut rows: Vec<Vec<f64>> = Vec::new();
     for x in found {
-        let row = flat(system, &system.motions_of(x));
+        let row = flat(system, &system.pattern.motions_of(x));
         basis.extend(beside(&row, &basis, 0.0));
         rows.push(row);
     }
@@ -113,7 +114,7 @@ fn readable<const D: usize>(system: &System<D>, found: &[Vec<f64>]) -> Vec<FreeM
     for part in &parts {
         let extent = match part.len() {
             1 => Extent::Local,
-            all if all == system.forces.len() => Extent::Whole,
+            all if all == system.tangent.forces.len() => Extent::Whole,
             _ => Extent::Part,
         };
         if taken.len() == basis.len() {
@@ -124,7 +125,7 @@ fn readable<const D: usize>(system: &System<D>, found: &[Vec<f64>]) -> Vec<FreeM
             if taken.len() == basis.len() || !within(part, &own, &basis) {
                 continue;
             }
-            let mut row = vec![0.0; 6 * system.forces.len()];
+            let mut row = vec![0.0; 6 * system.tangent.forces.len()];
             part.iter().zip(&own).for_each(|(&joint, own)| row[6 * joint..6 * joint + 6].copy_from_slice(own));
             if beside(&row, &basis, OUTSIDE).is_none()
                 && let Some(new) = beside(&row, &taken, OUTSIDE)
@@ -218,7 +219,7 @@ fn parts<const D: usize>(system: &System<D>) -> Vec<Vec<usize>> {
     let structure = &system.structure;
     let pairs = structure.members.iter().map(|member| member.nodes);
     let springs = structure.springs.iter().filter_map(Spring::pair);
-    let mut root: Vec<usize> = (0..system.forces.len()).collect();
+    let mut root: Vec<usize> = (0..system.places.joints.len()).collect();
     let find = |root: &mut Vec<usize>, mut joint: usize| {
         while root[joint] != joint {
             root[joint] = root[root[joint]];

@@ -121,7 +121,7 @@ pub fn modes(
 }
 
 /// Families of motions of a state.
-pub fn families(reach: Reach) -> &'static [Family] {
+pub(crate) fn families(reach: Reach) -> &'static [Family] {
     match reach {
         Reach::Space => &[Family::Space],
         Reach::BothWays => &[Family::InPlane, Family::OutOfPlane],
@@ -130,10 +130,14 @@ pub fn families(reach: Reach) -> &'static [Family] {
 }
 
 /// A family of motions, and the numbers of its unknowns.
-pub type Part = (Family, Vec<Option<usize>>);
+pub(crate) type Part = (Family, Vec<Option<usize>>);
 
 /// Families of motions with the numbers of their unknowns; those without a potential apart.
-pub fn split(base: &Base, unknowns: &Unknowns, without_potential: &[(usize, usize)]) -> (Vec<Part>, Vec<Family>) {
+pub(crate) fn split(
+    base: &Base,
+    unknowns: &Unknowns,
+    without_potential: &[(usize, usize)],
+) -> (Vec<Part>, Vec<Family>) {
     let parts: Option<Vec<_>> =
         families(base.reach).iter().map(|&family| Some((family, unknowns.of_family(&base.system, family)?))).collect();
     // An unknown on both sides of the plane: all motions together.
@@ -150,7 +154,7 @@ pub fn split(base: &Base, unknowns: &Unknowns, without_potential: &[(usize, usiz
 fn about(mut base: Base, wanted: usize) -> Result<Modes, NoModes> {
     let unknowns = Unknowns::new(&base.system);
     let assembled = Assembled::new(&mut base.system, &unknowns);
-    let (parts, left_out) = split(&base, &unknowns, &base.system.without_potential());
+    let (parts, left_out) = split(&base, &unknowns, &base.system.tangent.without_potential());
     if parts.is_empty() {
         return Err(NoModes::NoPotential);
     }
@@ -183,7 +187,7 @@ fn about(mut base: Base, wanted: usize) -> Result<Modes, NoModes> {
 }
 
 /// The state in the user's quantities.
-pub fn place(system: &mut System<6>) -> Place {
+pub(crate) fn place(system: &mut System<6>) -> Place {
     let state = results::equilibrium(system);
     let controls = state.members.iter().map(|member| member.control).collect();
     Place { nodes: state.nodes, members: results::shapes(system), controls }

@@ -115,7 +115,7 @@ struct AtFixedLoads {
 
 impl<const D: usize> Unknowns<D> for AtFixedLoads {
     fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia {
-        self.pending = first || system.equations.has_general();
+        self.pending = first || system.pattern.equations.has_general();
         system.assemble(self.pending)
     }
 
@@ -126,18 +126,18 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads {
     fn advance(&mut self, system: &mut System<D>) -> Option<f64> {
         system.advance(self.pending)?;
         // How far parts swing with what carries them says little: what counts is what is left without.
-        Some(system.own_size.largest())
+        Some(system.moves.own.largest())
     }
 }
 
 impl Newton {
     /// An iteration with these numbers.
-    pub fn new(tuning: Tuning) -> Self {
+    pub(crate) fn new(tuning: Tuning) -> Self {
         Self { tuning }
     }
 
     /// The same, to a smaller increment: the stiffness of a motion that needs no force is as small as the state is exact.
-    pub fn exact(self) -> Self {
+    pub(crate) fn exact(self) -> Self {
         Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning } }
     }
 
@@ -193,7 +193,7 @@ impl Newton {
                 violation = match start.aim {
                     Aim::Result | Aim::Passing => self.tuning.tolerance,
                     Aim::Rough => self.tuning.shortest,
-                    Aim::Comparison => self.tuning.tolerance.max(self.tuning.near * system.violation()),
+                    Aim::Comparison => self.tuning.tolerance.max(self.tuning.near * system.members.violation()),
                 };
             }
             let enough = match start.aim {
@@ -206,7 +206,8 @@ impl Newton {
                 enough || self.is_converged(last, before, residual) || self.is_rounding(system, last, before, residual);
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
-            let is_held = || system.violation() <= violation && held.are_settled(system, self.held_part(start.aim));
+            let is_held =
+                || system.members.violation() <= violation && held.are_settled(system, self.held_part(start.aim));
             if converged && unknowns.are_settled(&self.tuning) && is_held() {
                 return Ok(Convergence { iterations, factorizations, inertia, residual });
             }
@@ -219,7 +220,7 @@ impl Newton {
             }
             let Some(size) = unknowns.advance(system) else { return lost(Why::Singular) };
             if iterations == 1 {
-                system.note_first();
+                system.moves.note_first();
                 if let Some(rest) = start.rest
                     && start.negative_limit < usize::MAX
                     && !start.predicted
@@ -256,7 +257,7 @@ impl Newton {
     ///
     /// A second increment below the limit is rounding: no iteration makes the residual smaller. Where nothing is
     /// stressed, the residual is small against the stiffness alone, and the increment tells.
-    pub fn is_converged(&self, last: f64, before: f64, residual: Residual) -> bool {
+    pub(crate) fn is_converged(&self, last: f64, before: f64, residual: Residual) -> bool {
         let still = last <= 0.1 * self.tuning.rounding && residual.largest() < 1.0;
         let settled = residual.largest() <= self.tuning.residual;
         // Increments fall by their squares: from the last two follows the next.
@@ -269,7 +270,7 @@ impl Newton {
 
     /// Part of the largest force that the axial forces of members that cannot be stretched may be off by: ten times what
     /// the residual of a state may be, a hundredth at most.
-    pub fn held_part(&self, aim: Aim) -> f64 {
+    pub(crate) fn held_part(&self, aim: Aim) -> f64 {
         let residual = match aim {
             Aim::Result => self.tuning.residual,
             Aim::Passing => self.tuning.tolerance,

@@ -27,7 +27,7 @@ pub struct Auxiliary {
 
 impl Auxiliary {
     /// So many times the stiffness of the member, and of the element.
-    pub const fn new(member: f64, element: f64) -> Self {
+    pub(crate) const fn new(member: f64, element: f64) -> Self {
         Self { member, element }
     }
 
@@ -121,7 +121,7 @@ pub struct Turn {
 
 impl Turn {
     /// The turn of a member.
-    pub fn of(dimension: Dimension, member: &Member) -> Self {
+    pub(crate) fn of(dimension: Dimension, member: &Member) -> Self {
         match dimension {
             Dimension::Space => Self { axes: member.axes, cos: 1.0, sin: 0.0 },
             Dimension::Plane => {
@@ -146,12 +146,12 @@ impl Turn {
     }
 
     /// Components of a vector given in the member's axes, in those of the chain.
-    pub fn vector(&self, a: V3<f64>) -> V3<f64> {
+    pub(crate) fn vector(&self, a: V3<f64>) -> V3<f64> {
         [a[0], self.cos * a[1] + self.sin * a[2], self.cos * a[2] - self.sin * a[1]]
     }
 
     /// Rows of axes of the chain turned back to the member's.
-    pub fn back(&self, axes: &M3<f64>) -> M3<f64> {
+    pub(crate) fn back(&self, axes: &M3<f64>) -> M3<f64> {
         let [a, b, c] = *axes;
         [
             a,
@@ -161,12 +161,12 @@ impl Turn {
     }
 
     /// Components of a vector given in the axes of the chain, in those of the member.
-    pub fn back_vector(&self, a: V3<f64>) -> V3<f64> {
+    pub(crate) fn back_vector(&self, a: V3<f64>) -> V3<f64> {
         [a[0], self.cos * a[1] - self.sin * a[2], self.sin * a[1] + self.cos * a[2]]
     }
 
     /// Stiffness along axes 2 and 3 of the chain.
-    pub fn pair(&self, two: f64, three: f64) -> (f64, f64) {
+    pub(crate) fn pair(&self, two: f64, three: f64) -> (f64, f64) {
         if self.sin == 0.0 || two == three {
             (two, three)
         } else if self.cos == 0.0 {
@@ -182,7 +182,7 @@ impl Turn {
 /// of the member.
 ///
 /// Elements that bending makes compliant in shear need no multipliers against it.
-pub fn moduli(
+pub(crate) fn moduli(
     state: &SectionState,
     about: About,
     [element_length, member_length]: [f64; 2],

@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory/joints.md, Eq. 5.1 to 5.4.
 
-use pennate_elements::beam::Ends;
+use pennate_elements::beam::{Ends, Placement};
 use pennate_elements::rotation::{self, Quaternion, second_variation, tangent_map, turn};
 use pennate_elements::small::{V3, add, apply, cross, dot, norm, scale, sub};
 
@@ -27,7 +27,7 @@ impl Default for ReleaseState {
 
 /// One end of a member as the reduction sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct End<'a> {
+pub(crate) struct End<'a> {
     pub kind: &'a EndKind,
     pub release: &'a ReleaseState,
     /// Rotation of the joint, and the lever from its reference to the node, turned.
@@ -61,7 +61,7 @@ impl Default for ReleaseFactor {
 
 /// Stiffness and force of a member in the components of its joints: those of the start, then those of the end.
 #[derive(Clone, Copy, Debug)]
-pub struct Reduced {
+pub(crate) struct Reduced {
     pub stiffness: [[f64; 12]; 12],
     pub force: [f64; 12],
     pub negative: usize,
@@ -464,4 +464,39 @@ pub(crate) fn move_release(
             state.angle = joint.1 + turned[2];
         }
     }
+}
+
+/// The rotations of an end by so many times what led from one to the next, and by what is said to be added of an earlier one:
+/// free ends on their own, ends with axes as their joint turned.
+pub(crate) fn extrapolate_release(
+    kind: &EndKind,
+    [before, last]: [ReleaseState; 2],
+    ratio: f64,
+    bend: Option<(ReleaseState, f64)>,
+    joint: &Placement,
+) -> ReleaseState {
+    let between = |a: &ReleaseState, b: &ReleaseState| {
+        rotation::log(rotation::compose(b.rotation, rotation::inverse(a.rotation)))
+    };
+    let mut spin = scale(ratio, between(&before, &last));
+    let mut turns: [f64; 2] = std::array::from_fn(|t| ratio * (last.turns[t] - before.turns[t]));
+    let mut angle = ratio * (last.angle - before.angle);
+    if let Some((earlier, times)) = bend {
+        spin = add(spin, scale(times, between(&earlier, &before)));
+        turns = std::array::from_fn(|t| turns[t] + times * (before.turns[t] - earlier.turns[t]));
+        angle += times * (before.angle - earlier.angle);
+    }
+    let mut after = last;
+    for t in 0..2 {
+        after.turns[t] += turns[t];
+    }
+    if let EndKind::Axes(axes) = kind {
+        let turned = axes_rotation_vector(axes, &after);
+        after.rotation = rotation::compose(joint.rotation, rotation::exp(turned));
+        after.angle = joint.angle + turned[2];
+    } else {
+        after.rotation = rotation::compose(rotation::exp(spin), last.rotation);
+        after.angle += angle;
+    }
+    after
 }

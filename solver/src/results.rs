@@ -6,16 +6,16 @@ use pennate_elements::small::{V3, add, cross, dot, norm};
 use crate::chain::Measures;
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
-use crate::structure::{Dimension, Drive};
+use crate::structure::Dimension;
 use crate::system::System;
 
 /// Reads the equilibrium that the last assembly belongs to.
 pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
-    let forces = system.forces.clone();
-    let fraction = system.fraction;
+    let forces = system.tangent.forces.clone();
+    let fraction = system.loading.fraction;
     let topology = system.topology.clone();
-    let states = system.state.joints.clone();
-    system.equations.find_multipliers(&topology, &states, &forces, fraction);
+    let states = system.places.joints.clone();
+    system.pattern.equations.find_multipliers(&topology, &states, &forces, fraction);
 
     let mut nodes: Vec<NodeState> = topology
         .links
@@ -30,20 +30,20 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             }
         })
         .collect();
-    for (index, held) in system.equations.held.iter().enumerate() {
-        let (force, moment) = system.equations.reaction(index, &topology, &states);
+    for (index, held) in system.pattern.equations.held.iter().enumerate() {
+        let (force, moment) = system.pattern.equations.reaction(index, &topology, &states);
         let node = &mut nodes[held.node];
         node.reaction_force = add(node.reaction_force, force);
         node.reaction_moment = add(node.reaction_moment, moment);
     }
 
-    let mut members = Vec::with_capacity(system.members.len());
-    let mut energy = system.spring_energy;
-    let measures: Vec<Vec<Measures>> = system.packs.iter().map(|pack| pack.measures()).collect();
-    for (index, slot) in system.members.iter().enumerate() {
-        let pack = &system.packs[slot.pack];
+    let mut members = Vec::with_capacity(system.members.count());
+    let mut energy = system.tangent.spring_energy;
+    let measures: Vec<Vec<Measures>> = system.members.packs.iter().map(|pack| pack.measures()).collect();
+    for (index, slot) in system.members.slots.iter().enumerate() {
+        let pack = &system.members.packs[slot.pack];
         energy += pack.energy(slot.lane);
-        let part = |end: usize, offset: usize| std::array::from_fn(|c| slot.ends[end][offset + c]);
+        let part = |end: usize, offset: usize| std::array::from_fn(|c| system.tangent.ends[index][end][offset + c]);
         let mut end_moments = [part(0, 3), part(1, 3)];
         for (end, kind) in topology.ends[index].iter().enumerate() {
             if let EndKind::Free { .. } = kind {
@@ -66,13 +66,13 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             axial_force_ends: [axial(0), axial(1)],
             end_forces,
             end_moments,
-            control: system.structure.members[index].control.map_or(0.0, |drive| system.drives[drive]),
+            control: system.structure.members[index].control.map_or(0.0, |drive| system.loading.drives[drive]),
         });
     }
     let residual = system.residual();
     let balance = balance(system, &nodes);
     let compliances = Vec::new();
-    let springs = system.spring_forces.clone();
+    let springs = system.tangent.spring_forces.clone();
     let residual = residual.largest();
     let sections = sections(system);
     Equilibrium { nodes, members, springs, compliances, sections, energy, residual, balance, rounding: None }
@@ -81,10 +81,10 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
 /// Section forces along the members that a structure asks for, in the members' own axes.
 fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
     let along = |&member: &usize| {
-        let slot = &system.members[member];
+        let slot = &system.members.slots[member];
         let origin = system.structure.nodes[system.structure.members[member].nodes[0]];
-        let [f0, f1, f2, m0, m1, m2] = slot.ends[0];
-        let mut all = system.packs[slot.pack].sections(slot.lane, origin, [f0, f1, f2], [m0, m1, m2]);
+        let [f0, f1, f2, m0, m1, m2] = system.tangent.ends[member][0];
+        let mut all = system.members.packs[slot.pack].sections(slot.lane, origin, [f0, f1, f2], [m0, m1, m2]);
         if system.structure.dimension == Dimension::Plane {
             for section in &mut all {
                 section.force = slot.turn.back_vector(section.force);
@@ -106,7 +106,7 @@ pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]>
         .compliances
         .iter()
         .map(|wanted| {
-            let all = system.equations.held.clone();
+            let all = system.pattern.equations.held.clone();
             let stays = |held: &&Held| held.node != wanted.node || !holds_along(held, &wanted.along);
             let left: Vec<Held> = all.iter().filter(stays).copied().collect();
             if left.len() == all.len() {
@@ -118,8 +118,7 @@ pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]>
             system.hold(all);
             system.assemble(false);
             // What a step frees next is the reaction along a row, which new rows do not know.
-            let System { equations, topology, state, forces, fraction, .. } = system;
-            equations.find_multipliers(topology, &state.joints, forces, *fraction);
+            system.find_multipliers();
             found
         })
         .collect()
@@ -135,20 +134,20 @@ fn holds_along(held: &Held, along: &[f64; 6]) -> bool {
 
 fn compliance<const D: usize>(system: &mut System<D>, node: usize) -> [[f64; 6]; 6] {
     let link = system.topology.links[node];
-    let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+    let lever = turn(system.places.joints[link.joint].place.rotation, link.arm);
     let mut columns = [[0.0; 6]; 6];
-    for &component in &system.equations.active.clone() {
+    for &component in &system.pattern.equations.active.clone() {
         let mut force = [0.0; 6];
         force[component] = 1.0;
         let turning = cross(lever, [force[0], force[1], force[2]]);
         for c in 0..3 {
             force[3 + c] += turning[c];
         }
-        let mut response = vec![0.0; system.rhs.len()];
-        system.equations.project(link.joint, &force, &mut response);
-        if system.solve_in_place(&mut response) {
-            let motions = system.motions_of(&response);
-            columns[component] = system.node_motion(&link, &motions);
+        let mut response = vec![0.0; system.tangent.rhs.len()];
+        system.pattern.equations.project(link.joint, &force, &mut response);
+        if system.tangent.solve(&mut response) {
+            let motions = system.pattern.motions_of(&response);
+            columns[component] = system.places.motion_of(&link, &motions);
         } else {
             columns[component] = [f64::NAN; 6];
         }
@@ -167,12 +166,12 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
     for node in nodes {
         count(node.reaction_force);
     }
-    for (node, load) in system.loads.iter().enumerate() {
-        let rotation = system.state.joints[system.topology.links[node].joint].place.rotation;
+    for (node, load) in system.loading.nodes.iter().enumerate() {
+        let rotation = system.places.joints[system.topology.links[node].joint].place.rotation;
         count(add(load.force, turn(rotation, load.follower_force)));
     }
-    for slot in &system.members {
-        count(system.packs[slot.pack].total_load(slot.lane));
+    for slot in &system.members.slots {
+        count(system.members.packs[slot.pack].total_load(slot.lane));
     }
     for spring in &system.structure.springs {
         if let Some(mut force) = spring.ground_force(nodes[spring.nodes()[0]].displacement) {
@@ -182,20 +181,22 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
             count(force);
         }
     }
-    if largest > system.rounding() { norm(sum) / largest } else { 0.0 }
+    if largest > system.loading.rounding() { norm(sum) / largest } else { 0.0 }
 }
 
 /// Shapes of all members, in the members' own axes.
-pub fn shapes<const D: usize>(system: &System<D>) -> Vec<MemberShape> {
+pub(crate) fn shapes<const D: usize>(system: &System<D>) -> Vec<MemberShape> {
     system
         .members
+        .slots
         .iter()
         .enumerate()
         .map(|(index, slot)| {
             let member = &system.structure.members[index];
             let origin = system.structure.nodes[member.nodes[0]];
-            let f = slot.ends[0];
-            let mut shape = system.packs[slot.pack].shape(slot.lane, origin, [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
+            let f = system.tangent.ends[index][0];
+            let mut shape =
+                system.members.packs[slot.pack].shape(slot.lane, origin, [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
             if system.structure.dimension == Dimension::Plane {
                 for point in &mut shape.points {
                     point.axes = slot.turn.back(&point.axes);
@@ -208,9 +209,4 @@ pub fn shapes<const D: usize>(system: &System<D>) -> Vec<MemberShape> {
             shape
         })
         .collect()
-}
-
-/// Whether any drive of a structure may load rotations of this node.
-pub fn turns_node(drive: &Drive, node: usize) -> bool {
-    matches!(*drive, Drive::Moment(n, _) | Drive::FollowerMoment(n, _) if n == node)
 }

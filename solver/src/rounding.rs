@@ -78,16 +78,16 @@ pub(crate) struct Estimate {
 /// Estimates what rounding moves at the state of the last assembly; `None` where a motion needs no force at all.
 pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimate> {
     // Where loads have no potential, pivots are those of a part of the tangent, and the whole may be regular.
-    if system.inertia().neutral > 0 && system.has_potential() {
+    if system.tangent.inertia().neutral > 0 && system.tangent.has_potential() {
         return None;
     }
     let mut lots = Lots(0);
-    let mut joints = vec![[0.0; 6]; system.forces.len()];
-    let mut members = Vec::with_capacity(system.members.len());
-    for index in 0..system.members.len() {
+    let mut joints = vec![[0.0; 6]; system.tangent.forces.len()];
+    let mut members = Vec::with_capacity(system.members.count());
+    for index in 0..system.members.count() {
         let force = disturbed(system, index, &mut lots);
         for (end, joint) in joints_of(system, index).into_iter().enumerate() {
-            for (i, &component) in system.equations.active.iter().enumerate() {
+            for (i, &component) in system.pattern.equations.active.iter().enumerate() {
                 joints[joint][component] += force[end * D + i];
             }
         }
@@ -96,15 +96,15 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
     for index in 0..system.structure.springs.len() {
         disturb_spring(system, index, &mut lots, &mut joints);
     }
-    let mut noise = vec![0.0; system.rhs.len()];
+    let mut noise = vec![0.0; system.tangent.rhs.len()];
     for (joint, force) in joints.iter().enumerate() {
-        system.equations.project(joint, force, &mut noise);
+        system.pattern.equations.project(joint, force, &mut noise);
     }
-    let mut left = system.rhs.clone();
-    if !system.solve_in_place(&mut noise) || !system.solve_in_place(&mut left) {
+    let mut left = system.tangent.rhs.clone();
+    if !system.tangent.solve(&mut noise) || !system.tangent.solve(&mut left) {
         return None;
     }
-    let [mut motions, left] = [noise, left].map(|solution| system.motions_of(&solution));
+    let [mut motions, left] = [noise, left].map(|solution| system.pattern.motions_of(&solution));
     if !motions.iter().chain(&left).flatten().all(|motion| motion.is_finite()) {
         return None;
     }
@@ -115,8 +115,8 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
     let mut largest = Largest::default();
     let mut units = Vec::with_capacity(system.topology.links.len());
     for (node, link) in system.topology.links.iter().enumerate() {
-        let joint = &system.state.joints[link.joint];
-        let moved = system.node_motion(link, &motions);
+        let joint = &system.places.joints[link.joint];
+        let moved = system.places.motion_of(link, &motions);
         let angle = if D == 3 { joint.place.angle.abs() } else { norm(log(joint.place.rotation)) };
         let far = norm(joint.point(link.arm));
         largest.take(0, far, norm([moved[0], moved[1], moved[2]]), node);
@@ -129,7 +129,7 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
     }
     let there = (largest.values[0] / system.size).max(largest.values[1]);
     let settled = remaining <= SETTLED * there || remaining <= MUCH * moved;
-    Some(Estimate { rounding: largest.relative(system.size, system.rounding()), left: remaining, settled })
+    Some(Estimate { rounding: largest.relative(system.size, system.loading.rounding()), left: remaining, settled })
 }
 
 /// The largest residual, over the scale of its kind, that rounding alone makes of an equilibrium.
@@ -138,23 +138,23 @@ pub(crate) fn estimate<const D: usize>(system: &mut System<D>) -> Option<Estimat
 pub(crate) fn floor<const D: usize>(system: &mut System<D>) -> f64 {
     let mut lots = Lots(0);
     let unit = |link: &Link| {
-        let joint = &system.state.joints[link.joint];
+        let joint = &system.places.joints[link.joint];
         [norm(joint.point(link.arm)), norm(log(joint.place.rotation))].map(|size| UNIT * size)
     };
     let units: Vec<[f64; 2]> = system.topology.links.iter().map(unit).collect();
-    let mut joints = vec![[0.0; 6]; system.forces.len()];
-    for index in 0..system.members.len() {
+    let mut joints = vec![[0.0; 6]; system.tangent.forces.len()];
+    for index in 0..system.members.count() {
         let force = disturbed(system, index, &mut lots);
         let shaken = resisted(system, index, &shaken(system, index, &units, &mut lots));
         for (end, joint) in joints_of(system, index).into_iter().enumerate() {
-            for (i, &component) in system.equations.active.iter().enumerate() {
+            for (i, &component) in system.pattern.equations.active.iter().enumerate() {
                 joints[joint][component] += (force[end * D + i] + shaken[end * D + i]).abs();
             }
         }
     }
-    std::mem::swap(&mut system.forces, &mut joints);
+    std::mem::swap(&mut system.tangent.forces, &mut joints);
     let residual = system.residual().largest();
-    std::mem::swap(&mut system.forces, &mut joints);
+    std::mem::swap(&mut system.tangent.forces, &mut joints);
     residual
 }
 
@@ -171,8 +171,8 @@ fn joints_of<const D: usize>(system: &System<D>, index: MemberId) -> [usize; 2] 
 /// The forces that rounding makes in a member, brought to its joints.
 fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lots) -> [f64; 12] {
     let member = &system.structure.members[index];
-    let slot = &system.members[index];
-    let pack = &system.packs[slot.pack];
+    let slot = &system.members.slots[index];
+    let pack = &system.members.packs[slot.pack];
     let length: f64 = member.segments.iter().map(|segment| segment.length).sum();
     let arms: f64 = member.nodes.iter().map(|&node| norm(system.topology.links[node].arm)).sum();
     let turned = [0, 1].map(|end| norm(log(pack.end(slot.lane, end).rotation)));
@@ -183,7 +183,7 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
     let turns = lots.draw_three(turned * steps);
     let shift = [moves[0], moves[1], moves[2], turns[0], turns[1], turns[2]];
     let condensed: Ends<f64, D> = pack.condensed(slot.lane);
-    let active = system.equations.active;
+    let active = system.pattern.equations.active;
     let mut ends = Ends { r0: [0.0; D], r1: [0.0; D], ..condensed };
     for i in 0..D {
         for (j, &component) in active.iter().enumerate() {
@@ -192,24 +192,25 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
         }
     }
     for (end, target) in [&mut ends.r0, &mut ends.r1].into_iter().enumerate() {
-        let f = slot.ends[end];
+        let f = system.tangent.ends[index][end];
         let (force, moment) = (norm([f[0], f[1], f[2]]), norm([f[3], f[4], f[5]]));
         for (i, &component) in active.iter().enumerate() {
             let size = if component < 3 { force } else { moment + force * length };
             target[i] += UNIT * size * lots.draw();
         }
     }
-    reduce::reduce(&ends, &active, &system.end_info(index, slot.ends), Some(&mut slot.factor.clone())).force
+    let info = system.end_info(index, &system.tangent.ends[index]);
+    reduce::reduce(&ends, &active, &info, Some(&mut system.tangent.releases[index].clone())).force
 }
 
 /// Adds the forces that rounding makes in a spring to its joints.
 fn disturb_spring<const D: usize>(system: &System<D>, index: usize, lots: &mut Lots, joints: &mut [[f64; 6]]) {
     let spring = &system.structure.springs[index];
     let mut draw = || UNIT * lots.draw();
-    let forces = spring.rounded(&system.placed(index), system.spring_forces[index], &mut draw);
+    let forces = spring.rounded(&system.placed(index), system.tangent.spring_forces[index], &mut draw);
     for (&node, [force, moment]) in spring.nodes().iter().zip(forces) {
         let link = &system.topology.links[node];
-        let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+        let lever = turn(system.places.joints[link.joint].place.rotation, link.arm);
         let moment = add(moment, cross(lever, force));
         for c in 0..3 {
             joints[link.joint][c] += force[c];
@@ -220,8 +221,8 @@ fn disturb_spring<const D: usize>(system: &System<D>, index: usize, lots: &mut L
 
 /// The axis of a member at its end.
 fn direction<const D: usize>(system: &System<D>, index: MemberId) -> V3<f64> {
-    let slot = &system.members[index];
-    turn(system.packs[slot.pack].end(slot.lane, 1).rotation, slot.tangents[1])
+    let slot = &system.members.slots[index];
+    turn(system.members.packs[slot.pack].end(slot.lane, 1).rotation, slot.tangents[1])
 }
 
 /// What places that are kept to units of their own may move the ends of a member against one another by; `units` are those of the
@@ -238,11 +239,12 @@ fn shaken<const D: usize>(system: &System<D>, index: MemberId, units: &[[f64; 2]
 
 /// The forces with which a member answers a motion of its joints.
 fn resisted<const D: usize>(system: &System<D>, index: MemberId, motions: &[[f64; 6]; 2]) -> [f64; 12] {
-    let slot = &system.members[index];
-    let condensed: Ends<f64, D> = system.packs[slot.pack].condensed(slot.lane);
-    let active = system.equations.active;
-    let info = system.end_info(index, slot.ends);
-    let stiffness = reduce::reduce(&condensed, &active, &info, Some(&mut slot.factor.clone())).stiffness;
+    let (pack, lane) = system.members.chain(index);
+    let condensed: Ends<f64, D> = pack.condensed(lane);
+    let active = system.pattern.equations.active;
+    let info = system.end_info(index, &system.tangent.ends[index]);
+    let stiffness =
+        reduce::reduce(&condensed, &active, &info, Some(&mut system.tangent.releases[index].clone())).stiffness;
     let mut force = [0.0; 12];
     for row in 0..2 * D {
         for (end, motion) in motions.iter().enumerate() {
@@ -269,8 +271,8 @@ fn take_member<const D: usize>(
     let nodes = system.structure.members[index].nodes;
     let moved = [0, 1].map(|end| add(motions[system.topology.links[nodes[end]].joint], shaken[end]));
     let answer = resisted(system, index, &moved);
-    let active = system.equations.active;
-    let info = system.end_info(index, system.members[index].ends);
+    let active = system.pattern.equations.active;
+    let info = system.end_info(index, &system.tangent.ends[index]);
     for (end, info) in info.iter().enumerate() {
         let mut change = [0.0; 6];
         for (i, &component) in active.iter().enumerate() {

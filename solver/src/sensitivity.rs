@@ -37,37 +37,36 @@ impl<const D: usize> System<D> {
     /// then the loads have no potential, and λ would be another one. `None` too where bending within elements makes
     /// them compliant in shear, as corotational ones are: one stiffness depends on another.
     pub fn sensitivities(&mut self, node: NodeId, component: usize) -> Option<Vec<Vec<SegmentSensitivity>>> {
-        if self.packs.iter().any(|pack| pack.about().sheared_by_bending) || !self.has_potential() {
+        if self.members.packs.iter().any(|pack| pack.about().sheared_by_bending) || !self.tangent.has_potential() {
             return None;
         }
         let link = self.topology.links[node];
         let mut unit = [0.0; 6];
         unit[component] = 1.0;
         if link.has_arm() {
-            let lever = turn(self.state.joints[link.joint].place.rotation, link.arm);
+            let lever = turn(self.places.joints[link.joint].place.rotation, link.arm);
             let turning = cross(lever, [unit[0], unit[1], unit[2]]);
             for c in 0..3 {
                 unit[3 + c] += turning[c];
             }
         }
-        let mut response = vec![0.0; self.equations.size];
-        self.equations.project(link.joint, &unit, &mut response);
-        if !self.solve_in_place(&mut response) {
+        let mut response = vec![0.0; self.pattern.equations.size];
+        self.pattern.equations.project(link.joint, &unit, &mut response);
+        if !self.tangent.solve(&mut response) {
             return None;
         }
-        let motions = self.motions_of(&response);
+        let motions = self.pattern.motions_of(&response);
         let rest = vec![[0.0; 6]; motions.len()];
-        Some((0..self.members.len()).map(|member| self.member_sensitivity(member, &motions, &rest)).collect())
+        Some((0..self.members.count()).map(|member| self.member_sensitivity(member, &motions, &rest)).collect())
     }
 
     fn member_sensitivity(&self, member: usize, motions: &[[f64; 6]], rest: &[[f64; 6]]) -> Vec<SegmentSensitivity> {
         let nodes = self.structure.members[member].nodes;
-        let kinds = [&self.topology.ends[member][0], &self.topology.ends[member][1]];
-        let slot = &self.members[member];
-        let active = self.equations.active;
+        let kinds = self.topology.ends[member].each_ref();
+        let active = self.pattern.equations.active;
         let ends = |motions: &[[f64; 6]]| {
-            let moves = nodes.map(|n| self.node_motion(&self.topology.links[n], motions));
-            reduce::recover(&active, kinds, &slot.factor, &moves).0
+            let moves = nodes.map(|n| self.places.motion_of(&self.topology.links[n], motions));
+            reduce::recover(&active, kinds, &self.tangent.releases[member], &moves).0
         };
         // What a released end would still move at rest is no part of the derivative.
         let (moved, still) = (ends(motions), ends(rest));
@@ -82,6 +81,7 @@ impl<const D: usize> System<D> {
             }
             sensitivity
         };
-        self.packs[slot.pack].variation(slot.lane, &ends).iter().map(one).collect()
+        let (pack, lane) = self.members.chain(member);
+        pack.variation(lane, &ends).iter().map(one).collect()
     }
 }

@@ -115,7 +115,7 @@ impl Spring {
     }
 
     /// Length without force, of a spring along a line.
-    pub fn natural_length(&self) -> Option<f64> {
+    pub(crate) fn natural_length(&self) -> Option<f64> {
         match self {
             Self::Axial { natural_length, .. } => Some(*natural_length),
             Self::Ground { .. } | Self::Coupling { .. } => None,

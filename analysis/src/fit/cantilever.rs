@@ -114,7 +114,7 @@ impl Cantilever {
     /// Takes other parameters, with the same end length.
     pub fn set(&mut self, muscle: &Muscle) {
         self.system.set_laws(laws(muscle));
-        self.system.drives[0] = muscle.rows[0].pressure;
+        self.system.loading.drives[0] = muscle.rows[0].pressure;
     }
 
     /// Finds the equilibria of loads, each from the one before where that is nearer than no load.
@@ -154,9 +154,9 @@ impl Cantilever {
         while reached < 1.0 {
             let target = (reached + part).min(1.0);
             let between = |a: f64, b: f64| if target == 1.0 { b } else { a + target * (b - a) };
-            self.system.drives[1] = between(from.force[0], to.force[0]);
-            self.system.drives[2] = between(from.force[1], to.force[1]);
-            self.system.drives[3] = between(from.moment, to.moment);
+            self.system.loading.drives[1] = between(from.force[0], to.force[0]);
+            self.system.loading.drives[2] = between(from.force[1], to.force[1]);
+            self.system.loading.drives[3] = between(from.moment, to.moment);
             self.system.apply_drives();
             match self.newton.solve(&mut self.system, Start::nearby()) {
                 Ok(found) if found.inertia.negative == 0 => {
@@ -180,7 +180,8 @@ impl Cantilever {
     }
 
     fn response(&mut self, derivatives: bool) -> Option<Response> {
-        let moved = OUTPUTS.map(|component| self.system.component(TIP, component));
+        let link = self.system.topology.links[TIP];
+        let moved = OUTPUTS.map(|component| self.system.places.component::<3>(&link, component));
         let mut response = Response { tip: [self.length + moved[0], moved[1], moved[2]], sensitivities: Vec::new() };
         if derivatives {
             for component in OUTPUTS {

@@ -21,13 +21,13 @@ impl<const D: usize> Linear for System<D> {
         force[3] += y * load[2] - z * load[1];
         force[4] += z * load[0] - x * load[2];
         force[5] += x * load[1] - y * load[0];
-        let mut solution = vec![0.0; self.rhs.len()];
-        self.equations.project(link.joint, &force, &mut solution);
-        if !self.solve_in_place(&mut solution) {
+        let mut solution = vec![0.0; self.pattern.equations.size];
+        self.pattern.equations.project(link.joint, &force, &mut solution);
+        if !self.tangent.solve(&mut solution) {
             return vec![[f64::NAN; 6]; wanted.len()];
         }
-        let moved = self.motions_of(&solution);
-        wanted.iter().map(|&node| self.node_motion(&self.topology.links[node], &moved)).collect()
+        let moved = self.pattern.motions_of(&solution);
+        wanted.iter().map(|&node| self.places.motion_of(&self.topology.links[node], &moved)).collect()
     }
 }
 

@@ -85,7 +85,7 @@ impl Slopes<'_> {
         // Where strains are held, derivatives differ from those with rigid strains in proportion to the compliance that an
         // auxiliary stiffness stands for: from two of them follow those without.
         let both = [packs::EXACTING, packs::MODERATE];
-        let auxiliaries: &[Auxiliary] = if system.holds_strains() { &both } else { &[packs::AUXILIARY] };
+        let auxiliaries: &[Auxiliary] = if system.loading.holds_strains() { &both } else { &[packs::AUXILIARY] };
         for (round, &auxiliary) in auxiliaries.iter().enumerate() {
             set_auxiliary(system, auxiliary);
             let Some(found) = self.explicit(system, chains, (index, all), copies) else {
@@ -94,10 +94,10 @@ impl Slopes<'_> {
             };
             explicit = found;
             let moves = explicit.iter().any(|explicit| explicit.moves);
-            system.transpose();
+            system.tangent.transpose();
             for (quantity, weights) in read {
                 let Some((mu, pull)) = adjoint_of(system, weights, moves) else {
-                    system.transpose();
+                    system.tangent.transpose();
                     set_auxiliary(system, packs::AUXILIARY);
                     return Some(Err(Reason::Singular { step: index }));
                 };
@@ -109,7 +109,7 @@ impl Slopes<'_> {
                     *slope = if round == 0 { found } else { *slope + (*slope - found) * SOFTER / (1.0 - SOFTER) };
                 }
             }
-            system.transpose();
+            system.tangent.transpose();
         }
         for nearby in all {
             for &input in &nearby.inputs {
@@ -120,7 +120,7 @@ impl Slopes<'_> {
             set_auxiliary(system, packs::AUXILIARY);
             return None;
         }
-        let regular = system.equations.size == 0 || self.is_regular(system, index, &explicit);
+        let regular = system.pattern.equations.size == 0 || self.is_regular(system, index, &explicit);
         // Nobody goes on from the end of the last step, unless neighbours are looked at.
         if !regular || index + 1 < self.design.steps.len() {
             set_auxiliary(system, packs::AUXILIARY);
@@ -131,7 +131,7 @@ impl Slopes<'_> {
 
     /// Whether forces and motions are all that there is: no rows that turn with their joint.
     fn is_linear<const D: usize>(&self, system: &System<D>) -> bool {
-        let equations = &system.equations;
+        let equations = &system.pattern.equations;
         let general = |joint: usize| equations.is_general(joint) && !equations.holds_nothing(joint);
         !(0..equations.joints.len()).any(general)
     }
@@ -183,7 +183,7 @@ impl Slopes<'_> {
                 let link = system.topology.links[node];
                 let arm = sub(mover.node(node), mover.node(system.topology.references[link.joint]));
                 if arm != [0.0; 3] {
-                    let rotation = system.state.joints[link.joint].place.rotation;
+                    let rotation = system.places.joints[link.joint].place.rotation;
                     *slope += dot([x, y, z], turn_less_identity(rotation, scale(1.0 / far, arm)));
                 }
             }
@@ -231,7 +231,7 @@ impl Slopes<'_> {
     /// Moves on by a small part of all parameters at once, and looks at what the tangent makes of what is left there: next to
     /// a limit point it is another one.
     fn is_regular<const D: usize>(&self, system: &mut System<D>, index: usize, explicit: &[Explicit]) -> bool {
-        let joints = system.state.joints.len();
+        let joints = system.places.joints.len();
         let (mut forces, mut held) = (vec![[0.0; 6]; joints], vec![[0.0; 6]; joints]);
         for (input, explicit) in explicit.iter().enumerate() {
             // No two the same, and of both signs: no motion is left out by chance.
@@ -244,12 +244,12 @@ impl Slopes<'_> {
             let moved = system.transposed_times(&held);
             add_times(&mut forces, 1.0, &moved);
         }
-        let mut wanted = vec![0.0; system.equations.size];
+        let mut wanted = vec![0.0; system.pattern.equations.size];
         for (joint, force) in forces.iter().enumerate() {
-            system.equations.project(joint, &force.map(|force| -force), &mut wanted);
+            system.pattern.equations.project(joint, &force.map(|force| -force), &mut wanted);
         }
         let mut step = wanted.clone();
-        if !system.solve_in_place(&mut step) {
+        if !system.tangent.solve(&mut step) {
             return false;
         }
         let first = neighbour::size_of(system, &step);
@@ -259,8 +259,8 @@ impl Slopes<'_> {
         let here = system.snapshot();
         system.move_by(&step, false);
         system.gather(false);
-        let mut left: Vec<f64> = wanted.iter().zip(&system.rhs).map(|(wanted, force)| wanted - force).collect();
-        let solved = system.solve_in_place(&mut left);
+        let mut left: Vec<f64> = wanted.iter().zip(&system.tangent.rhs).map(|(wanted, force)| wanted - force).collect();
+        let solved = system.tangent.solve(&mut left);
         let regular = solved && neighbour::size_of(system, &left) <= CHANGED * first;
         system.restore(&here);
         if index + 1 < self.design.steps.len() {
@@ -280,8 +280,8 @@ fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {
 
 /// Takes another stiffness for held strains, and linearizes with it.
 fn set_auxiliary<const D: usize>(system: &mut System<D>, auxiliary: Auxiliary) {
-    if system.auxiliary != auxiliary {
-        system.auxiliary = auxiliary;
+    if system.loading.auxiliary != auxiliary {
+        system.loading.auxiliary = auxiliary;
         system.apply_drives();
         system.assemble(false);
     }
@@ -289,13 +289,13 @@ fn set_auxiliary<const D: usize>(system: &mut System<D>, auxiliary: Auxiliary) {
 
 /// μ of a quantity, and where anything that is held moves also what moves with that.
 fn adjoint_of<const D: usize>(system: &mut System<D>, weights: &Weights, moves: bool) -> Option<(Joints, Joints)> {
-    let joints = system.state.joints.len();
+    let joints = system.places.joints.len();
     let (mut motions, mut forces) = (vec![[0.0; 6]; joints], vec![[0.0; 6]; joints]);
     for &(node, weight) in &weights.motions {
         let link = system.topology.links[node];
         let own = &mut motions[link.joint];
         let force = [weight[0], weight[1], weight[2]];
-        let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+        let lever = turn(system.places.joints[link.joint].place.rotation, link.arm);
         let moment = add([weight[3], weight[4], weight[5]], cross(lever, force));
         for c in 0..3 {
             own[c] += force[c];
@@ -303,7 +303,7 @@ fn adjoint_of<const D: usize>(system: &mut System<D>, weights: &Weights, moves: 
         }
     }
     for &(node, weight) in &weights.reactions {
-        for held in system.equations.held.iter().filter(|held| held.node == node) {
+        for held in system.pattern.equations.held.iter().filter(|held| held.node == node) {
             let (vector, offset) = match held.kind {
                 HeldKind::Translation { direction } => (direction, 0),
                 HeldKind::Rotation { axis } => (axis, 3),
@@ -328,16 +328,16 @@ fn adjoint_of<const D: usize>(system: &mut System<D>, weights: &Weights, moves: 
         all
     };
     let pull = by_motions(system, &forces);
-    let mut solution = vec![0.0; system.equations.size];
+    let mut solution = vec![0.0; system.pattern.equations.size];
     for (joint, pull) in pull.iter().enumerate() {
-        system.equations.project(joint, &pull.map(|pull| -pull), &mut solution);
+        system.pattern.equations.project(joint, &pull.map(|pull| -pull), &mut solution);
     }
-    if !system.solve_in_place(&mut solution) {
+    if !system.tangent.solve(&mut solution) {
         return None;
     }
     let mut mu = forces;
     for (joint, mu) in mu.iter_mut().enumerate() {
-        let motion = system.equations.motion(joint, &solution, false);
+        let motion = system.pattern.equations.motion(joint, &solution, false);
         for c in 0..6 {
             mu[c] += motion[c];
         }

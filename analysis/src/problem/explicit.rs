@@ -43,7 +43,7 @@ impl Slopes<'_> {
     ) -> Option<Vec<Explicit>> {
         let structure = &self.design.structure;
         let places = Places::of(structure, &self.design.steps);
-        let joints = system.state.joints.len();
+        let joints = system.places.joints.len();
         let mut explicit: Vec<Explicit> = (0..self.row.len())
             .map(|_| Explicit { forces: vec![[0.0; 6]; joints], held: vec![[0.0; 6]; joints], moves: false })
             .collect();
@@ -65,7 +65,7 @@ impl Slopes<'_> {
             PARTS.map(|part| part * times)
         };
         let drives: Vec<Vec<f64>> = (movers.iter())
-            .flat_map(|mover| times(mover.input).map(|times| mover.drives_at(&system.drives, times)))
+            .flat_map(|mover| times(mover.input).map(|times| mover.drives_at(&system.loading.drives, times)))
             .collect();
         let moved = self.moved(system, chains, (&movers, times), copies);
         let forces = moved.forces(system, &drives);
@@ -91,13 +91,13 @@ impl Slopes<'_> {
         kept: &'a mut Option<Kept<D>>,
     ) -> &'a mut Copies<D> {
         let members: Vec<Vec<MemberId>> = movers.iter().map(|mover| mover.members(&system.topology)).collect();
-        let drives = self.design.structure.drives.iter().zip(&system.drives);
+        let drives = self.design.structure.drives.iter().zip(&system.loading.drives);
         let controls: Vec<f64> =
             drives.filter(|(drive, _)| **drive == Drive::Control).map(|(_, &value)| value).collect();
         let known = kept.take().filter(|kept| kept.members == members && kept.controls == controls);
         let kept = kept.insert(known.unwrap_or_else(|| {
             let at = |(mover, members): (&Mover<'_>, &Vec<MemberId>)| {
-                times(mover.input).map(|times| mover.at(members, &system.drives, times))
+                times(mover.input).map(|times| mover.at(members, &system.loading.drives, times))
             };
             let copies = Copies::of(system, chains, movers.iter().zip(&members).flat_map(at).collect());
             Kept { copies, members, controls }
@@ -126,7 +126,7 @@ impl Slopes<'_> {
             let value = |steps: &[pennate_solver::structure::Step]| change_value(&steps[step].changes[place]);
             (value(&nearby.high.steps) - value(&nearby.low.steps)) / (2.0 * apart(self.row[input]))
         };
-        for held in &system.equations.held {
+        for held in &system.pattern.equations.held {
             let rate = match self.holds.get(&(held.node, held.component)) {
                 None => 0.0,
                 Some(Hold::To(step, place)) => change((*step, *place)),

@@ -199,7 +199,7 @@ struct Copy<const D: usize> {
 impl<const D: usize> Copies<D> {
     /// Systems of parts of one that is given.
     pub(super) fn of(system: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Self {
-        if all.is_empty() || system.state.joints.is_empty() {
+        if all.is_empty() || system.places.joints.is_empty() {
             return Self { systems: Vec::new() };
         }
         // Gravity would be that of all.
@@ -213,12 +213,12 @@ impl<const D: usize> Copies<D> {
 
     /// Forces on the joints of a system, where parts of it are these under drives of their own, one after the other.
     pub(super) fn forces(&mut self, system: &System<D>, drives: &[Vec<f64>]) -> Vec<Vec<[f64; 6]>> {
-        let joints = system.state.joints.len();
+        let joints = system.places.joints.len();
         let (mut all, mut rest) = (Vec::with_capacity(drives.len()), drives);
         for copy in &mut self.systems {
             let (own, others) = rest.split_at(copy.count);
             rest = others;
-            copy.system.auxiliary = system.auxiliary;
+            copy.system.loading.auxiliary = system.loading.auxiliary;
             copy.system.stand_in(system, &copy.members, &own.concat());
             all.extend(copy.system.exert().chunks_exact(joints).map(<[_]>::to_vec));
         }
@@ -233,7 +233,7 @@ impl<const D: usize> Copy<D> {
         let topology = topology(&like.topology, &all);
         let (structure, ..) = together::join(all.into_iter().map(|moved| (moved.structure, Vec::new())).collect())?;
         let chains = packs(&structure, 0);
-        let system = System::new(Arc::new(structure), Arc::new(topology), chains, like.equations.active, false);
+        let system = System::new(Arc::new(structure), Arc::new(topology), chains, like.pattern.equations.active, false);
         Some(Self { system, members, count })
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         } else {
             moved.iter_mut().zip(&components).for_each(|(sum, component)| *sum += component);
         }
-        let done = pass > 0 && (!system.holds_strains() || size <= SETTLED * first);
+        let done = pass > 0 && (!system.loading.holds_strains() || size <= SETTLED * first);
         if done {
             break;
         }
@@ -50,8 +50,8 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
 /// What the factors of `known` make of what is out of balance, and the displacements (over the size of the network) and
 /// rotations (radians) of the joints in it.
 fn step<const D: usize>(system: &System<D>, known: &mut System<D>) -> Option<(Vec<f64>, Vec<f64>)> {
-    let mut step: Vec<f64> = system.rhs.iter().map(|residual| -residual).collect();
-    let solved = known.solve_in_place(&mut step);
+    let mut step: Vec<f64> = system.tangent.rhs.iter().map(|residual| -residual).collect();
+    let solved = known.tangent.solve(&mut step);
     let components: Vec<f64> = components(system, &step).collect();
     (solved && components.iter().all(|component| component.is_finite())).then_some((step, components))
 }
@@ -63,7 +63,7 @@ pub(super) fn size_of<const D: usize>(system: &System<D>, step: &[f64]) -> f64 {
 
 fn components<const D: usize>(system: &System<D>, step: &[f64]) -> impl Iterator<Item = f64> {
     let size = system.size;
-    system.motions_of(step).into_iter().flat_map(move |motion| {
+    system.pattern.motions_of(step).into_iter().flat_map(move |motion| {
         let [ux, uy, uz, rx, ry, rz] = motion;
         [ux / size, uy / size, uz / size, rx, ry, rz]
     })

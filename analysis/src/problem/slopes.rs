@@ -157,7 +157,7 @@ impl<'a> Slopes<'a> {
             return Err(Reason::NoDerivative { output });
         }
         // Mixed stresses are one iteration behind the state: the tangent is to be that of the equilibrium.
-        path.system.advance(path.system.equations.has_general());
+        path.system.advance(path.system.pattern.equations.has_general());
         path.system.assemble(false);
         let (probes, inputs) = (self.after[index].len(), self.row.len());
         let found = self.adjoint(&mut path.system, packs, (index, &last.state), &kept, copies);
@@ -337,9 +337,9 @@ impl<'a> Slopes<'a> {
             .map_err(|reason| Reason::Edge { parameter: input, reason: reason.into() })?;
         let (mut structure, steps) =
             discretize(&model, &mesh::fitted(&self.problem.mesh, &self.problem.middle, &model));
-        let held = self.held(&path.system.equations.held, &steps, (input, by));
+        let held = self.held(&path.system.pattern.equations.held, &steps, (input, by));
         let held = neighbour::rows(&held, &structure);
-        take_pieces(&mut structure, &path.system.drives);
+        take_pieces(&mut structure, &path.system.loading.drives);
         let mut drives = vec![0.0; structure.drives.len()];
         for &(drive, value) in steps.iter().take(index + 1).flat_map(|step| &step.targets) {
             drives[drive] = value;

@@ -56,7 +56,7 @@ impl<const D: usize> Track<D> {
         let structure = (*self.system.structure).clone();
         let mut system = together::system(&self.system, self.kind.packs, structure, &self.steps);
         system.adopt(&self.system);
-        system.stand_at_end(&self.system, self.system.equations.held.clone(), &self.system.drives);
+        system.stand_at_end(&self.system, self.system.pattern.equations.held.clone(), &self.system.loading.drives);
         Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone())
     }
 
@@ -70,8 +70,11 @@ impl<const D: usize> Track<D> {
         if !same_geometry(&self.system.structure, &structure) {
             return self.step_anew(structure, steps, held, &drives);
         }
-        let before =
-            (Arc::clone(&self.system.structure), self.system.drives.clone(), self.system.equations.held.clone());
+        let before = (
+            Arc::clone(&self.system.structure),
+            self.system.loading.drives.clone(),
+            self.system.pattern.equations.held.clone(),
+        );
         self.system.save(&mut self.last);
         self.take(Arc::new(structure), held, &drives);
         if self.settle() {
@@ -109,7 +112,7 @@ impl<const D: usize> Track<D> {
         self.system.structure = structure;
         self.system.set_laws(laws);
         self.system.hold(held);
-        self.system.drives.copy_from_slice(drives);
+        self.system.loading.drives.copy_from_slice(drives);
         self.system.apply_drives();
     }
 
@@ -117,7 +120,7 @@ impl<const D: usize> Track<D> {
     fn settle(&mut self) -> bool {
         let start = Start { rest: None, predicted: false, aim: Aim::Result, may_wander: false, ..Start::nearby() };
         let Ok(found) = Newton::default().solve(&mut self.system, start) else { return false };
-        if found.iterations > FEW || self.system.own_first > FAR {
+        if found.iterations > FEW || self.system.moves.first_own > FAR {
             return false;
         }
         let verdict = self.judge();
@@ -134,9 +137,12 @@ impl<const D: usize> Track<D> {
 
     /// The stability of the state of the last assembly.
     fn judge(&mut self) -> Verdict {
-        let inertia = self.system.inertia();
-        let mut verdict =
-            Verdict { negative: inertia.negative, potential: self.system.has_potential(), odd: inertia.is_odd() };
+        let inertia = self.system.tangent.inertia();
+        let mut verdict = Verdict {
+            negative: inertia.negative,
+            potential: self.system.tangent.has_potential(),
+            odd: inertia.is_odd(),
+        };
         if verdict.negative > 0 {
             verdict.negative = verdict.negative.min(self.system.certain_negative());
         }
@@ -166,7 +172,7 @@ impl<const D: usize> Track<D> {
     /// What is held, with the values of other steps: what was held where it was stays there.
     fn held(&self, steps: &[Step]) -> Vec<Held> {
         let row = |row: &Held| Held { to: row.to + (value(steps, row) - value(&self.steps, row)), ..*row };
-        self.system.equations.held.iter().map(row).collect()
+        self.system.pattern.equations.held.iter().map(row).collect()
     }
 }
 

@@ -27,7 +27,7 @@ impl<const D: usize> Kind<D> {
     pub(super) fn build(&self, structure: Arc<Structure>, topology: Arc<Topology>, enrich: usize) -> System<D> {
         let chains = (self.packs)(&structure, enrich);
         let mut system = System::new(structure, topology, chains, self.active, false);
-        system.in_blocks = true;
+        system.pattern.in_blocks = true;
         system
     }
 }
@@ -58,7 +58,7 @@ pub(crate) fn system<const D: usize>(
     let structure = Arc::new(structure);
     let topology = continuation::topology(&structure, steps);
     let chains = packs(&structure, 0);
-    System::new(structure, topology, chains, like.equations.active, false)
+    System::new(structure, topology, chains, like.pattern.equations.active, false)
 }
 
 /// The direction of a component of a node, in the axes of its support.

@@ -136,12 +136,12 @@ impl<const D: usize> Walk<D> {
             self.insert(node, component, 0.0);
         }
         self.hold(kind, analysed, 0);
-        self.system.prestress = 1.0;
+        self.system.loading.prestress = 1.0;
         let inertia = self.system.assemble(false);
         if inertia.idle + inertia.negative > 0 {
             return None;
         }
-        self.system.note_rest();
+        self.system.tangent.note_rest(&self.system.pattern);
         self.held = supports;
         let judged = structure.dimension == Dimension::Plane && structure.stability == Stability::Space;
         if let Some(build) = kind.lateral.filter(|_| judged) {
@@ -200,15 +200,15 @@ impl<const D: usize> Walk<D> {
     /// Goes to the end of a step in one increment; where loads go on as in the steps before, from what their ends foretell.
     fn step(&mut self, step: &Step, aim: Aim) -> Option<()> {
         let system = &mut self.system;
-        let mut way: Vec<f64> = system.drives.iter().map(|drive| -drive).collect();
+        let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in &step.targets {
-            system.drives[drive] = value;
+            system.loading.drives[drive] = value;
         }
-        way.iter_mut().zip(&system.drives).for_each(|(way, drive)| *way += drive);
+        way.iter_mut().zip(&system.loading.drives).for_each(|(way, drive)| *way += drive);
         let way = step.changes.is_empty().then_some(way);
         let last = std::mem::replace(&mut self.way, way);
         let times = last.zip(self.way.as_ref()).and_then(|(last, way)| times(&last, way));
-        system.fraction = 1.0;
+        system.loading.fraction = 1.0;
         system.apply_drives();
         if !system.loads_have_potential() {
             return None;
@@ -230,11 +230,11 @@ impl<const D: usize> Walk<D> {
         let newton = Newton::default();
         let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
-        let foreseen = foreseen.as_ref().unwrap_or(&system.first_moves);
+        let foreseen = foreseen.as_ref().unwrap_or(&system.moves.first_by_part);
         let doubtful =
             continuation::is_doubtful(system, (&moved, foreseen), predicted, found.iterations, &newton.tuning);
         let inertia = found.inertia;
-        if doubtful || inertia.negative > 0 || inertia.neutral > 0 || !system.has_potential() {
+        if doubtful || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;
         }
         if let Some(lateral) = &mut self.lateral {
@@ -249,7 +249,7 @@ impl<const D: usize> Walk<D> {
     /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
     /// members to their ends, too: it costs little, and leaves rounding alone.
     fn read(&mut self) -> Equilibrium {
-        let pending = self.system.equations.has_general();
+        let pending = self.system.pattern.equations.has_general();
         if self.system.advance(pending).is_some() {
             self.system.refresh(pending);
         }
@@ -265,8 +265,10 @@ impl<const D: usize> Walk<D> {
         finer.prolong(system);
         Newton::default().solve(finer, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
         let state = results::equilibrium(finer);
-        let missing = finer.members.iter().map(|slot| finer.packs[slot.pack].top_energy(slot.lane)).collect();
-        let variations = system.members.iter().map(|slot| system.packs[slot.pack].variations(slot.lane)).collect();
+        let missing =
+            finer.members.slots.iter().map(|slot| finer.members.packs[slot.pack].top_energy(slot.lane)).collect();
+        let variations =
+            system.members.slots.iter().map(|slot| system.members.packs[slot.pack].variations(slot.lane)).collect();
         Some(Finer { state, missing, variations })
     }
 }

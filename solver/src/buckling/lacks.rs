@@ -14,8 +14,8 @@ use crate::system::System;
 /// The part of a factor that belongs to the highest components of the curvatures of all elements.
 pub(super) fn lacking(system: &System<6>, shape: &Shape) -> f64 {
     let member = |(index, points): (usize, &Vec<[f64; 6]>)| -> f64 {
-        let slot = &system.members[index];
-        let pack = &system.packs[slot.pack];
+        let slot = &system.members.slots[index];
+        let pack = &system.members.packs[slot.pack];
         let order = pack.order();
         let of = |e: usize| highest(&pack.element(slot.lane, e), &points[e * order..=(e + 1) * order]);
         (0..pack.elements()).map(of).sum()

@@ -297,14 +297,14 @@ impl Buckling {
 impl Base {
     /// Makes the held motions those of a ramp on which they are made once more.
     fn once_more(&mut self) {
-        let mut rows = self.system.equations.held.clone();
+        let mut rows = self.system.pattern.equations.held.clone();
         for row in &mut rows {
             row.from = row.to;
             row.to *= 2.0;
         }
-        self.system.fading.clear();
+        self.system.loading.fading.clear();
         self.system.hold(rows);
-        self.system.fraction = 0.0;
+        self.system.loading.fraction = 0.0;
         self.system.apply_drives();
         self.system.assemble(false);
     }
@@ -585,13 +585,13 @@ impl Problem {
 impl Beginning {
     fn problem(&mut self) -> Result<Problem, NoFactors> {
         let system = &mut self.base.system;
-        let moving = system.equations.held.iter().any(|row| row.from != row.to);
-        if self.from == self.to && !moving && system.fading.is_empty() {
+        let moving = system.pattern.equations.held.iter().any(|row| row.from != row.to);
+        if self.from == self.to && !moving && system.loading.fading.is_empty() {
             return Err(NoFactors::NothingMoves);
         }
         let unknowns = Unknowns::new(system);
         let assembled = Assembled::without_mass(system, &unknowns);
-        let mut without_potential = system.without_potential();
+        let mut without_potential = system.tangent.without_potential();
         let change = self.change(&unknowns, &mut without_potential).ok_or(NoFactors::Neutral)?;
         let (parts, left_out) = split(&self.base, &unknowns, &without_potential);
         let matrices = |(family, numbers): Part| {
@@ -722,10 +722,10 @@ impl Beginning {
         let system = &mut self.base.system;
         let least = motion / (FARTHEST * system.size);
         let mut entries = Entries::with_capacity(operators::entries(system));
-        let mut forces = vec![[0.0; 6]; system.forces.len()];
-        for member in 0..system.members.len() {
-            let slot = &system.members[member];
-            let pack = &system.packs[slot.pack];
+        let mut forces = vec![[0.0; 6]; system.tangent.forces.len()];
+        for member in 0..system.members.count() {
+            let slot = &system.members.slots[member];
+            let pack = &system.members.packs[slot.pack];
             for e in 0..pack.elements() {
                 let state = pack.element(slot.lane, e);
                 let own = Evaluated::of(&state, &response.stressings[member][e], operators::Part::Rate);
@@ -738,29 +738,29 @@ impl Beginning {
         let moved = |node: usize| -> V3<f64> {
             let link = &system.topology.links[node];
             let m = response.motions[link.joint];
-            let lever = pennate_elements::rotation::turn(system.state.joints[link.joint].place.rotation, link.arm);
+            let lever = pennate_elements::rotation::turn(system.places.joints[link.joint].place.rotation, link.arm);
             add([m[0], m[1], m[2]], cross([m[3], m[4], m[5]], lever))
         };
         spring_change(system, &moved, &mut entries);
 
         // Loads on levers and followers, and constraints whose direction turns with the joint. Forces of springs on a
         // joint with such constraints are left out of the change of its reactions.
-        let internal = system.forces.clone();
+        let internal = system.tangent.forces.clone();
         let before = system.remainder();
-        let loads = system.forces.clone();
+        let loads = system.tangent.forces.clone();
         self.set(response.part);
         let system = &mut self.base.system;
         system.remainder();
         let total: Vec<[f64; 6]> = (0..internal.len())
             .map(|joint| {
-                let change = add(sub(system.forces[joint], loads[joint]), scale(response.part, forces[joint]));
+                let change = add(sub(system.tangent.forces[joint], loads[joint]), scale(response.part, forces[joint]));
                 add(internal[joint], change)
             })
             .collect();
-        let (topology, joints) = (Arc::clone(&system.topology), system.state.joints.clone());
-        system.equations.find_multipliers(&topology, &joints, &total, response.part);
+        let (topology, joints) = (Arc::clone(&system.topology), system.places.joints.clone());
+        system.pattern.equations.find_multipliers(&topology, &joints, &total, response.part);
         let after = system.remainder();
-        without_potential.extend(system.without_potential());
+        without_potential.extend(system.tangent.without_potential());
         mirror(&after, 1.0 / response.part, &mut entries);
         mirror(&before, -1.0 / response.part, &mut entries);
         self.set(0.0);
@@ -772,7 +772,7 @@ impl Beginning {
 /// Adds forces on the ends of a member to those of its joints.
 fn add_end_forces(system: &System<6>, member: usize, ends: &[[f64; 6]; 2], forces: &mut [[f64; 6]]) {
     use crate::joints::EndKind;
-    for (end, info) in system.end_info(member, *ends).iter().enumerate() {
+    for (end, info) in system.end_info(member, ends).iter().enumerate() {
         let joint = system.topology.links[system.structure.members[member].nodes[end]].joint;
         let moment = if let EndKind::Free { .. } = info.kind { [0.0; 3] } else { info.moment };
         let moment = add(moment, cross(info.lever, info.force));

@@ -71,8 +71,8 @@ impl Beginning {
     /// Loads and sections at a fraction of the ramp.
     pub(super) fn set(&mut self, fraction: f64) {
         let system = &mut self.base.system;
-        system.fraction = fraction;
-        for (value, (from, to)) in system.drives.iter_mut().zip(self.from.iter().zip(&self.to)) {
+        system.loading.fraction = fraction;
+        for (value, (from, to)) in system.loading.drives.iter_mut().zip(self.from.iter().zip(&self.to)) {
             *value = from + fraction * (to - from);
         }
         system.apply_drives();
@@ -82,10 +82,10 @@ impl Beginning {
     pub(super) fn response(&mut self) -> Option<Response> {
         let system = &self.base.system;
         let start = system.snapshot();
-        let ends: Vec<[[f64; 6]; 2]> = system.members.iter().map(|slot| slot.ends).collect();
+        let ends = system.tangent.ends.clone();
         let controls = system.structure.drives.iter().zip(self.from.iter().zip(&self.to));
         let sections = controls.into_iter().any(|(drive, (from, to))| matches!(drive, Drive::Control) && from != to);
-        let moving = system.equations.held.iter().any(|row| row.from != row.to);
+        let moving = system.pattern.equations.held.iter().any(|row| row.from != row.to);
         let rigid = states(system).iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
         let part = if sections || moving || rigid { BEGINNING } else { WHOLE };
         let part = part.min(self.longest);
@@ -142,8 +142,8 @@ impl Beginning {
             if held.follow(system, true).is_some() {
                 break;
             }
-            let joints = 0..system.forces.len();
-            let moved = joints.map(|joint| system.equations.motion(joint, &system.rhs, true)).collect();
+            let joints = 0..system.places.joints.len();
+            let moved = joints.map(|joint| system.pattern.equations.motion(joint, &system.tangent.rhs, true)).collect();
             let last = std::mem::replace(&mut motions, moved);
             is_settled |= rigid && held.are_settled(system, HELD);
             let apart = apart(&last, &motions, system.size);
@@ -239,8 +239,8 @@ fn left_out(rest: &Stepped, steps: &[Stepped; 3], size: f64) -> f64 {
 /// All elements of all members.
 fn states(system: &System<6>) -> Vec<Vec<ElementState<6>>> {
     let member = |slot: &crate::system::MemberSlot| {
-        let pack = &system.packs[slot.pack];
+        let pack = &system.members.packs[slot.pack];
         (0..pack.elements()).map(|e| pack.element(slot.lane, e)).collect()
     };
-    system.members.iter().map(member).collect()
+    system.members.slots.iter().map(member).collect()
 }

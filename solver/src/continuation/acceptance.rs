@@ -101,7 +101,7 @@ pub fn is_doubtful<const D: usize>(
 ) -> bool {
     let most = |sizes: &[Size]| sizes.iter().copied().fold(Size::default(), Size::join).largest();
     let (way, ahead) = (most(moved), most(foreseen));
-    let missed = system.own_first;
+    let missed = system.moves.first_own;
     let limit = if predicted { tuning.wrong() } else { 2.0 * tuning.trust };
     let far = missed > limit && iterations >= tuning.many && !system.hangs();
     // What comes to rest goes no other way.

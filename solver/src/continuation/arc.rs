@@ -1,236 +1,21 @@
 //! Increments by the arclength of a path: past limit points, through bifurcations, and onto singular points.
 //!
-//! A path is measured by a functional n of the motion since a saved state and of the fraction of the ramp; Newton's
-//! iteration solves for both with the bordered matrix, by two solutions with one factorization (Riks, Int. J. Solids
-//! Struct. 15, 1979; Keller 1977). The length of the arc is indifferent to how much of the ramp an event takes: a snap at a
-//! thousandth of the ramp is met like one at its end, and two that are near each other are met one after the other.
+//! The length of the arc is indifferent to how much of the ramp an event takes: a snap at a thousandth of the ramp is met like
+//! one at its end, and two that are near each other are met one after the other.
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.2, 8.3 and 8.5.
 
+use super::direction::{Direction, Metric};
+use super::distance::{Locator, Point};
 use super::events::Events;
 use super::follow::{Control, Next, Ramp, Run, Tried};
 use super::fraction::ByFraction;
 use super::record::Ending;
 use super::{Continuation, Count, Tuning};
 use crate::history::Status;
-use crate::newton::{Lost, Newton, Start, Unknowns, Why};
+use crate::newton::{Lost, Why};
 use crate::structure::Stop;
-use crate::system::{Inertia, Linearized, Residual, State, System};
-
-/// A motion of the joints together with a change of the fraction, or a functional of both.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Direction {
-    pub motions: Vec<[f64; 6]>,
-    pub rate: f64,
-}
-
-impl Direction {
-    /// Value of this functional.
-    pub(crate) fn along(&self, motions: &[[f64; 6]], fraction: f64) -> f64 {
-        let joints: f64 = self.motions.iter().zip(motions).map(|(n, m)| (0..6).map(|c| n[c] * m[c]).sum::<f64>()).sum();
-        joints + self.rate * fraction
-    }
-
-    fn reverse(&mut self) {
-        self.motions.iter_mut().flatten().for_each(|x| *x = -*x);
-        self.rate = -self.rate;
-    }
-}
-
-/// Weight of displacements and rotations against the fraction: the square of what a unit of the fraction counts for.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Metric {
-    displacement: f64,
-    rotation: f64,
-}
-
-impl Metric {
-    /// Joints and fraction count for the same where the joints move as they do here, but for joints that hardly move,
-    /// `hardly` (lengths of the network, or radians) for a unit of the fraction: a straight column only shortens until it
-    /// buckles, and must not be measured by that.
-    pub(crate) fn balanced(motions: &[[f64; 6]], rate: f64, size: f64, hardly: f64) -> Self {
-        let plain = Self { displacement: 1.0 / (size * size), rotation: 1.0 };
-        let moved = plain.product(motions, motions).max((hardly * rate).powi(2));
-        let factor = if moved > 0.0 && rate != 0.0 { rate * rate / moved } else { 1.0 };
-        Self { displacement: factor * plain.displacement, rotation: factor }
-    }
-
-    fn product(&self, a: &[[f64; 6]], b: &[[f64; 6]]) -> f64 {
-        let part = |a: &[f64; 6], b: &[f64; 6], from: usize| (from..from + 3).map(|c| a[c] * b[c]).sum::<f64>();
-        let sum = |from| a.iter().zip(b).map(|(a, b)| part(a, b, from)).sum::<f64>();
-        self.displacement * sum(0) + self.rotation * sum(3)
-    }
-
-    pub(crate) fn inner(&self, a: &Direction, b: &Direction) -> f64 {
-        self.product(&a.motions, &b.motions) + a.rate * b.rate
-    }
-
-    /// The direction, made of length one.
-    pub(crate) fn unit(&self, mut direction: Direction) -> Direction {
-        let length = self.inner(&direction, &direction).sqrt().max(f64::MIN_POSITIVE);
-        direction.motions.iter_mut().flatten().for_each(|x| *x /= length);
-        direction.rate /= length;
-        direction
-    }
-
-    /// Whether the way between two points of a path goes the way of the unit tangents at both, taken together.
-    ///
-    /// It does where the path bends as a circle, whatever the angle; a chord that does not leads to another path. Curvature
-    /// that changes by as much as itself takes the chord of a path that turns by the angle of `straight` a third of that aside.
-    pub(crate) fn is_chord(&self, chord: &Direction, tangents: [&Direction; 2], tuning: &Tuning) -> bool {
-        let [first, second] = tangents;
-        let along = self.inner(chord, first) + self.inner(chord, second);
-        let length = (2.0 + 2.0 * self.inner(first, second)).max(0.0).sqrt();
-        let parallel = (tuning.straight.acos() / 3.0).cos();
-        along >= parallel * length * self.inner(chord, chord).sqrt()
-    }
-
-    /// Whether the path that a chord cuts off bends about as much in its first half as in its second: on to another one, at
-    /// a kink, it does not. Where it hardly bends there is nothing to compare.
-    ///
-    /// The angles of a chord with the tangents at its ends differ by a factor of two where the curvature rises evenly from zero.
-    pub(crate) fn bends_evenly(&self, chord: &Direction, tangents: [&Direction; 2], tuning: &Tuning) -> bool {
-        let length = self.inner(chord, chord).sqrt();
-        let [first, second] = tangents.map(|tangent| (self.inner(chord, tangent) / length).clamp(-1.0, 1.0).acos());
-        first + second <= 2.0 * tuning.miss || tuning.shorter * first.max(second) <= first.min(second)
-    }
-
-    /// The functional that measures along a direction.
-    pub(crate) fn functional(&self, direction: &Direction) -> Direction {
-        let mut functional = direction.clone();
-        for motion in &mut functional.motions {
-            for (c, x) in motion.iter_mut().enumerate() {
-                *x *= if c < 3 { self.displacement } else { self.rotation };
-            }
-        }
-        functional
-    }
-}
-
-/// An equilibrium on a path.
-#[derive(Clone, Debug)]
-pub(super) struct Point {
-    pub fraction: f64,
-    /// Its distance, as it was asked for.
-    pub distance: f64,
-    pub iterations: usize,
-    pub inertia: Inertia,
-    pub residual: Residual,
-    /// Motion of the joints for a unit of the fraction.
-    pub rate: Vec<[f64; 6]>,
-    /// What the functional grows by for a unit of the fraction: without bound at a limit point.
-    pub gain: f64,
-}
-
-/// The state and the fraction, at a distance along a path.
-struct AtDistance<'a> {
-    ramp: &'a Ramp,
-    /// Where distances are measured from, its fraction, and the functional that measures them.
-    origin: (&'a State, f64),
-    functional: &'a Direction,
-    distance: f64,
-    fraction: f64,
-    /// Distance of the fractions whose difference stands for the derivative: rounding and curvature cost as much of it.
-    ahead: f64,
-    linearized: Linearized,
-    is_solved: bool,
-    gain: f64,
-    /// What a change of the fraction does between the ends of members follows an iteration later.
-    changed: f64,
-}
-
-impl<const D: usize> Unknowns<D> for AtDistance<'_> {
-    fn linearize(&mut self, system: &mut System<D>, _: bool) -> Inertia {
-        (self.linearized, self.is_solved) = linearize(system, self.ramp, self.fraction, self.ahead);
-        self.gain = self.functional.along(&self.linearized.rate_motions, 1.0);
-        self.linearized.inertia
-    }
-
-    fn are_settled(&self, tuning: &Tuning) -> bool {
-        self.changed <= tuning.rounding
-    }
-
-    fn advance(&mut self, system: &mut System<D>) -> Option<f64> {
-        let (origin, from) = self.origin;
-        let gap = self.functional.along(&system.motions_since(origin), self.fraction - from) - self.distance;
-        let change = -(gap + self.functional.along(&self.linearized.step_motions, 0.0)) / self.gain;
-        if !self.is_solved || !change.is_finite() {
-            return None;
-        }
-        let mut solution = std::mem::take(&mut self.linearized.step);
-        for (x, rate) in solution.iter_mut().zip(&self.linearized.rate) {
-            *x += change * rate;
-        }
-        self.fraction += change;
-        self.changed = change.abs();
-        system.fraction = self.fraction;
-        system.equations.update(&system.topology, &system.state.joints, self.fraction);
-        Some(system.move_by(&solution, true).largest().max(change.abs()))
-    }
-}
-
-fn linearize<const D: usize>(system: &mut System<D>, ramp: &Ramp, fraction: f64, ahead: f64) -> (Linearized, bool) {
-    // A difference that stays within the tables of muscles.
-    let ahead = if fraction > 0.5 { -ahead } else { ahead };
-    system.linearize(fraction, ahead, &mut |system: &mut System<D>, fraction: f64| ramp.apply(system, fraction))
-}
-
-/// What finds points of a path between two saved states.
-pub(super) struct Locator<'a, const D: usize> {
-    pub system: &'a mut System<D>,
-    /// The state that distances are measured from, and one ahead.
-    pub last: &'a State,
-    pub next: &'a State,
-    pub newton: Newton,
-    pub ramp: &'a Ramp,
-    /// Factorizations so far.
-    pub factorizations: usize,
-}
-
-impl<const D: usize> Locator<'_, D> {
-    fn ahead(&self) -> f64 {
-        self.newton.tuning.rounding.sqrt()
-    }
-
-    /// The path's direction at the present state, which is an equilibrium: motion of the joints for a unit of the
-    /// fraction.
-    pub(crate) fn rate(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
-        let ahead = self.ahead();
-        let (linearized, solved) = linearize(self.system, self.ramp, fraction, ahead);
-        self.factorizations += 1;
-        solved.then_some(linearized.rate_motions)
-    }
-
-    /// Brings the present state to the equilibrium at the distance `s`, measured by `n`, from the last saved one.
-    ///
-    /// `from` is the fraction of the saved state, `guess` that of the present one.
-    pub(crate) fn correct(&mut self, n: &Direction, s: f64, from: f64, guess: f64) -> Result<Point, Lost> {
-        let mut unknowns = AtDistance {
-            ramp: self.ramp,
-            origin: (self.last, from),
-            functional: n,
-            distance: s,
-            fraction: guess,
-            ahead: self.ahead(),
-            linearized: Linearized::default(),
-            is_solved: false,
-            gain: 0.0,
-            changed: f64::INFINITY,
-        };
-        let outcome = self.newton.solve_for(self.system, Start::nearby(), &mut unknowns);
-        self.factorizations += outcome.as_ref().map_or_else(|lost| lost.factorizations, |found| found.factorizations);
-        let found = outcome?;
-        Ok(Point {
-            fraction: unknowns.fraction,
-            distance: s,
-            iterations: found.iterations,
-            inertia: found.inertia,
-            residual: found.residual,
-            rate: unknowns.linearized.rate_motions,
-            gain: unknowns.gain,
-        })
-    }
-}
+use crate::system::System;
 
 /// What a path is followed along its arc for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -390,7 +175,7 @@ impl<const D: usize> Continuation<'_, D> {
             others: 0,
             touches: true,
             top: None,
-            negative: self.system.inertia().negative,
+            negative: self.system.tangent.inertia().negative,
             again: 0,
             left,
             suspended: None,
@@ -654,7 +439,8 @@ impl<const D: usize> Continuation<'_, D> {
             _ => (ends[1] >= 1.0).then_some(1.0),
         };
         if let Some(Stop::At { node, component, value }) = run.request.stop {
-            let read = |system: &System<D>| system.component(node, component) - value;
+            let link = self.system.topology.links[node];
+            let read = |system: &System<D>| system.places.component::<D>(&link, component) - value;
             self.system.restore(&self.last);
             let begin = read(&self.system);
             self.system.restore(&self.next);

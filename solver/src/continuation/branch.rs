@@ -2,7 +2,8 @@
 //!
 //! Theory: docs/theory/continuation.md, section Branches.
 
-use super::arc::{ArcIncrement, ByArc, Direction, Metric};
+use super::arc::{ArcIncrement, ByArc};
+use super::direction::{Direction, Metric};
 use super::events::Events;
 use super::follow::{Control, Next, Run};
 use super::record::{cause_of, status_of};
@@ -41,7 +42,7 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let first = points[0].clone();
         let residual = self.system.residual();
-        self.accept(run.record, self.system.fraction, residual);
+        self.accept(run.record, self.system.loading.fraction, residual);
         run.record.critical_points.append(&mut points);
         let onward = match first.kind {
             CriticalKind::Bifurcation => self.leave_bifurcation(run, &first, ends, (located, events.count)),
@@ -160,7 +161,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// How far (radians, or lengths) a state may be from one at a fraction that differs by so much, where both are beside a
     /// singular point: sixteen times as far as at the rate of the whole way so far.
     fn beside(&self, difference: f64) -> f64 {
-        self.tuning.longer.powi(2) * difference.abs() * self.system.moved()
+        self.tuning.longer.powi(2) * difference.abs() * self.system.places.moved::<D>(self.system.size)
     }
 
     /// From a limit point, the present state, to a stable equilibrium right beyond it, where there is one: two mirrored
@@ -202,7 +203,7 @@ impl<const D: usize> Continuation<'_, D> {
             system.restore(state);
             run.ramp.apply(system, fraction);
             system.gather(false);
-            system.members.iter().map(|m| system.packs[m.pack].pivots(m.lane).0).collect::<Vec<_>>()
+            system.members.slots.iter().map(|m| system.members.packs[m.pack].pivots(m.lane).0).collect::<Vec<_>>()
         });
         let far = std::mem::take(&mut pivots[1]);
         self.inside = (0..far.len()).filter(|&member| far[member] > pivots[0][member]).collect();
@@ -218,12 +219,12 @@ impl<const D: usize> Continuation<'_, D> {
         }
         self.system.save(&mut self.last);
         let tuning = self.tuning;
-        let mode = self.system.softest_motion();
-        let motions = self.system.motions_of(&mode);
+        let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
+        let motions = self.system.pattern.motions_of(&mode);
         let metric = Metric::balanced(&motions, 0.0, self.system.size, tuning.near);
         let direction = metric.unit(Direction { motions, rate: 0.0 });
         let n = metric.functional(&direction);
-        let length = n.along(&self.system.motions_of(&mode), 0.0);
+        let length = n.along(&self.system.pattern.motions_of(&mode), 0.0);
         let base = self.base;
         let mut point_at = |path: &mut Self, amplitude: f64| {
             path.back_to_last(run.ramp, fraction);

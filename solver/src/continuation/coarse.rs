@@ -24,9 +24,9 @@ pub struct Coarse<const D: usize> {
 
 impl<const D: usize> Coarse<D> {
     /// Gives back what is of no use to a solve on a finer mesh, before that needs memory of its own.
-    pub fn shed(&mut self) {
+    pub(crate) fn shed(&mut self) {
         for system in std::iter::once(&mut self.system).chain(&mut self.refined) {
-            system.packs.iter_mut().for_each(|pack| pack.shed());
+            system.members.packs.iter_mut().for_each(|pack| pack.shed());
         }
     }
 }
@@ -34,9 +34,9 @@ impl<const D: usize> Coarse<D> {
 impl<'a, const D: usize> Continuation<'a, D> {
     /// Takes a solve on a coarser mesh with its steps, and from it what is the same on every mesh: the pattern of the equations, that there
     /// is no mechanism, and, nearly, the stiffness of the unloaded structure.
-    pub fn follow_after(&mut self, coarse: Coarse<D>, steps: &'a [StepHistory]) {
+    pub(crate) fn follow_after(&mut self, coarse: Coarse<D>, steps: &'a [StepHistory]) {
         self.system.hold_like(&coarse.system);
-        self.system.take_rest(&coarse.system);
+        self.system.tangent.take_rest(&self.system.pattern, &coarse.system.tangent);
         self.system.hold(self.held.values().copied().collect());
         self.coarse = Some((coarse, steps));
     }
@@ -69,8 +69,9 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let start = Start { predicted: true, rest: None, negative_limit: known, aim: Aim::Result, may_wander: false };
         let outcome = self.newton.solve(&mut self.system, start);
         // How far parts swing with what carries them says little: what counts is what they move by themselves.
-        let near =
-            |found: &Convergence| found.iterations <= self.tuning.many && self.system.own_first <= self.tuning.wrong();
+        let near = |found: &Convergence| {
+            found.iterations <= self.tuning.many && self.system.moves.first_own <= self.tuning.wrong()
+        };
         let alike = outcome.as_ref().ok().copied().filter(near).and_then(|found| {
             let count = self.count(&found.inertia);
             (count.negative() == known).then_some((found, count))
@@ -92,7 +93,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
     }
 
     /// What a solve on a finer mesh may start from.
-    pub fn into_coarse(self) -> Coarse<D> {
+    pub(crate) fn into_coarse(self) -> Coarse<D> {
         let Self { system, ends, refined, refined_ends, .. } = self;
         Coarse { system, ends, refined, refined_ends }
     }

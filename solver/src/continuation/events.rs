@@ -5,6 +5,7 @@
 use super::arc::{ArcIncrement, ByArc, Purpose};
 use super::branch::Onward;
 use super::follow::{Control, Next, Run};
+use super::locate::Interval;
 use super::{Continuation, Count};
 use crate::history::{CriticalKind, CriticalPoint, Note, StepHistory};
 use crate::structure::Branch;
@@ -50,7 +51,7 @@ impl Events {
 impl<const D: usize> Continuation<'_, D> {
     /// Counts pivots at the present state, before a step moves it.
     pub(super) fn start_count(&mut self, record: &mut StepHistory) {
-        self.system.fraction = 0.0;
+        self.system.loading.fraction = 0.0;
         self.system.apply_drives();
         let inertia = self.at_rest.take().unwrap_or_else(|| self.system.assemble(false));
         record.factorizations += 1;
@@ -59,7 +60,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     pub(super) fn count(&mut self, inertia: &Inertia) -> Count {
         let known = self.base.lateral;
-        let potential = self.system.has_potential();
+        let potential = self.system.tangent.has_potential();
         let mut count = Count {
             own: inertia.negative,
             lateral: 0,
@@ -72,7 +73,11 @@ impl<const D: usize> Continuation<'_, D> {
         if count.own > self.base.own {
             let certain = self.system.certain_negative().max(self.base.own);
             #[cfg(feature = "trace")]
-            eprintln!("{} negative, {certain} certain, softest {:e}", count.own, self.system.softest_stiffness());
+            eprintln!(
+                "{} negative, {certain} certain, softest {:e}",
+                count.own,
+                self.system.tangent.softest_stiffness(&self.system.pattern, self.system.size)
+            );
             count.neutral |= certain < count.own;
             count.own = count.own.min(certain);
         }
@@ -112,7 +117,7 @@ impl<const D: usize> Continuation<'_, D> {
         }
         events.any().then(|| {
             self.system.save(&mut self.next);
-            let points = self.pinpoint(run, ends, None, &events);
+            let points = self.pinpoint(run, Interval { ends, metric: None, events: &events });
             self.on_to_next(run.ramp, ends[1]);
             points
         })
@@ -143,7 +148,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn pass_events(&mut self, run: &mut Run<'_>, by: &mut ByArc, increment: &ArcIncrement) -> Option<Next> {
         let events = &increment.events;
         let ends = [by.fraction, increment.point.fraction];
-        let points = self.pinpoint(run, ends, Some(by.metric), events);
+        let points = self.pinpoint(run, Interval { ends, metric: Some(by.metric), events });
         if points.is_empty() && by.again + 1 < self.tuning.few() {
             // A singular point that is not found lies on another path, where the increment leapt.
             by.again += 1;
@@ -162,7 +167,7 @@ impl<const D: usize> Continuation<'_, D> {
         run.record.critical_points.extend(points.iter().cloned());
         if !points.is_empty() {
             let residual = self.system.residual();
-            self.accept(run.record, self.system.fraction, residual);
+            self.accept(run.record, self.system.loading.fraction, residual);
         }
         let is_left = |point: &&CriticalPoint| {
             let bifurcation = point.kind == CriticalKind::Bifurcation && !point.sideways;

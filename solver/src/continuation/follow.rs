@@ -26,11 +26,11 @@ pub(super) struct Ramp {
 impl Ramp {
     pub(crate) fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
         let [from, to] = &self.drives;
-        system.fraction = fraction;
-        for (value, (from, to)) in system.drives.iter_mut().zip(from.iter().zip(to)) {
+        system.loading.fraction = fraction;
+        for (value, (from, to)) in system.loading.drives.iter_mut().zip(from.iter().zip(to)) {
             *value = if fraction == 1.0 { *to } else { from + fraction * (to - from) };
         }
-        system.prestress = self.prestress[0] + fraction * (self.prestress[1] - self.prestress[0]);
+        system.loading.prestress = self.prestress[0] + fraction * (self.prestress[1] - self.prestress[0]);
         system.apply_drives();
     }
 }

@@ -207,7 +207,7 @@ impl<const D: usize> Continuation<'_, D> {
                 if self.system.is_stopped() {
                     return Tried::Interrupted;
                 }
-                match by.shorten(&trial, &lost, self.system.own_first, &self.tuning) {
+                match by.shorten(&trial, &lost, self.system.moves.first_own, &self.tuning) {
                     Retry::Nearer => Tried::Again,
                     Retry::Shorter if (run.watch)(by.fraction) => Tried::Again,
                     Retry::Shorter => Tried::Interrupted,
@@ -278,7 +278,7 @@ impl<const D: usize> Continuation<'_, D> {
         let mut outcome = self.newton.solve(&mut self.system, start);
         if let Err(lost) = &outcome
             && lost.why == Why::Astray
-            && self.system.own_first < HALF_A_TURN
+            && self.system.moves.first_own < HALF_A_TURN
         {
             // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
             run.effort.count(&outcome);
@@ -294,9 +294,9 @@ impl<const D: usize> Continuation<'_, D> {
             // Mixed stresses of a far iterate can mislead where stresses change sign: try without them.
             run.effort.count(&outcome);
             self.system.restore(&self.last);
-            self.system.set_plain(true);
+            self.system.members.set_plain(true);
             outcome = self.newton.solve(&mut self.system, again);
-            self.system.set_plain(false);
+            self.system.members.set_plain(false);
         }
         run.effort.count(&outcome);
         outcome
@@ -307,8 +307,8 @@ impl<const D: usize> Continuation<'_, D> {
         let tuning = self.tuning;
         let (step, predicted) = (trial.length, by.is_extrapolated);
         let ends = [by.fraction, trial.target];
-        let missed = self.system.own_first;
-        let first_moves = self.system.first_moves.clone();
+        let missed = self.system.moves.first_own;
+        let first_moves = self.system.moves.first_by_part.clone();
         let foreseen = if predicted { &trial.foreseen } else { &first_moves };
         let mut count = self.count(&found.inertia);
         if count.neutral

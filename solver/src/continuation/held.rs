@@ -30,7 +30,7 @@ impl<const D: usize> Continuation<'_, D> {
         for held in self.held.values_mut() {
             held.from = held.to;
         }
-        self.system.fading.clear();
+        self.system.loading.fading.clear();
         for change in changes {
             match *change {
                 Change::Prescribe { node, component, to } => {
@@ -49,7 +49,7 @@ impl<const D: usize> Continuation<'_, D> {
                 Change::Free { node, component } => {
                     self.held.remove(&(node, component));
                     let reaction = self.reaction(node, component);
-                    self.system.fading.push(reaction);
+                    self.system.loading.fading.push(reaction);
                 }
             }
         }
@@ -61,19 +61,19 @@ impl<const D: usize> Continuation<'_, D> {
         let held = self.held.clone();
         std::mem::swap(&mut self.system, system);
         self.change(&step.changes);
-        self.system.fraction = 0.0;
+        self.system.loading.fraction = 0.0;
         self.system.apply_drives();
         std::mem::swap(&mut self.system, system);
         self.held = held;
     }
 
     fn reaction(&self, node: NodeId, component: usize) -> Fading {
-        let equations = &self.system.equations;
+        let equations = &self.system.pattern.equations;
         let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
         // Rows stand in the order of `Continuation::held`.
         if let Ok(index) = equations.held.binary_search_by_key(&(node, component), |held| (held.node, held.component)) {
             let system = &self.system;
-            (fading.force, fading.moment) = equations.released(index, &system.topology, &system.state.joints);
+            (fading.force, fading.moment) = equations.released(index, &system.topology, &system.places.joints);
         }
         fading
     }

@@ -4,10 +4,11 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.4 to 8.6.
 
-use super::Continuation;
-use super::arc::{Direction, Locator, Metric, Point};
+use super::direction::{Direction, Metric};
+use super::distance::{Locator, Point};
 use super::events::Events;
 use super::follow::Run;
+use super::{Continuation, OutOfPlane};
 use crate::history::{CriticalKind, CriticalPoint};
 use crate::packs::{self, Auxiliary};
 use crate::system::System;
@@ -191,6 +192,9 @@ impl<const D: usize> Locator<'_, D> {
     }
 }
 
+/// The tangent out of the plane, where stability is judged there.
+type Lateral<'a, const D: usize> = Option<Box<dyn OutOfPlane<D> + 'a>>;
+
 /// What is zero at a bifurcation.
 #[derive(Clone, Copy)]
 enum Test {
@@ -198,6 +202,17 @@ enum Test {
     Mode,
     /// The smallest pivot, with a sign by the side.
     Pivot,
+}
+
+/// The increment in which singular points are looked for, between the saved states `last` and `next`.
+#[derive(Clone, Copy)]
+pub(super) struct Interval<'a> {
+    /// Fractions of the ramp of both states.
+    pub ends: [f64; 2],
+    /// What measures distances between them, where it is not the fraction.
+    pub metric: Option<Metric>,
+    /// What differs between them.
+    pub events: &'a Events,
 }
 
 /// A kind of singular point that is looked for.
@@ -218,15 +233,9 @@ impl Wanted {
 }
 
 impl<const D: usize> Continuation<'_, D> {
-    /// The singular points between the saved states `last` and `next`, at these fractions; the state is left at the last
-    /// of them.
-    pub(super) fn pinpoint(
-        &mut self,
-        run: &mut Run<'_>,
-        ends: [f64; 2],
-        metric: Option<Metric>,
-        events: &Events,
-    ) -> Vec<CriticalPoint> {
+    /// The singular points in an increment; the state is left at the last of them.
+    pub(super) fn pinpoint(&mut self, run: &mut Run<'_>, interval: Interval<'_>) -> Vec<CriticalPoint> {
+        let Interval { ends, events, .. } = interval;
         let wanted = [
             (Wanted::Limit, events.limit),
             (Wanted::Bifurcation, events.bifurcates()),
@@ -234,7 +243,7 @@ impl<const D: usize> Continuation<'_, D> {
         ];
         let mut found = Vec::new();
         for (kind, _) in wanted.into_iter().filter(|wanted| wanted.1) {
-            found.extend(self.pinpoint_one(run, ends, metric, events, kind));
+            found.extend(self.pinpoint_one(run, interval, kind));
         }
         found.sort_by(|a, b| ((a.fraction - b.fraction) * (ends[1] - ends[0])).total_cmp(&0.0));
         // What lies at one place is one point: a network that buckles in its plane and out of it at once, as a round column
@@ -250,78 +259,77 @@ impl<const D: usize> Continuation<'_, D> {
         found
     }
 
-    fn pinpoint_one(
-        &mut self,
-        run: &mut Run<'_>,
-        ends: [f64; 2],
-        metric: Option<Metric>,
-        events: &Events,
-        wanted: Wanted,
-    ) -> Option<CriticalPoint> {
+    /// The singular point of one kind in an increment.
+    fn pinpoint_one(&mut self, run: &mut Run<'_>, interval: Interval<'_>, wanted: Wanted) -> Option<CriticalPoint> {
         // The auxiliary stiffness of held strains lowers a critical load by the load over itself, and a large one costs
         // digits: two moderate ones tell what an infinite one would give.
         let mut other = None;
-        if self.system.holds_strains() {
+        if self.system.loading.holds_strains() {
             // The softer one may move the point out of the bracket.
             other = [packs::MODERATE, packs::AUXILIARY].into_iter().find_map(|auxiliary| {
-                let (point, _) = self.locate(run, ends, metric, events, wanted, auxiliary)?;
+                let (point, _) = self.locate(run, interval, wanted, auxiliary)?;
                 Some((auxiliary, point.fraction, point.located))
             });
         }
-        let mut found = self.locate(run, ends, metric, events, wanted, packs::EXACTING);
+        let mut found = self.locate(run, interval, wanted, packs::EXACTING);
         if let (Some((point, _)), Some((auxiliary, fraction, located))) = (&mut found, other) {
             let weight = auxiliary.member / (packs::EXACTING.member - auxiliary.member);
             point.located =
                 point.located.zip(located).map(|(this, that)| (1.0 + weight).abs() * this + weight.abs() * that);
             point.fraction += weight * (point.fraction - fraction);
         }
-        self.system.auxiliary = packs::AUXILIARY;
-        run.ramp.apply(&mut self.system, found.as_ref().map_or(ends[1], |&(_, near)| near));
+        self.system.loading.auxiliary = packs::AUXILIARY;
+        run.ramp.apply(&mut self.system, found.as_ref().map_or(interval.ends[1], |&(_, near)| near));
         self.system.assemble(false);
         found.map(|(point, _)| point)
     }
 
-    /// The singular point of one kind between `last` and `next`, with an auxiliary stiffness of held strains; the state is
-    /// left there, or near there at a fraction of its own.
+    /// The softest motion at the last assembly, out of the plane where that is looked for.
+    fn softest(&mut self, lateral: &mut Lateral<'_, D>, wanted: Wanted) -> Vec<f64> {
+        match lateral {
+            Some(lateral) if wanted == Wanted::Sideways => lateral.softest(),
+            _ => self.system.tangent.softest_motion(&self.system.pattern, self.system.size),
+        }
+    }
+
+    /// What is zero at a bifurcation, and tells on which side of it a state is; `mode` is the softest motion at the far end, where
+    /// the present state is.
+    ///
+    /// That may be another one than the motion of the point: what is lost within a member moves no joint. Then the smallest pivot
+    /// tells.
+    fn tests(&mut self, run: &mut Run<'_>, begin: f64, mode: &[f64]) -> &'static [Test] {
+        let value = self.system.tangent.singular_test(mode);
+        self.system.restore(&self.last);
+        run.ramp.apply(&mut self.system, begin);
+        self.system.assemble(false);
+        run.effort.factorizations += 1;
+        let before = self.system.tangent.singular_test(mode);
+        let sees = value.zip(before).is_some_and(|(value, before)| value * before < 0.0);
+        if sees { &[Test::Mode, Test::Pivot] } else { &[Test::Pivot] }
+    }
+
+    /// The singular point of one kind in an increment, with an auxiliary stiffness of held strains; the state is left there, or
+    /// near there at a fraction of its own.
     fn locate(
         &mut self,
         run: &mut Run<'_>,
-        ends: [f64; 2],
-        metric: Option<Metric>,
-        events: &Events,
+        interval: Interval<'_>,
         wanted: Wanted,
         auxiliary: Auxiliary,
     ) -> Option<(CriticalPoint, f64)> {
-        self.system.auxiliary = auxiliary;
+        let Interval { ends, metric, events } = interval;
+        self.system.loading.auxiliary = auxiliary;
         // The mode, from the far end of the bracket.
         self.system.restore(&self.next);
         run.ramp.apply(&mut self.system, ends[1]);
         let inertia = self.system.assemble(false);
         let mut lateral = self.lateral.take();
-        let mode = match (&mut lateral, wanted) {
-            (Some(lateral), Wanted::Sideways) => {
-                lateral.inertia(&mut self.system);
-                lateral.softest()
-            }
-            _ => self.system.softest_motion(),
-        };
+        let lateral_far = lateral.as_mut().map_or(0, |lateral| lateral.inertia(&mut self.system).0.negative);
+        let mode = self.softest(&mut lateral, wanted);
         let (base, count) = (self.base, events.count);
         let conservative = base.potential && count.potential;
         let far = inertia.negative;
-        let lateral_far = lateral.as_mut().map_or(0, |lateral| lateral.inertia(&mut self.system).0.negative);
-        // The softest motion of the joints at the far end may be another one than that of the point: what is lost within a
-        // member moves no joint. Then the smallest pivot tells.
-        let mut tests = &[Test::Mode][..];
-        if wanted == Wanted::Bifurcation {
-            let value = self.system.singular_test(&mode);
-            self.system.restore(&self.last);
-            run.ramp.apply(&mut self.system, ends[0]);
-            self.system.assemble(false);
-            run.effort.factorizations += 1;
-            let before = self.system.singular_test(&mode);
-            let sees = value.zip(before).is_some_and(|(value, before)| value * before < 0.0);
-            tests = if sees { &[Test::Mode, Test::Pivot] } else { &[Test::Pivot] };
-        }
+        let tests = if wanted == Wanted::Bifurcation { self.tests(run, ends[0], &mode) } else { &[Test::Mode] };
         let mut near_gain = None;
         let mut locator = self.locator(run.ramp);
         let mut judge = |test: Test, system: &mut System<D>, point: &Point| match wanted {
@@ -349,7 +357,7 @@ impl<const D: usize> Continuation<'_, D> {
                 };
                 let smallest = point.inertia.smallest;
                 let value = match test {
-                    Test::Mode => system.singular_test(&mode),
+                    Test::Mode => system.tangent.singular_test(&mode),
                     Test::Pivot => Some(if near { smallest } else { -smallest }),
                 };
                 (near, value)
@@ -368,15 +376,10 @@ impl<const D: usize> Continuation<'_, D> {
             let slope = root.slope.filter(|_| wanted == Wanted::Bifurcation);
             let doubt =
                 slope.map_or(0.0, |slope| self.system.doubt(&mode).map_or(0.0, |change| (change / slope).abs()));
-            let motions = match (&mut lateral, wanted) {
-                (Some(lateral), Wanted::Sideways) => {
-                    let mode = lateral.softest();
-                    lateral.motions_of(&mode)
-                }
-                _ => {
-                    let mode = self.system.softest_motion();
-                    self.system.motions_of(&mode)
-                }
+            let mode = self.softest(&mut lateral, wanted);
+            let motions = match &lateral {
+                Some(lateral) if wanted == Wanted::Sideways => lateral.motions_of(&mode),
+                _ => self.system.pattern.motions_of(&mode),
             };
             let (node, mode) = self.mode_of(&motions);
             let noted = CriticalPoint {

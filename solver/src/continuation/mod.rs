@@ -23,6 +23,8 @@ mod acceptance;
 mod arc;
 mod branch;
 mod coarse;
+mod direction;
+mod distance;
 mod events;
 mod follow;
 mod fraction;
@@ -40,7 +42,7 @@ pub use held::{first_rows, topology};
 pub use tuning::Tuning;
 
 /// Which rows are held, by node and component.
-pub type HeldRows = BTreeMap<(NodeId, usize), Held>;
+pub(crate) type HeldRows = BTreeMap<(NodeId, usize), Held>;
 
 /// What a plane system asks about its stability out of the plane.
 pub trait OutOfPlane<const D: usize> {
@@ -49,13 +51,13 @@ pub trait OutOfPlane<const D: usize> {
     fn confirmed(&mut self, plane: &mut System<D>, known: usize) -> (Inertia, bool);
     /// The same without a second look.
     fn inertia(&mut self, plane: &mut System<D>) -> (Inertia, bool);
-    /// See [`System::hidden_signs`]: those of the network free to leave its plane.
+    /// Motions of the network, free to leave its plane, of which rounding hides the sign of the stiffness.
     fn hidden_signs(&mut self, plane: &mut System<D>) -> usize;
     /// The softest motion of the last of these.
     fn softest(&mut self) -> Vec<f64>;
-    /// See [`System::singular_test`].
+    /// A number that passes zero where the tangent out of the plane is singular.
     fn singular_test(&mut self, b: &[f64]) -> Option<f64>;
-    /// See [`System::motions_of`].
+    /// Motions of all joints that a solution of the equations out of the plane means.
     fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]>;
 }
 
@@ -234,7 +236,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         if !prestressed && !steps.is_empty() {
             return;
         }
-        let rest = self.system.drives.clone();
+        let rest = self.system.loading.drives.clone();
         let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0], longest: 1.0 };
         let conservative = self.is_conservative(&ramp);
         so_far.going = self.follow(&mut Run {
@@ -268,7 +270,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             self.start_count(record);
             so_far.counted = true;
         }
-        let from = self.system.drives.clone();
+        let from = self.system.loading.drives.clone();
         let mut to = from.clone();
         for &(drive, value) in &step.targets {
             to[drive] = value;
@@ -308,7 +310,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
     /// ends a ramp may lie within such a member.
     fn members_out_of_sight(&self) -> Vec<MemberId> {
         let system = &self.system;
-        let held = |node: &usize| system.equations.holds_all(system.topology.links[*node].joint);
+        let held = |node: &usize| system.pattern.equations.holds_all(system.topology.links[*node].joint);
         let members = system.structure.members.iter().enumerate();
         members.filter(|(_, member)| member.nodes.iter().all(held)).map(|(index, _)| index).collect()
     }
@@ -358,7 +360,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
     }
 
     /// A motion that the unloaded structure resists by next to nothing, where there is one and none is free.
-    pub fn near_motion(&mut self, steps: &[Step]) -> Option<NearMotion> {
+    pub(crate) fn near_motion(&mut self, steps: &[Step]) -> Option<NearMotion> {
         let prestressed = self.is_prestressed();
         self.look_at_rest(steps, &mut |system, at_rest| {
             let free = at_rest.idle + at_rest.negative > 0;
@@ -376,7 +378,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         std::mem::swap(&mut self.held, &mut held);
         // The system is assembled with the rows of the first step; `held` has them, `self.held` those of the supports.
         let inertia = self.system.assemble(false);
-        self.system.note_rest();
+        self.system.tangent.note_rest(&self.system.pattern);
         let seen = look(&mut self.system, &inertia);
         let same = held.len() == self.held.len();
         self.system.hold(self.held.values().copied().collect());
@@ -402,14 +404,14 @@ impl<'a, const D: usize> Continuation<'a, D> {
         MeshSize {
             nodes: structure.nodes.len() + interior,
             elements,
-            unknowns: self.system.equations.size + per_node * interior,
+            unknowns: self.system.pattern.equations.size + per_node * interior,
         }
     }
 
     /// How fast the present state may vary along the elements of every member.
     fn variations(&self) -> Vec<Vec<Variation>> {
-        let System { members, packs, .. } = &self.system;
-        members.iter().map(|slot| packs[slot.pack].variations(slot.lane)).collect()
+        let chains = (0..self.system.members.count()).map(|member| self.system.members.chain(member));
+        chains.map(|(pack, lane)| pack.variations(lane)).collect()
     }
 
     /// The present equilibrium on elements of the next order, and what the members lack for it.
@@ -418,13 +420,14 @@ impl<'a, const D: usize> Continuation<'a, D> {
             self.refined = self.make_refined.take().map(|make| make());
         }
         let refined = self.refined.as_mut()?;
-        refined.fading.clone_from(&self.system.fading);
+        refined.loading.fading.clone_from(&self.system.loading.fading);
         refined.hold_like(&self.system);
         refined.prolong(&self.system);
         self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
-        let missing = refined.members.iter().map(|slot| refined.packs[slot.pack].top_energy(slot.lane)).collect();
+        let chains = (0..refined.members.count()).map(|member| refined.members.chain(member));
+        let missing = chains.map(|(pack, lane)| pack.top_energy(lane)).collect();
         Some((state, missing))
     }
 }

@@ -52,7 +52,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Notes the members that cannot be stretched and whose axial force nothing determines at the end of a step.
     pub(super) fn note_undetermined(&mut self, record: &mut StepHistory) {
-        if record.increments.is_empty() || !self.system.holds_strains() {
+        if record.increments.is_empty() || !self.system.loading.holds_strains() {
             return;
         }
         let members = held::undetermined(&mut self.system);
@@ -74,8 +74,8 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// A singular point near the last assembly, as far as an increment tells.
     pub(super) fn rough_point(&mut self, kind: CriticalKind, fraction: f64, sideways: bool) -> CriticalPoint {
-        let mode = self.system.softest_motion();
-        let motions = self.system.motions_of(&mode);
+        let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
+        let motions = self.system.pattern.motions_of(&mode);
         let (node, mode) = self.mode_of(&motions);
         CriticalPoint { kind, fraction, error: None, located: None, node, member: None, sideways, mode }
     }
@@ -83,7 +83,8 @@ impl<const D: usize> Continuation<'_, D> {
     /// The node that moves most, and the motion of every node.
     pub(super) fn mode_of(&self, motions: &[[f64; 6]]) -> (NodeId, Vec<[f64; 6]>) {
         let system = &self.system;
-        let mode: Vec<[f64; 6]> = system.topology.links.iter().map(|link| system.node_motion(link, motions)).collect();
+        let mode: Vec<[f64; 6]> =
+            system.topology.links.iter().map(|link| system.places.motion_of(link, motions)).collect();
         let moves = |m: &[f64; 6]| (norm([m[0], m[1], m[2]]) / system.size).max(1e-3 * norm([m[3], m[4], m[5]]));
         let mut best = (0, 0.0);
         for (node, motion) in mode.iter().enumerate() {
@@ -133,7 +134,7 @@ impl<const D: usize> Continuation<'_, D> {
         const MOST: usize = 4;
         let mut best = rounding::estimate(&mut self.system);
         let mut polished = false;
-        let pending = self.system.equations.has_general();
+        let pending = self.system.pattern.equations.has_general();
         for _ in 0..MOST {
             let Some(before) = best.filter(|best| fraction >= 1.0 && !best.settled && best.left < self.tuning.shortest)
             else {

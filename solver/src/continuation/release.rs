@@ -42,7 +42,13 @@ impl<const D: usize> Continuation<'_, D> {
         let fraction = (point.fraction + beyond).min(1.0);
         if point.kind == CriticalKind::Bifurcation {
             let amplitude = self.tuning.miss * self.tuning.amplitude;
-            let push: Vec<f64> = self.system.softest_motion().iter().map(|x| amplitude * x).collect();
+            let push: Vec<f64> = self
+                .system
+                .tangent
+                .softest_motion(&self.system.pattern, self.system.size)
+                .iter()
+                .map(|x| amplitude * x)
+                .collect();
             self.system.move_by(&push, false);
         }
         run.ramp.apply(&mut self.system, fraction);
@@ -64,7 +70,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// From a stable equilibrium a little beyond a fraction back to it; false, with nothing changed, where that is not
     /// stable.
     fn back_to(&mut self, run: &mut Run<'_>, fraction: f64) -> bool {
-        let (beyond, base) = (self.system.fraction, self.base);
+        let (beyond, base) = (self.system.loading.fraction, self.base);
         self.system.save(&mut self.next);
         if let Some(found) = self.solve_at(run, fraction)
             && self.system.distance(&self.next).largest() <= self.tuning.wrong()
@@ -134,7 +140,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Dashpots that are soft against the unloaded network.
     fn first_dashpots(&mut self) -> f64 {
-        let rest = self.system.rest_stiffness_of_displacements();
+        let rest = self.system.tangent.rest_stiffness_of_displacements();
         SOFT * rest / self.system.size
     }
 
@@ -142,7 +148,7 @@ impl<const D: usize> Continuation<'_, D> {
         let motions = self.system.motions_since(&self.last);
         let links = &self.system.topology.links;
         let far = |node: usize| {
-            let m = self.system.node_motion(&links[node], &motions);
+            let m = self.system.places.motion_of(&links[node], &motions);
             norm([m[0], m[1], m[2]])
         };
         (0..links.len()).map(|node| (node, far(node))).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })

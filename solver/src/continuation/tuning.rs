@@ -86,17 +86,17 @@ impl Default for Tuning {
 
 impl Tuning {
     /// Iterations that lead to what lies near, whatever was foreseen.
-    pub fn few(&self) -> usize {
+    pub(crate) fn few(&self) -> usize {
         self.many.div_ceil(2) + 1
     }
 
     /// Distance (radians, or lengths) by which a prediction is wrong.
-    pub fn wrong(&self) -> f64 {
+    pub(crate) fn wrong(&self) -> f64 {
         self.longer * self.miss
     }
 
     /// Part of the ramp, and of what leads to a point, that is right beside it.
-    pub fn beside(&self) -> f64 {
+    pub(crate) fn beside(&self) -> f64 {
         0.5 * self.bracket
     }
 

@@ -62,7 +62,7 @@ pub struct Equations<const D: usize> {
 
 impl<const D: usize> Equations<D> {
     /// Numbers the free components of all joints.
-    pub fn new(topology: &Topology, active: Active<D>, held: Vec<Held>) -> Self {
+    pub(crate) fn new(topology: &Topology, active: Active<D>, held: Vec<Held>) -> Self {
         let joints = topology.references.len();
         let mut rows = vec![Vec::new(); joints];
         for (index, row) in held.iter().enumerate() {
@@ -231,7 +231,7 @@ impl<const D: usize> Equations<D> {
     }
 
     /// Brings bases and pending motions up to date with the state.
-    pub fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64) {
+    pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64) {
         for joint in 0..self.joints.len() {
             let mut equations = std::mem::replace(
                 &mut self.joints[joint],
@@ -294,12 +294,12 @@ impl<const D: usize> Equations<D> {
     }
 
     /// Whether rows hold all motions of a joint.
-    pub fn holds_all(&self, joint: usize) -> bool {
+    pub(crate) fn holds_all(&self, joint: usize) -> bool {
         self.joints[joint].count == 0
     }
 
     /// Sets held components to their values exactly.
-    pub fn enforce(&self, states: &mut [JointState], fraction: f64) {
+    pub(crate) fn enforce(&self, states: &mut [JointState], fraction: f64) {
         for (equations, state) in self.joints.iter().zip(states) {
             let Basis::Components(_) = equations.basis else { continue };
             let mut theta = [0.0; 3];
@@ -330,7 +330,7 @@ impl<const D: usize> Equations<D> {
     }
 
     /// The part of a joint's force that its free motions feel: zero along everything held.
-    pub fn unbalanced(&self, joint: usize, force: &[f64; 6]) -> [f64; 6] {
+    pub(crate) fn unbalanced(&self, joint: usize, force: &[f64; 6]) -> [f64; 6] {
         let equations = &self.joints[joint];
         match &equations.basis {
             Basis::Components(components) => {
@@ -392,7 +392,13 @@ impl<const D: usize> Equations<D> {
     }
 
     /// Splits the held part of every joint's force among its rows: the reactions.
-    pub fn find_multipliers(&mut self, topology: &Topology, states: &[JointState], forces: &[[f64; 6]], fraction: f64) {
+    pub(crate) fn find_multipliers(
+        &mut self,
+        topology: &Topology,
+        states: &[JointState],
+        forces: &[[f64; 6]],
+        fraction: f64,
+    ) {
         for (joint, equations) in self.joints.iter().enumerate() {
             match &equations.basis {
                 Basis::Components(_) => {
@@ -439,7 +445,7 @@ impl<const D: usize> Equations<D> {
     ///
     /// A row that holds one component of a rotation vector acts about its gradient, which is its axis only while the
     /// rotation is small; where all three are held, their moments are taken along the axes.
-    pub fn reaction(&self, index: usize, topology: &Topology, states: &[JointState]) -> (V3<f64>, V3<f64>) {
+    pub(crate) fn reaction(&self, index: usize, topology: &Topology, states: &[JointState]) -> (V3<f64>, V3<f64>) {
         let (held, value) = (&self.held[index], self.multipliers[index]);
         let joint = topology.links[held.node].joint;
         match held.kind {
@@ -452,7 +458,7 @@ impl<const D: usize> Equations<D> {
     }
 
     /// What takes the place of a row that is set free: the reaction, such that the other rows keep theirs.
-    pub fn released(&self, index: usize, topology: &Topology, states: &[JointState]) -> (V3<f64>, V3<f64>) {
+    pub(crate) fn released(&self, index: usize, topology: &Topology, states: &[JointState]) -> (V3<f64>, V3<f64>) {
         let held = &self.held[index];
         let joint = topology.links[held.node].joint;
         let HeldKind::Rotation { axis } = held.kind else { return self.reaction(index, topology, states) };
@@ -471,7 +477,7 @@ impl<const D: usize> Equations<D> {
     }
 
     /// Stiffness that the curvature of the constraints takes from a joint with general rows: −Σ λ ∇²g on its spins.
-    pub fn constraint_stiffness(
+    pub(crate) fn constraint_stiffness(
         &self,
         topology: &Topology,
         joint: usize,

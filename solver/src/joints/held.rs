@@ -20,12 +20,12 @@ pub struct JointState {
 impl JointState {
     /// Displacement of a point of the joint.
     #[inline]
-    pub fn point(&self, arm: V3<f64>) -> V3<f64> {
+    pub(crate) fn point(&self, arm: V3<f64>) -> V3<f64> {
         add(self.place.displacement, rotation::turn_less_identity(self.place.rotation, arm))
     }
 
     /// The same joint where one of its points, at `arm`, is at `place`; `motion` tells how often it turned on the way.
-    pub fn carried(&self, place: &Placement, arm: V3<f64>, motion: &[f64; 6], plane: bool) -> Self {
+    pub(crate) fn carried(&self, place: &Placement, arm: V3<f64>, motion: &[f64; 6], plane: bool) -> Self {
         let mut after = *self;
         after.place.rotation = rotation::normalize(place.rotation);
         after.place.displacement = sub(place.displacement, rotation::turn_less_identity(after.place.rotation, arm));
@@ -36,7 +36,7 @@ impl JointState {
     }
 
     /// Adds a displacement and a spin.
-    pub fn advance(&mut self, change: &[f64; 6]) {
+    pub(crate) fn advance(&mut self, change: &[f64; 6]) {
         let spin = [change[3], change[4], change[5]];
         for (u, d) in self.place.displacement.iter_mut().zip(change) {
             *u += d;
@@ -104,7 +104,7 @@ pub struct Held {
 
 impl Held {
     /// The value at a fraction of the step.
-    pub fn at(&self, fraction: f64) -> f64 {
+    pub(crate) fn at(&self, fraction: f64) -> f64 {
         if fraction == 1.0 { self.to } else { self.from + fraction * (self.to - self.from) }
     }
 }

@@ -18,7 +18,7 @@ pub struct Link {
 
 impl Link {
     /// Whether the node is not the reference.
-    pub fn has_arm(&self) -> bool {
+    pub(crate) fn has_arm(&self) -> bool {
         self.arm != [0.0; 3]
     }
 }
@@ -67,7 +67,7 @@ fn parallel(a: V3<f64>, b: V3<f64>) -> bool {
 
 impl Topology {
     /// `turned` tells of every node what acts on its rotation.
-    pub fn new(structure: &Structure, turned: &[Turned]) -> Self {
+    pub(crate) fn new(structure: &Structure, turned: &[Turned]) -> Self {
         let count = structure.nodes.len();
         let mut reference: Vec<NodeId> = (0..count).collect();
         for body in &structure.bodies {

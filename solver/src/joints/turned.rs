@@ -20,7 +20,7 @@ pub struct Turned {
 
 impl Turned {
     /// For every node of a structure.
-    pub fn nodes(structure: &Structure, steps: &[Step]) -> Vec<Self> {
+    pub(crate) fn nodes(structure: &Structure, steps: &[Step]) -> Vec<Self> {
         let mut turned = vec![Self::default(); structure.nodes.len()];
         let mut axes = vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; structure.nodes.len()];
         for support in &structure.supports {
@@ -63,18 +63,18 @@ impl Turned {
     }
 
     /// Whether nothing ever acts on the rotation.
-    pub fn is_left_alone(&self) -> bool {
+    pub(crate) fn is_left_alone(&self) -> bool {
         self.held.is_empty() && self.moments.is_empty() && !self.later
     }
 
     /// Whether anything acts about this axis.
-    pub fn acts_about(&self, axis: V3<f64>) -> bool {
+    pub(crate) fn acts_about(&self, axis: V3<f64>) -> bool {
         let acts = |v: &V3<f64>| dot(*v, axis).abs() > PARALLEL * norm(*v);
         self.moments.iter().any(acts) || self.held.iter().any(acts)
     }
 
     /// Whether a moment acts about this axis, or what is held contains the rotation about it.
-    pub fn keeps_spin(&self, axis: V3<f64>) -> bool {
+    pub(crate) fn keeps_spin(&self, axis: V3<f64>) -> bool {
         let mut rest = axis;
         let mut basis: Vec<V3<f64>> = Vec::new();
         let less = |v: V3<f64>, q: &V3<f64>| sub(v, scale(dot(v, *q), *q));

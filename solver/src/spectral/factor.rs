@@ -22,7 +22,7 @@ const SOFTEST: usize = 6;
 
 /// Factors of a symmetric matrix.
 #[derive(Clone, Debug)]
-pub struct Factor {
+pub(crate) struct Factor {
     /// Original index of every row of the factors.
     original: Vec<usize>,
     starts: Vec<usize>,
@@ -39,18 +39,18 @@ pub struct Factor {
 
 /// Where a symmetric matrix has entries, and in which order it is factorized.
 #[derive(Debug)]
-pub struct Analysis {
+pub(crate) struct Analysis {
     pattern: SymbolicSparseColMat<usize>,
     symbolic: SymbolicCholesky<usize>,
 }
 
 /// The analysis of the last one of several matrices, most of which have their entries in the same places.
 #[derive(Debug, Default)]
-pub struct Analyzed(RefCell<Option<Analysis>>);
+pub(crate) struct Analyzed(RefCell<Option<Analysis>>);
 
 impl Analyzed {
     /// Factors of one of the matrices; nothing where a pivot vanishes.
-    pub fn factor(&self, matrix: &CsMat<f64>) -> Option<Factor> {
+    pub(crate) fn factor(&self, matrix: &CsMat<f64>) -> Option<Factor> {
         Factor::with(matrix, &mut self.0.borrow_mut())
     }
 }
@@ -102,7 +102,7 @@ impl Analysis {
 
 impl Factor {
     /// Factorizes a matrix with both triangles; nothing where a pivot vanishes.
-    pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
+    pub(crate) fn new(matrix: &CsMat<f64>) -> Option<Self> {
         Self::with(matrix, &mut None)
     }
 
@@ -154,12 +154,12 @@ impl Factor {
     }
 
     /// Number of rows.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.original.len()
     }
 
     /// y = |D|^-½ L⁻¹ P b, for W columns side by side.
-    pub fn forward<const W: usize>(&self, b: &[[f64; W]]) -> Vec<[f64; W]> {
+    pub(crate) fn forward<const W: usize>(&self, b: &[[f64; W]]) -> Vec<[f64; W]> {
         let mut y: Vec<[f64; W]> = self.original.iter().map(|&i| b[i]).collect();
         for column in 0..y.len() {
             let x = y[column];
@@ -177,7 +177,7 @@ impl Factor {
     }
 
     /// x = Pᵀ L⁻ᵀ |D|^-½ y, for W columns side by side.
-    pub fn backward<const W: usize>(&self, y: &[[f64; W]]) -> Vec<[f64; W]> {
+    pub(crate) fn backward<const W: usize>(&self, y: &[[f64; W]]) -> Vec<[f64; W]> {
         let mut z = y.to_vec();
         for (z, root) in z.iter_mut().zip(&self.roots) {
             z.iter_mut().for_each(|z| *z /= root);
@@ -204,7 +204,7 @@ impl Factor {
 
 impl Factor {
     /// K⁻¹ b, for W columns side by side.
-    pub fn solve<const W: usize>(&self, b: &[[f64; W]]) -> Vec<[f64; W]> {
+    pub(crate) fn solve<const W: usize>(&self, b: &[[f64; W]]) -> Vec<[f64; W]> {
         let mut y = self.forward(b);
         if self.negative > 0 {
             for (y, &start) in y.iter_mut().zip(&self.starts) {
@@ -217,7 +217,7 @@ impl Factor {
     }
 
     /// About the least stiffness of a motion of the matrix K that these are the factors of, over that of its diagonal.
-    pub fn softest(&self, stiffness: &CsMat<f64>) -> f64 {
+    pub(crate) fn softest(&self, stiffness: &CsMat<f64>) -> f64 {
         let diagonal: Vec<f64> = stiffness.diag().iter().map(|(_, value)| value.abs()).collect();
         let mut forces: Vec<[f64; 1]> = (0..self.size()).map(|i| [(1.3 * i as f64 + 0.7).sin()]).collect();
         let mut softest = f64::INFINITY;

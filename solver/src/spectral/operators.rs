@@ -22,7 +22,7 @@ use crate::system::{MemberSlot, System};
 
 /// What an element's tangent is made with.
 #[derive(Clone, Debug)]
-pub struct Stressing {
+pub(crate) struct Stressing {
     /// Of the section: EA, GA2, GA3, GJ, EI2, EI3.
     pub stiffness: [f64; 6],
     /// Section forces and moments at the integration points.
@@ -33,7 +33,7 @@ pub struct Stressing {
 
 /// Matrices of one family of motions.
 #[derive(Clone, Debug)]
-pub struct Operators {
+pub(crate) struct Operators {
     /// Tangent, with Gᵀ G for what is rigid.
     pub stiffness: CsMat<f64>,
     /// The tangent without Gᵀ G, as it is made.
@@ -50,7 +50,7 @@ pub struct Operators {
 /// the entries of its matrix. From the matrix it comes out with an error of rounding times those entries; from the
 /// rows, with the square of what rounding makes of the strains.
 #[derive(Clone, Debug)]
-pub struct Form {
+pub(crate) struct Form {
     /// E, one row a strain.
     pub strains: CsMat<f64>,
     /// R
@@ -59,7 +59,7 @@ pub struct Form {
 
 impl Form {
     /// The matrix of bilinear products of motions xᵢ with one another, by rows.
-    pub fn products(&self, motions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(crate) fn products(&self, motions: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let apply = |matrix: &CsMat<f64>, x: &[f64]| {
             let mut out = vec![0.0; matrix.rows()];
             multiply(matrix, x, &mut out);
@@ -72,7 +72,7 @@ impl Form {
     }
 
     /// xᵀ (Eᵀ E + R) x
-    pub fn energy(&self, x: &[f64]) -> f64 {
+    pub(crate) fn energy(&self, x: &[f64]) -> f64 {
         let mut strains = vec![0.0; self.strains.rows()];
         let mut rest = vec![0.0; x.len()];
         multiply(&self.strains, x, &mut strains);
@@ -81,7 +81,7 @@ impl Form {
     }
 
     /// (Eᵀ E + R) x
-    pub fn image(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn image(&self, x: &[f64]) -> Vec<f64> {
         let (mut strains, mut rest) = (vec![0.0; self.strains.rows()], vec![0.0; x.len()]);
         multiply(&self.strains, x, &mut strains);
         multiply(&self.rest, x, &mut rest);
@@ -89,7 +89,7 @@ impl Form {
     }
 
     /// The same of E x and R x.
-    pub fn image_of(&self, strains: &[f64], rest: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn image_of(&self, strains: &[f64], rest: Vec<f64>) -> Vec<f64> {
         let mut out = rest;
         for (row, strain) in self.strains.outer_iterator().zip(strains) {
             row.iter().for_each(|(column, value)| out[column] += value * strain);
@@ -99,12 +99,12 @@ impl Form {
 }
 
 /// out = M x
-pub fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
+pub(crate) fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
     multiply_columns(matrix, x.as_chunks::<1>().0, out.as_chunks_mut::<1>().0);
 }
 
 /// The same for W columns side by side.
-pub fn multiply_columns<const W: usize>(matrix: &CsMat<f64>, x: &[[f64; W]], out: &mut [[f64; W]]) {
+pub(crate) fn multiply_columns<const W: usize>(matrix: &CsMat<f64>, x: &[[f64; W]], out: &mut [[f64; W]]) {
     for (row, out) in matrix.outer_iterator().zip(out) {
         *out = [0.0; W];
         for (column, value) in row.iter() {
@@ -116,7 +116,7 @@ pub fn multiply_columns<const W: usize>(matrix: &CsMat<f64>, x: &[[f64; W]], out
 }
 
 /// xᵀ y
-pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     // Several sums at once: one alone waits for each addition.
     let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<8>(), y.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -129,11 +129,11 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Entries of a square matrix over all unknowns.
-pub type Entries = Vec<(usize, usize, f64)>;
+pub(crate) type Entries = Vec<(usize, usize, f64)>;
 
 /// Everything of a network before a family is chosen.
 #[derive(Clone, Debug, Default)]
-pub struct Assembled {
+pub(crate) struct Assembled {
     /// Entries of the stiffness matrix.
     pub stiffness: Entries,
     /// What the stiffness holds beside the products of the rows.
@@ -151,12 +151,12 @@ type SparseRow = Vec<(usize, f64)>;
 
 impl Assembled {
     /// Assembles a network at its equilibrium.
-    pub fn new(system: &mut System<6>, unknowns: &Unknowns) -> Self {
+    pub(crate) fn new(system: &mut System<6>, unknowns: &Unknowns) -> Self {
         Self::with(system, unknowns, true)
     }
 
     /// The same without the mass matrix, which stays empty.
-    pub fn without_mass(system: &mut System<6>, unknowns: &Unknowns) -> Self {
+    pub(crate) fn without_mass(system: &mut System<6>, unknowns: &Unknowns) -> Self {
         Self::with(system, unknowns, false)
     }
 
@@ -165,9 +165,9 @@ impl Assembled {
         let entries = entries(system);
         all.rest.reserve(entries);
         all.stiffness.reserve(2 * entries);
-        for member in 0..system.members.len() {
-            let slot = &system.members[member];
-            let (pack, lane) = (&system.packs[slot.pack], slot.lane);
+        for member in 0..system.members.count() {
+            let slot = &system.members.slots[member];
+            let (pack, lane) = (&system.members.packs[slot.pack], slot.lane);
             for e in 0..pack.elements() {
                 let state = pack.element(lane, e);
                 let stressing = present(&state);
@@ -180,7 +180,7 @@ impl Assembled {
                 all.strains.extend(own.rows.elastic.iter().map(|row| scatter_row(row, &columns)));
                 all.constraints.extend(own.rows.held.iter().map(|row| scatter_row(row, &columns)));
             }
-            let ends = slot.ends;
+            let ends = system.tangent.ends[member];
             let entries = &mut all.rest;
             end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
         }
@@ -200,7 +200,7 @@ impl Assembled {
     }
 
     /// The matrices of one family, whose unknowns `numbers` gives.
-    pub fn of_family(&self, numbers: &[Option<usize>]) -> Operators {
+    pub(crate) fn of_family(&self, numbers: &[Option<usize>]) -> Operators {
         Operators {
             stiffness: matrix(&self.stiffness, numbers),
             form: Form { strains: rows(&self.strains, numbers), rest: matrix(&self.rest, numbers) },
@@ -228,7 +228,7 @@ fn rows(rows: &[SparseRow], numbers: &[Option<usize>]) -> CsMat<f64> {
 /// A square matrix over the unknowns of one family; entries at one place are summed up.
 ///
 /// [`TriMat::to_csr`] sorts all entries, which took a tenth of the instructions of a spectrum.
-pub fn matrix(entries: &Entries, numbers: &[Option<usize>]) -> CsMat<f64> {
+pub(crate) fn matrix(entries: &Entries, numbers: &[Option<usize>]) -> CsMat<f64> {
     let size = numbers.iter().flatten().count();
     // Those of other families count as a row behind all.
     let place: Vec<usize> = numbers.iter().map(|number| number.unwrap_or(size)).collect();
@@ -270,7 +270,7 @@ pub fn matrix(entries: &Entries, numbers: &[Option<usize>]) -> CsMat<f64> {
 }
 
 /// Adds a lower triangle and its mirror image.
-pub fn mirror(lower: &[(usize, usize, f64)], factor: f64, entries: &mut Entries) {
+pub(crate) fn mirror(lower: &[(usize, usize, f64)], factor: f64, entries: &mut Entries) {
     for &(i, j, value) in lower {
         entries.push((i, j, factor * value));
         if i != j {
@@ -280,22 +280,22 @@ pub fn mirror(lower: &[(usize, usize, f64)], factor: f64, entries: &mut Entries)
 }
 
 /// Section and stresses as they are.
-pub fn present(state: &ElementState<6>) -> Stressing {
+pub(crate) fn present(state: &ElementState<6>) -> Stressing {
     Stressing { stiffness: state.moduli.stiffness, stress: state.stress.clone(), load: state.load }
 }
 
 /// About how many entries the matrices of all elements have.
-pub fn entries(system: &System<6>) -> usize {
+pub(crate) fn entries(system: &System<6>) -> usize {
     let member = |slot: &MemberSlot| {
-        let pack = &system.packs[slot.pack];
+        let pack = &system.members.packs[slot.pack];
         pack.elements() * (6 * (pack.order() + 1)).pow(2)
     };
-    system.members.iter().map(member).sum()
+    system.members.slots.iter().map(member).sum()
 }
 
 /// Unknowns of the nodes of an element.
-pub fn element_columns(system: &System<6>, unknowns: &Unknowns, member: usize, e: usize) -> Vec<Vec<Column>> {
-    let order = system.packs[system.members[member].pack].order();
+pub(crate) fn element_columns(system: &System<6>, unknowns: &Unknowns, member: usize, e: usize) -> Vec<Vec<Column>> {
+    let order = system.members.packs[system.members.slots[member].pack].order();
     (0..=order).map(|i| unknowns.member_node(system, member, e * order + i)).collect()
 }
 
@@ -306,7 +306,7 @@ fn inertia(section: &pennate_elements::section::Section, turn: &Turn) -> Inertia
 }
 
 /// Adds a matrix of an element to entries over all unknowns.
-pub fn scatter(own: &Rows, columns: &[Vec<Column>], entries: &mut Entries) {
+pub(crate) fn scatter(own: &Rows, columns: &[Vec<Column>], entries: &mut Entries) {
     if own.is_empty() {
         return;
     }
@@ -348,7 +348,7 @@ fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {
 
 /// What of an element is evaluated.
 #[derive(Clone, Copy, Debug)]
-pub enum Part {
+pub(crate) enum Part {
     /// Strains, what the tangent has beside the products of strains, and with an inertia the mass.
     Present(Option<Inertia>),
     /// For rates of stiffness and stresses: the rate of the tangent at a fixed shape.
@@ -357,7 +357,7 @@ pub enum Part {
 
 /// Matrices of one element over the components of its nodes.
 #[derive(Debug, Default)]
-pub struct Evaluated {
+pub(crate) struct Evaluated {
     /// The tangent at a fixed section, or what it has beside the products of `rows`.
     pub stiffness: Rows,
     /// Mass matrix of the element.
@@ -368,7 +368,7 @@ pub struct Evaluated {
 
 impl Evaluated {
     /// A part of what an element contributes.
-    pub fn of(state: &ElementState<6>, stressing: &Stressing, part: Part) -> Self {
+    pub(crate) fn of(state: &ElementState<6>, stressing: &Stressing, part: Part) -> Self {
         state.formulation.apply(OfLaw { state, stressing, part })
     }
 
@@ -438,12 +438,12 @@ impl WithLaw for OfLaw<'_> {
 ///
 /// With F the change of the force: F/l (I − n nᵀ). The other springs have no stresses to change: their tangent follows
 /// their shape, which is frozen.
-pub fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entries: &mut Entries) {
+pub(crate) fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entries: &mut Entries) {
     for spring in &system.structure.springs {
         let Some(nodes) = spring.pair() else { continue };
         let place = |node: usize| {
             let link = &system.topology.links[node];
-            add(system.structure.nodes[node], system.state.joints[link.joint].point(link.arm))
+            add(system.structure.nodes[node], system.places.joints[link.joint].point(link.arm))
         };
         let apart = sub(place(nodes[1]), place(nodes[0]));
         let length = pennate_elements::small::norm(apart);
@@ -467,10 +467,10 @@ pub fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entri
         for (end, sign) in [(0, -force), (1, force)] {
             let link = &system.topology.links[nodes[end]];
             if link.has_arm() {
-                let lever = turn(system.state.joints[link.joint].place.rotation, link.arm);
+                let lever = turn(system.places.joints[link.joint].place.rotation, link.arm);
                 let geometric = pennate_elements::rotation::second_variation(scale(sign, axis), lever);
-                let first = system.equations.joints[link.joint].first;
-                let motions = system.joint_motions(link.joint);
+                let first = system.pattern.equations.joints[link.joint].first;
+                let motions = system.pattern.joint_motions(link.joint);
                 for (a, l) in motions.iter().enumerate() {
                     for (b, r) in motions.iter().enumerate() {
                         let sum: f64 = (0..9).map(|k| l[3 + k / 3] * geometric[k / 3][k % 3] * r[3 + k % 3]).sum();

@@ -92,7 +92,7 @@ enum Of<'a> {
 
 /// B x = θ K x with G x = 0.
 #[derive(Debug)]
-pub struct Pencil<'a> {
+pub(crate) struct Pencil<'a> {
     /// Of `stiffness` less the shifted part of `other`, without negative pivots.
     pub factor: Factor,
     /// σ
@@ -111,7 +111,7 @@ pub struct Pencil<'a> {
 
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
 #[derive(Clone, Debug, Default)]
-pub struct Pairs {
+pub(crate) struct Pairs {
     /// Eigenvalues, in order.
     pub values: Vec<f64>,
     /// Part of each that rounding, and what the search leaves, may be.
@@ -142,7 +142,7 @@ impl Pencil<'_> {
     ///
     /// Where the count of pivots says that there are none, nothing is searched for. An auxiliary stiffness in place of a
     /// rigid one makes that count too large at most.
-    pub fn largest_above(self, least: f64, count: usize) -> Pairs {
+    pub(crate) fn largest_above(self, least: f64, count: usize) -> Pairs {
         if least > 0.0 && self.count_above(least) == Some(0) {
             return Pairs { complete: true, ..Pairs::default() };
         }
@@ -151,7 +151,7 @@ impl Pencil<'_> {
 
     /// The largest eigenvalue above what is known of it, whose motion is enough: no count confirms that none is larger, but it lies
     /// where a shift says that the largest is.
-    pub fn nearest(self, least: f64) -> Pairs {
+    pub(crate) fn nearest(self, least: f64) -> Pairs {
         if least > 0.0 && self.count_above(least) == Some(0) {
             return Pairs::default();
         }
@@ -175,7 +175,7 @@ impl Pencil<'_> {
     /// What the factors make of the forces that a motion leaves, B x − θ K x, is about what it is off by. Eigenvalues are those of
     /// the space of the motions and of all that they have been found to be off by (E. R. Davidson, J. Comput. Phys. 17, 1975). They are
     /// found when the part of them that may be left is no more than `enough` says of eigenvalue k.
-    pub fn near(&self, motions: &[Vec<f64>], enough: &dyn Fn(usize, f64) -> f64) -> Option<Pairs> {
+    pub(crate) fn near(&self, motions: &[Vec<f64>], enough: &dyn Fn(usize, f64) -> f64) -> Option<Pairs> {
         let mut space = Space::new(self);
         space.extend(self.allowed(motions, Of::Motions));
         let mut before: Vec<f64> = Vec::new();
@@ -254,7 +254,7 @@ impl Pencil<'_> {
     }
 
     /// The `count` largest positive eigenvalues.
-    pub fn largest(&self, count: usize) -> Pairs {
+    pub(crate) fn largest(&self, count: usize) -> Pairs {
         let size = self.factor.size();
         if size <= SMALL || size < 8 * (count + EXTRA) {
             return self.pairs(&self.all(), count, true);

@@ -6,7 +6,7 @@ use crate::system::System;
 
 /// Elements along the members of a network.
 #[derive(Clone, Debug, Default)]
-pub struct Grid {
+pub(crate) struct Grid {
     members: Vec<Elements>,
 }
 
@@ -20,7 +20,7 @@ struct Elements {
 
 /// A motion with the elements that it is known on.
 #[derive(Clone, Debug)]
-pub struct Motion {
+pub(crate) struct Motion {
     /// Unknowns of joints and released ends, which all elements share.
     shared: Vec<f64>,
     /// Of every member, the motions of all nodes of its elements.
@@ -29,10 +29,10 @@ pub struct Motion {
 
 impl Grid {
     /// The elements of a system.
-    pub fn of(system: &System<6>) -> Self {
+    pub(crate) fn of(system: &System<6>) -> Self {
         let elements = |index: usize| {
-            let slot = &system.members[index];
-            let pack = &system.packs[slot.pack];
+            let slot = &system.members.slots[index];
+            let pack = &system.members.packs[slot.pack];
             let lengths = (0..pack.elements()).map(|e| pack.element(slot.lane, e).piece.length);
             let mut ends = vec![0.0];
             lengths.for_each(|length| ends.push(ends[ends.len() - 1] + length));
@@ -40,7 +40,7 @@ impl Grid {
             ends.iter_mut().for_each(|end| *end /= whole);
             Elements { order: pack.order(), ends }
         };
-        Self { members: (0..system.members.len()).map(elements).collect() }
+        Self { members: (0..system.members.count()).map(elements).collect() }
     }
 }
 
@@ -73,12 +73,12 @@ impl Elements {
 
 impl Motion {
     /// The motion of a vector of unknowns, whose shape is known.
-    pub fn new(unknowns: &Unknowns, x: &[f64], shape: &Shape) -> Self {
+    pub(crate) fn new(unknowns: &Unknowns, x: &[f64], shape: &Shape) -> Self {
         Self { shared: x[..unknowns.shared()].to_vec(), members: shape.members.clone() }
     }
 
     /// Its unknowns on other elements of the same network; nothing where that has other joints.
-    pub fn onto(&self, from: &Grid, unknowns: &Unknowns, to: &Grid) -> Option<Vec<f64>> {
+    pub(crate) fn onto(&self, from: &Grid, unknowns: &Unknowns, to: &Grid) -> Option<Vec<f64>> {
         if self.shared.len() != unknowns.shared() || self.members.len() != to.members.len() {
             return None;
         }

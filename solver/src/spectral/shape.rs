@@ -37,14 +37,14 @@ pub struct Largest {
 
 impl Shape {
     /// The shape of an eigenvector.
-    pub fn new(system: &System<6>, unknowns: &Unknowns, x: &[f64]) -> Self {
+    pub(crate) fn new(system: &System<6>, unknowns: &Unknowns, x: &[f64]) -> Self {
         let nodes = (0..system.structure.nodes.len()).map(|node| motion(&network_node(system, node), x)).collect();
         let member = |index: usize| {
-            let pack = &system.packs[system.members[index].pack];
+            let pack = &system.members.packs[system.members.slots[index].pack];
             let points = 0..=pack.elements() * pack.order();
             points.map(|point| motion(&unknowns.member_node(system, index, point), x)).collect()
         };
-        Self { nodes, members: (0..system.members.len()).map(member).collect() }
+        Self { nodes, members: (0..system.members.count()).map(member).collect() }
     }
 
     /// All points with their motions.
@@ -80,7 +80,7 @@ impl Shape {
 
     /// The shape times a factor.
     #[must_use]
-    pub fn scaled(mut self, factor: f64) -> Self {
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
         for motion in self.nodes.iter_mut().chain(self.members.iter_mut().flatten()) {
             motion.iter_mut().for_each(|x| *x *= factor);
         }

@@ -11,7 +11,7 @@ use crate::reduce::{self, End};
 use crate::system::System;
 
 /// One unknown, and the motion of a node that it stands for.
-pub type Column = (usize, [f64; 6]);
+pub(crate) type Column = (usize, [f64; 6]);
 
 /// Part of a motion below which it is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -29,7 +29,7 @@ pub enum Family {
 
 /// Numbers of the unknowns of a network.
 #[derive(Clone, Debug)]
-pub struct Unknowns {
+pub(crate) struct Unknowns {
     /// How many there are.
     pub size: usize,
     /// Free spins of both ends of every member, and their first unknown.
@@ -40,22 +40,22 @@ pub struct Unknowns {
 
 impl Unknowns {
     /// Numbers the free components of all nodes.
-    pub fn new(system: &System<6>) -> Self {
-        let mut size = system.equations.size;
-        let mut releases = Vec::with_capacity(system.members.len());
-        for index in 0..system.members.len() {
-            let info = system.end_info(index, system.members[index].ends);
+    pub(crate) fn new(system: &System<6>) -> Self {
+        let mut size = system.pattern.equations.size;
+        let mut releases = Vec::with_capacity(system.members.count());
+        for index in 0..system.members.count() {
+            let info = system.end_info(index, &system.tangent.ends[index]);
             releases.push(info.map(|end| {
                 let mut spins = [[0.0; 3]; 3];
-                let count = reduce::free_spins(&system.equations.active, &end, &mut spins);
+                let count = reduce::free_spins(&system.pattern.equations.active, &end, &mut spins);
                 let first = size;
                 size += count;
                 (first, spins[..count].to_vec())
             }));
         }
-        let mut inner = Vec::with_capacity(system.members.len());
-        for slot in &system.members {
-            let pack = &system.packs[slot.pack];
+        let mut inner = Vec::with_capacity(system.members.count());
+        for slot in &system.members.slots {
+            let pack = &system.members.packs[slot.pack];
             inner.push(size);
             size += 6 * (pack.elements() * pack.order() - 1);
         }
@@ -63,25 +63,25 @@ impl Unknowns {
     }
 
     /// Free spins of an end of a member, and their first unknown.
-    pub fn release(&self, member: usize, end: usize) -> (usize, &[V3<f64>]) {
+    pub(crate) fn release(&self, member: usize, end: usize) -> (usize, &[V3<f64>]) {
         let (first, spins) = &self.releases[member][end];
         (*first, spins)
     }
 
     /// How many unknowns, the first ones, are of joints and released ends.
-    pub fn shared(&self) -> usize {
+    pub(crate) fn shared(&self) -> usize {
         self.inner.first().copied().unwrap_or(self.size)
     }
 
     /// First of the six unknowns of a node between the ends of a member.
-    pub fn inner(&self, member: usize, node: usize) -> usize {
+    pub(crate) fn inner(&self, member: usize, node: usize) -> usize {
         self.inner[member] + 6 * (node - 1)
     }
 
     /// Motions of node `node` of a member, counted from its start.
-    pub fn member_node(&self, system: &System<6>, member: usize, node: usize) -> Vec<Column> {
-        let slot = &system.members[member];
-        let pack = &system.packs[slot.pack];
+    pub(crate) fn member_node(&self, system: &System<6>, member: usize, node: usize) -> Vec<Column> {
+        let slot = &system.members.slots[member];
+        let pack = &system.members.packs[slot.pack];
         let last = pack.elements() * pack.order();
         let end = match node {
             0 => 0,
@@ -104,7 +104,7 @@ impl Unknowns {
     }
 
     /// Which unknowns belong to a family, numbered anew; `None` where one belongs to both sides of the plane.
-    pub fn of_family(&self, system: &System<6>, family: Family) -> Option<Vec<Option<usize>>> {
+    pub(crate) fn of_family(&self, system: &System<6>, family: Family) -> Option<Vec<Option<usize>>> {
         let mut belongs = vec![family == Family::Space; self.size];
         if family != Family::Space {
             let mut judge = |unknown: usize, motion: &[f64; 6]| {
@@ -113,9 +113,9 @@ impl Unknowns {
                 belongs[unknown] = (inside > outside) == (family == Family::InPlane);
                 inside.min(outside) <= ROUNDING * inside.max(outside)
             };
-            for joint in 0..system.equations.joints.len() {
-                let first = system.equations.joints[joint].first;
-                for (e, motion) in system.joint_motions(joint).iter().enumerate() {
+            for joint in 0..system.pattern.equations.joints.len() {
+                let first = system.pattern.equations.joints[joint].first;
+                for (e, motion) in system.pattern.joint_motions(joint).iter().enumerate() {
                     if !judge(first + e, motion) {
                         return None;
                     }
@@ -145,12 +145,12 @@ impl Unknowns {
 }
 
 /// Motions of a node of the network.
-pub fn network_node(system: &System<6>, node: usize) -> Vec<Column> {
+pub(crate) fn network_node(system: &System<6>, node: usize) -> Vec<Column> {
     let link = &system.topology.links[node];
-    let rotation = system.state.joints[link.joint].place.rotation;
+    let rotation = system.places.joints[link.joint].place.rotation;
     let lever = if link.has_arm() { turn(rotation, link.arm) } else { [0.0; 3] };
-    let first = system.equations.joints[link.joint].first;
-    let motions = system.joint_motions(link.joint);
+    let first = system.pattern.equations.joints[link.joint].first;
+    let motions = system.pattern.joint_motions(link.joint);
     let moved = motions.into_iter().map(|mut motion| {
         let shift = cross([motion[3], motion[4], motion[5]], lever);
         for c in 0..3 {
@@ -162,20 +162,20 @@ pub fn network_node(system: &System<6>, node: usize) -> Vec<Column> {
 }
 
 /// Second variation of the ends of a member against the forces on them: pairs of unknowns with their stiffness.
-pub fn end_curvature(
+pub(crate) fn end_curvature(
     system: &System<6>,
     unknowns: &Unknowns,
     member: usize,
     ends: &[[f64; 6]; 2],
     add_entry: &mut impl FnMut(usize, usize, f64),
 ) {
-    let info = system.end_info(member, *ends);
+    let info = system.end_info(member, ends);
     for (end, info) in info.iter().enumerate() {
         let node = system.structure.members[member].nodes[end];
         let joint = system.topology.links[node].joint;
-        let first = system.equations.joints[joint].first;
+        let first = system.pattern.equations.joints[joint].first;
         let spin = |m: &[f64; 6]| [m[3], m[4], m[5]];
-        let motions = system.joint_motions(joint);
+        let motions = system.pattern.joint_motions(joint);
         if info.lever != [0.0; 3] {
             let geometric = pennate_elements::rotation::second_variation(info.force, info.lever);
             for (a, left) in motions.iter().enumerate() {
@@ -214,6 +214,6 @@ fn add_release_curvature(
 }
 
 /// Motion of a node for a vector of unknowns.
-pub fn motion(columns: &[Column], x: &[f64]) -> [f64; 6] {
+pub(crate) fn motion(columns: &[Column], x: &[f64]) -> [f64; 6] {
     columns.iter().fold([0.0; 6], |sum, (unknown, column)| add(sum, scale(x[*unknown], *column)))
 }

@@ -10,13 +10,12 @@ impl<const D: usize> System<D> {
     /// What nodes move by is kept, and not where they are: the state of an equilibrium is next to that of another one where
     /// the numbers of both are.
     pub fn adopt(&mut self, other: &Self) {
-        self.state.copy_from(&other.state);
-        self.prestress = other.prestress;
-        self.fraction = other.fraction;
-        for pack in &mut self.packs {
+        self.places.copy_from(&other.places);
+        (self.loading.prestress, self.loading.fraction) = (other.loading.prestress, other.loading.fraction);
+        for pack in &mut self.members.packs {
             for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
-                let slot = &other.members[member];
-                pack.adopt(lane, other.packs[slot.pack].as_ref(), slot.lane);
+                let (from, theirs) = other.members.chain(member);
+                pack.adopt(lane, from, theirs);
             }
         }
         self.place_ends();
@@ -27,9 +26,8 @@ impl<const D: usize> System<D> {
     pub fn stand_at_end(&mut self, other: &Self, held: Vec<Held>, drives: &[f64]) {
         self.hold_like(other);
         self.hold(held);
-        self.fading.clear();
-        self.drives.copy_from_slice(drives);
-        (self.prestress, self.fraction) = (1.0, 1.0);
+        self.loading.fading.clear();
+        self.loading.end(drives);
         self.apply_drives();
     }
 }

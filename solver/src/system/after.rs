@@ -15,12 +15,13 @@ impl System<6> {
     /// where stresses at Gauss points lose half of the order on the way to an end. To be asked at the shape and the loads of the
     /// assembly.
     pub(crate) fn forces_after(&self, index: MemberId, before: &[[f64; 6]; 2]) -> [[f64; 6]; 2] {
-        let slot = &self.members[index];
-        let kinds = [&self.topology.ends[index][0], &self.topology.ends[index][1]];
+        let kinds = self.topology.ends[index].each_ref();
         let links = self.structure.members[index].nodes.map(|node| &self.topology.links[node]);
-        let moves = links.map(|link| self.node_motion(link, &self.motions));
-        let ([first, last], _) = reduce::recover(&self.equations.active, kinds, &slot.factor, &moves);
-        let Ends { k00, k01, k11, r0, r1 } = self.packs[slot.pack].condensed(slot.lane);
+        let moves = links.map(|link| self.places.motion_of(link, &self.moves.motions));
+        let ([first, last], _) =
+            reduce::recover(&self.pattern.equations.active, kinds, &self.tangent.releases[index], &moves);
+        let (pack, lane) = self.members.chain(index);
+        let Ends { k00, k01, k11, r0, r1 } = pack.condensed(lane);
         let row = |a: &[f64; 6], x: &[f64; 6]| -> f64 { a.iter().zip(x).map(|(a, x)| a * x).sum() };
         let start: [f64; 6] = std::array::from_fn(|i| r0[i] + row(&k00[i], &first) + row(&k01[i], &last));
         let end: [f64; 6] =

@@ -8,7 +8,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-use super::System;
+use super::{Pattern, System};
 use crate::joints::{EndKind, Idle};
 use crate::structure::MemberId;
 
@@ -39,21 +39,23 @@ impl Ord for Softness {
     }
 }
 
-impl<const D: usize> System<D> {
-    pub(super) fn set_carriers(&mut self, carriers: Arc<Vec<Carrier>>) {
+impl<const D: usize> Pattern<D> {
+    pub(super) fn set_carriers(&mut self, carriers: Vec<Carrier>) {
         self.carried.fill(false);
-        for carrier in carriers.iter() {
+        for carrier in &carriers {
             self.carried[carrier.joint] = true;
         }
-        self.carriers = carriers;
+        self.carriers = Arc::new(carriers);
     }
+}
 
+impl<const D: usize> System<D> {
     /// The tree of stiffest ways (Dijkstra, compliance in bending as length) from the joints that something holds.
     pub(super) fn find_carriers(&self) -> Vec<Carrier> {
-        let count = self.equations.joints.len();
+        let count = self.pattern.equations.joints.len();
         let mut members = vec![Vec::new(); count];
-        let mut ways = Vec::with_capacity(self.members.len());
-        for (index, member) in self.structure.members.iter().enumerate().take(self.members.len()) {
+        let mut ways = Vec::with_capacity(self.members.count());
+        for (index, member) in self.structure.members.iter().enumerate().take(self.members.count()) {
             let joints = member.nodes.map(|n| self.topology.links[n].joint);
             let welded = self.topology.ends[index].iter().all(|end| *end == EndKind::Welded);
             if welded && joints[0] != joints[1] {
@@ -63,7 +65,7 @@ impl<const D: usize> System<D> {
             ways.push((joints, self.softness(index)));
         }
         let carried: Vec<bool> = (0..count)
-            .map(|joint| self.topology.idle[joint] == Idle::None && self.equations.holds_nothing(joint))
+            .map(|joint| self.topology.idle[joint] == Idle::None && self.pattern.equations.holds_nothing(joint))
             .collect();
 
         let mut tree = Vec::new();

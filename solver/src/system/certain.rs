@@ -12,8 +12,7 @@
 use pennate_elements::beam::Ends;
 use pennate_elements::small::norm;
 
-use super::scatter::add_local;
-use super::{MemberSlot, System};
+use super::System;
 use crate::linear::Pivots;
 use crate::reduce;
 
@@ -40,8 +39,7 @@ impl<const D: usize> System<D> {
 
     /// Negative pivots within members and of their released ends.
     fn certain_within(&self) -> usize {
-        let interior: usize = self.members.iter().map(|slot| self.packs[slot.pack].pivots(slot.lane).0).sum();
-        interior + self.released_negative
+        self.members.pivots().0 + self.tangent.released_negative
     }
 
     /// Motions of which rounding and the residual hide the sign of the stiffness at the last assembly, if none is negative for
@@ -49,9 +47,12 @@ impl<const D: usize> System<D> {
     ///
     /// Costs a few solves where the stiffness of every motion is far above what may have been taken from it, else two
     /// factorizations, and two more where there are any; the factors are those of the tangent again afterwards.
-    pub fn hidden_signs(&mut self) -> usize {
-        let lowest = |slot: &MemberSlot| self.packs[slot.pack].pivots(slot.lane).1;
-        let within = self.members.iter().filter(|slot| lowest(slot) <= HIDDEN).count();
+    pub(crate) fn hidden_signs(&mut self) -> usize {
+        let lowest = |member: usize| {
+            let (pack, lane) = self.members.chain(member);
+            pack.pivots(lane).1
+        };
+        let within = (0..self.members.count()).filter(|&member| lowest(member) <= HIDDEN).count();
         let doubt = self.doubtful_stiffness();
         if within == 0 && self.part_in_doubt(&doubt) <= CLEAR {
             return 0;
@@ -66,18 +67,18 @@ impl<const D: usize> System<D> {
     ///
     /// That motion is looked for by iteration: x = K⁻¹ D x, with the stiffness D that may have been taken.
     fn part_in_doubt(&mut self, doubt: &[f64]) -> f64 {
-        let size = self.linear.size();
+        let size = self.tangent.linear.size();
         let mut x: Vec<f64> = (0..size).map(|i| (1.3 * i as f64 + 0.7).sin()).collect();
         let mut taken = vec![0.0; size];
-        self.linear.apply_values(doubt, &x, &mut taken);
+        self.tangent.linear.apply_values(doubt, &x, &mut taken);
         let mut part = 0.0;
         for _ in 0..LOOKS {
             x.copy_from_slice(&taken);
-            if !self.linear.solve(&mut x, 1) {
+            if !self.tangent.linear.solve(&mut x, 1) {
                 return f64::INFINITY;
             }
             let stiffness: f64 = x.iter().zip(&taken).map(|(x, kx)| x * kx).sum();
-            self.linear.apply_values(doubt, &x, &mut taken);
+            self.tangent.linear.apply_values(doubt, &x, &mut taken);
             let own: f64 = x.iter().zip(&taken).map(|(x, dx)| x * dx).sum();
             if own == 0.0 {
                 return 0.0;
@@ -89,53 +90,52 @@ impl<const D: usize> System<D> {
         part
     }
 
-    /// What rounding and residual may change the value of [`System::singular_test`] by at the last assembly.
-    pub fn doubt(&mut self, b: &[f64]) -> Option<f64> {
-        let here = self.singular_test(b)?;
+    /// What rounding and residual may change the value of [`super::Tangent::singular_test`] by at the last assembly.
+    pub(crate) fn doubt(&mut self, b: &[f64]) -> Option<f64> {
+        let here = self.tangent.singular_test(b)?;
         let doubt = self.doubtful_stiffness();
-        let there = self.in_doubt(1.0, &doubt, |system, _| system.singular_test(b))?;
+        let there = self.in_doubt(1.0, &doubt, |system, _| system.tangent.singular_test(b))?;
         Some(there - here)
     }
 
     /// Looks at the factors of the tangent with so many times what may have been taken from it.
     fn in_doubt<R>(&mut self, times: f64, doubt: &[f64], look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
-        let values = self.linear.values.clone();
-        for (value, doubt) in self.linear.values.iter_mut().zip(doubt) {
+        let values = self.tangent.linear.values.clone();
+        for (value, doubt) in self.tangent.linear.values.iter_mut().zip(doubt) {
             *value += times * doubt;
         }
-        let pivots = self.linear.factorize();
+        let pivots = self.tangent.linear.factorize();
         let seen = look(self, pivots);
-        self.linear.values = values;
-        self.linear.factorize();
+        self.tangent.linear.values = values;
+        self.tangent.linear.factorize();
         seen
     }
 
     /// What rounding and the residual may have taken from the tangent, in the places of its values.
     fn doubtful_stiffness(&mut self) -> Vec<f64> {
-        let zero = vec![0.0; self.linear.values.len()];
-        let own: Vec<f64> = (0..self.linear.size()).map(|i| self.linear.diagonal(i).abs()).collect();
-        let tangent = std::mem::replace(&mut self.linear.values, zero);
-        self.linear.shift(LAST_PLACE, &own);
+        let zero = vec![0.0; self.tangent.linear.values.len()];
+        let own: Vec<f64> = (0..self.tangent.linear.size()).map(|i| self.tangent.linear.diagonal(i).abs()).collect();
+        let tangent = std::mem::replace(&mut self.tangent.linear.values, zero);
+        self.tangent.linear.shift(LAST_PLACE, &own);
         self.add_doubt();
-        std::mem::replace(&mut self.linear.values, tangent)
+        std::mem::replace(&mut self.tangent.linear.values, tangent)
     }
 
     /// Adds what rounding of members and the residual may have taken from the tangent.
     fn add_doubt(&mut self) {
-        let active = self.equations.active;
+        let active = self.pattern.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
-        let bare: Vec<_> = self.packs.iter().map(|pack| pack.bare_stiffness()).collect();
-        for index in 0..self.members.len() {
-            let (pack, lane) = (self.members[index].pack, self.members[index].lane);
-            let ends = doubtful(&bare[pack][lane], translations);
-            let info = self.end_info(index, [[0.0; 6]; 2]);
-            let mut factor = self.members[index].factor;
+        let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
+        for index in 0..self.members.count() {
+            let slot = &self.members.slots[index];
+            let ends = doubtful(&bare[slot.pack][slot.lane], translations);
+            let info = self.end_info(index, &[[0.0; 6]; 2]);
+            let mut factor = self.tangent.releases[index];
             let reduced = reduce::reduce(&ends, &active, &info, Some(&mut factor));
-            let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
-            add_local(&self.equations, &reduced, &joints, &self.scatters.members[index], &mut self.linear.values);
+            self.scatter_member(index, &reduced);
         }
-        for joint in 0..self.forces.len() {
-            let left = self.equations.unbalanced(joint, &self.forces[joint]);
+        for joint in 0..self.tangent.forces.len() {
+            let left = self.pattern.equations.unbalanced(joint, &self.tangent.forces[joint]);
             let force = norm([left[0], left[1], left[2]]);
             let turning = force * self.size + norm([left[3], left[4], left[5]]);
             let mut block = [[0.0; 6]; 6];
@@ -143,7 +143,7 @@ impl<const D: usize> System<D> {
                 block[c][c] = force / self.size;
                 block[c + 3][c + 3] = turning;
             }
-            self.add_joint_block(joint, &block, &active);
+            self.add_joint_block(joint, &block);
         }
     }
 }

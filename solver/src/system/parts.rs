@@ -38,11 +38,11 @@ impl Parts {
 impl<const D: usize> System<D> {
     /// Whether the network is a tree of members that a single joint holds: nothing thrusts against anything there, and
     /// no arch can snap through.
-    pub fn hangs(&self) -> bool {
+    pub(crate) fn hangs(&self) -> bool {
         let joint = |node: usize| self.topology.links[node].joint;
-        let first = self.equations.held.first().map(|held| joint(held.node));
-        let one = self.equations.held.iter().all(|held| Some(joint(held.node)) == first);
-        let tree = self.parts.count == 1 && self.members.len() + 1 == self.topology.references.len();
+        let first = self.pattern.equations.held.first().map(|held| joint(held.node));
+        let one = self.pattern.equations.held.iter().all(|held| Some(joint(held.node)) == first);
+        let tree = self.pattern.parts.count == 1 && self.members.count() + 1 == self.topology.references.len();
         one && tree && self.structure.springs.is_empty()
     }
 }

@@ -1,8 +1,5 @@
 //! Springs in the equations of the joints.
 
-use pennate_elements::rotation::turn;
-use pennate_elements::space::Pose;
-
 use super::System;
 use super::scatter::add_local;
 use crate::joints::EndKind;
@@ -11,23 +8,17 @@ use crate::spring::Placed;
 use crate::structure::{NodeId, Spring};
 
 impl<const D: usize> System<D> {
-    pub(super) fn pose(&self, node: NodeId) -> Pose<f64> {
-        let link = &self.topology.links[node];
-        let state = &self.state.joints[link.joint];
-        Pose { displacement: state.point(link.arm), rotation: state.place.rotation }
-    }
-
     pub(super) fn assemble_spring(&mut self, index: usize, pending: bool, moved: &mut [[f64; 6]]) {
         if index == 0 {
-            self.spring_energy = 0.0;
+            self.tangent.spring_energy = 0.0;
         }
         let structure = self.structure.clone();
         let spring = &structure.springs[index];
         let (response, force) = spring.respond(&self.placed(index));
-        self.spring_forces[index] = force;
-        self.spring_energy += response.energy;
+        self.tangent.spring_forces[index] = force;
+        self.tangent.spring_energy += response.energy;
         let (nodes, count) = (ends(spring), spring.nodes().len());
-        let active = self.equations.active;
+        let active = self.pattern.equations.active;
         let mut reduced = Reduced { stiffness: [[0.0; 12]; 12], force: [0.0; 12], negative: 0, neutral: 0 };
         let mut full = [[0.0; 6]; 2];
         for a in 0..count {
@@ -42,17 +33,17 @@ impl<const D: usize> System<D> {
                     }
                 }
             }
-            self.note_scale(&full[a]);
+            self.tangent.note_scale(&full[a]);
         }
         let links = nodes.map(|n| self.topology.links[n]);
         for a in 0..count {
             if links[a].has_arm() {
-                let rotation = self.state.joints[links[a].joint].place.rotation;
+                let rotation = self.places.joints[links[a].joint].place.rotation;
                 let end = End {
                     kind: &EndKind::Welded,
                     release: &ReleaseState::default(),
                     joint_rotation: rotation,
-                    lever: turn(rotation, links[a].arm),
+                    lever: self.places.lever(&links[a]),
                     tangent: [0.0; 3],
                     force: [full[a][0], full[a][1], full[a][2]],
                     moment: [0.0; 3],
@@ -68,10 +59,22 @@ impl<const D: usize> System<D> {
                 single.force[i] = 0.0;
             }
             self.add_reduced(&single, joints, pending, moved);
-            add_local(&self.equations, &single, &joints[..1], &self.scatters.springs[index], &mut self.linear.values);
+            add_local(
+                &self.pattern.equations,
+                &single,
+                &joints[..1],
+                &self.pattern.scatters.springs[index],
+                &mut self.tangent.linear.values,
+            );
         } else {
             self.add_reduced(&reduced, joints, pending, moved);
-            add_local(&self.equations, &reduced, &joints, &self.scatters.springs[index], &mut self.linear.values);
+            add_local(
+                &self.pattern.equations,
+                &reduced,
+                &joints,
+                &self.pattern.scatters.springs[index],
+                &mut self.tangent.linear.values,
+            );
         }
     }
 
@@ -79,16 +82,14 @@ impl<const D: usize> System<D> {
     pub(crate) fn placed(&self, index: usize) -> Placed {
         let spring = &self.structure.springs[index];
         let nodes = ends(spring);
-        let joints = nodes.map(|node| &self.state.joints[self.topology.links[node].joint]);
-        let unstressed = self.unstressed[index];
-        let natural_length = spring.natural_length().unwrap_or_default();
-        let is_plane = D == 3 && self.equations.active.contains(&5);
+        let joints = nodes.map(|node| &self.places.joints[self.topology.links[node].joint]);
+        let is_plane = D == 3 && self.pattern.equations.active.contains(&5);
         Placed {
-            poses: nodes.map(|node| self.pose(node)),
+            poses: nodes.map(|node| self.places.pose(&self.topology.links[node])),
             unloaded: nodes.map(|node| self.structure.nodes[node]),
             theta: joints[0].theta,
             angles: is_plane.then(|| joints.map(|joint| joint.place.angle)),
-            natural_length: unstressed + self.prestress * (natural_length - unstressed),
+            natural_length: self.loading.natural_length(index, spring),
         }
     }
 }

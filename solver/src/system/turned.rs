@@ -18,15 +18,15 @@ const NONE: f64 = 1e-6;
 
 impl<const D: usize> System<D> {
     /// Members with a moment about themselves that nothing takes, at the last assembly; none where they cannot turn out of a plane.
-    pub fn turned_about_themselves(&self) -> Vec<MemberId> {
+    pub(crate) fn turned_about_themselves(&self) -> Vec<MemberId> {
         if D == 3 {
             return Vec::new();
         }
         let mut torques = vec![(0.0, Vec::new()); self.topology.idle.len()];
         let mut found = BTreeSet::new();
-        let moves = |moment: f64| moment.abs() > NONE * self.moment_scale;
-        for (index, slot) in self.members.iter().enumerate() {
-            for (end, info) in self.end_info(index, slot.ends).iter().enumerate() {
+        let moves = |moment: f64| moment.abs() > NONE * self.tangent.moment_scale;
+        for (index, ends) in self.tangent.ends.iter().enumerate() {
+            for (end, info) in self.end_info(index, ends).iter().enumerate() {
                 let joint = self.topology.links[self.structure.members[index].nodes[end]].joint;
                 match (info.kind, &self.topology.idle[joint]) {
                     (EndKind::Free { spin_removed: true }, _) => {

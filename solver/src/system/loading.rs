@@ -1,0 +1,239 @@
+//! What drives make of a structure: sections, loads along members and loads on nodes.
+
+use pennate_elements::small::{V3, add, norm, scale, sub};
+
+use super::members::Members;
+use crate::packs::{self, Auxiliary};
+use crate::structure::{Drive, MemberId, NodeId, SectionState, Spring, Structure};
+
+/// Loads on one node, at the present values of the drives.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NodeLoad {
+    /// Dead force, in global axes.
+    pub force: V3<f64>,
+    /// Dead moment, in global axes.
+    pub moment: V3<f64>,
+    /// Components in the unloaded state.
+    pub follower_force: V3<f64>,
+    /// Components in the unloaded state.
+    pub follower_moment: V3<f64>,
+}
+
+/// A force and a moment on a node that fade over a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fading {
+    /// The node that is set free.
+    pub node: NodeId,
+    /// Reaction force at the beginning of the step, in global axes.
+    pub force: V3<f64>,
+    /// Reaction moment at the beginning of the step, in global axes.
+    pub moment: V3<f64>,
+}
+
+/// What the section stiffness and the load of a member follow from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MadeOf {
+    control: f64,
+    auxiliary: Auxiliary,
+    line: V3<f64>,
+    gravity: V3<f64>,
+}
+
+/// The sections of a member as they are: most stay what they are from one increment to the next.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sections {
+    made_of: Option<MadeOf>,
+    /// See [`Loading::noise`].
+    noise: [f64; 2],
+}
+
+/// How far loads, pressures and prescribed motions are, and what that makes of sections and nodes.
+#[derive(Debug)]
+pub struct Loading {
+    /// Present values of the drives.
+    pub drives: Vec<f64>,
+    /// Part of the springs' misfit that is in place.
+    pub prestress: f64,
+    /// Part of the step's ramp.
+    pub fraction: f64,
+    /// Reactions of what a step sets free: they fall to zero over it.
+    pub fading: Vec<Fading>,
+    /// See [`packs::AUXILIARY`]; counts from the next [`super::System::apply_drives`].
+    pub auxiliary: Auxiliary,
+    /// Present loads by index of the node.
+    pub nodes: Vec<NodeLoad>,
+    /// Distance of both nodes of every spring without prestress.
+    unstressed: Vec<f64>,
+    sections: Vec<Sections>,
+    /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
+    noise: [f64; 2],
+    holds_strains: bool,
+}
+
+impl Loading {
+    /// Nothing acts yet.
+    pub(super) fn new(structure: &Structure) -> Self {
+        let unstressed = structure
+            .springs
+            .iter()
+            .map(|spring| match (spring.natural_length(), spring.pair()) {
+                (Some(_), Some([a, b])) => norm(sub(structure.nodes[b], structure.nodes[a])),
+                _ => 0.0,
+            })
+            .collect();
+        Self {
+            drives: vec![0.0; structure.drives.len()],
+            prestress: 0.0,
+            fraction: 0.0,
+            fading: Vec::new(),
+            auxiliary: packs::AUXILIARY,
+            nodes: vec![NodeLoad::default(); structure.nodes.len()],
+            unstressed,
+            sections: vec![Sections::default(); structure.members.len()],
+            noise: [0.0; 2],
+            holds_strains: false,
+        }
+    }
+
+    /// Takes over how far another one of the same structure is.
+    pub(super) fn follow(&mut self, other: &Self) {
+        self.drives.copy_from_slice(&other.drives);
+        (self.prestress, self.fraction) = (other.prestress, other.fraction);
+    }
+
+    /// Stands at the end of a step, with these values of the drives.
+    pub(super) fn end(&mut self, drives: &[f64]) {
+        self.drives.copy_from_slice(drives);
+        (self.prestress, self.fraction) = (1.0, 1.0);
+    }
+
+    /// Lets all sections be made anew.
+    pub(super) fn forget_sections(&mut self) {
+        self.sections.fill(Sections::default());
+    }
+
+    /// Section of a segment at the present control.
+    pub(crate) fn section(&self, structure: &Structure, member: MemberId, segment: usize) -> SectionState {
+        let description = &structure.members[member];
+        let control = description.control.map_or(0.0, |drive| self.drives[drive]);
+        structure.laws[description.segments[segment].law].at(control)
+    }
+
+    /// Natural length of a spring, at the part of its misfit that is in place.
+    pub(super) fn natural_length(&self, index: usize, spring: &Spring) -> f64 {
+        let unstressed = self.unstressed[index];
+        unstressed + self.prestress * (spring.natural_length().unwrap_or_default() - unstressed)
+    }
+
+    /// Whether any section has a strain that is held: rigid in shear, or not to be stretched.
+    pub fn holds_strains(&self) -> bool {
+        self.holds_strains
+    }
+
+    /// Force and moment that rounding alone may leave.
+    pub(super) fn noise(&self) -> [f64; 2] {
+        self.noise
+    }
+
+    /// Force that is rounding of the stiffness alone.
+    pub(crate) fn rounding(&self) -> f64 {
+        1e-6 * self.noise[0]
+    }
+
+    /// Brings loads on nodes, sections and loads along members up to date with the drives; `size` is that of the network.
+    pub(super) fn apply<const D: usize>(&mut self, structure: &Structure, members: &mut Members<D>, size: f64) {
+        let mut gravity = [0.0; 3];
+        let mut along: Vec<(MemberId, V3<f64>)> = Vec::new();
+        self.nodes.fill(NodeLoad::default());
+        for (drive, &value) in structure.drives.iter().zip(&self.drives) {
+            match *drive {
+                Drive::Control => {}
+                Drive::Force(node, c) => self.nodes[node].force[c] += value,
+                Drive::Moment(node, c) => self.nodes[node].moment[c] += value,
+                Drive::FollowerForce(node, c) => self.nodes[node].follower_force[c] += value,
+                Drive::FollowerMoment(node, c) => self.nodes[node].follower_moment[c] += value,
+                Drive::Gravity(c) => gravity[c] += value,
+                Drive::Distributed(member, c) => {
+                    let mut load = [0.0; 3];
+                    load[c] = value;
+                    along.push((member, load));
+                }
+            }
+        }
+        for fading in &self.fading {
+            let load = &mut self.nodes[fading.node];
+            load.force = add(load.force, scale(1.0 - self.fraction, fading.force));
+            load.moment = add(load.moment, scale(1.0 - self.fraction, fading.moment));
+        }
+        if gravity != [0.0; 3] {
+            for body in &structure.bodies {
+                let load = &mut self.nodes[body.reference].force;
+                *load = add(*load, scale(body.mass, gravity));
+            }
+        }
+        let mut line = vec![[0.0; 3]; if along.is_empty() { 0 } else { structure.members.len() }];
+        for (member, load) in along {
+            line[member] = add(line[member], load);
+        }
+        self.noise = [0.0; 2];
+        for member in 0..members.count() {
+            let control = structure.members[member].control.map_or(0.0, |drive| self.drives[drive]);
+            let line = line.get(member).copied().unwrap_or([0.0; 3]);
+            let made_of = MadeOf { control, auxiliary: self.auxiliary, line, gravity };
+            if self.sections[member].made_of != Some(made_of) {
+                let noise = self.set_sections(structure, members, member, &made_of, size);
+                self.sections[member] = Sections { made_of: Some(made_of), noise };
+            }
+            for (noise, own) in self.noise.iter_mut().zip(self.sections[member].noise) {
+                *noise = noise.max(own);
+            }
+        }
+    }
+
+    /// Puts sections and loads into the elements of a member; gives what rounding may leave of its forces and moments.
+    fn set_sections<const D: usize>(
+        &mut self,
+        structure: &Structure,
+        members: &mut Members<D>,
+        member: MemberId,
+        made_of: &MadeOf,
+        size: f64,
+    ) -> [f64; 2] {
+        let slot = &members.slots[member];
+        let chain = &mut members.packs[slot.pack];
+        let description = &structure.members[member];
+        let member_length = description.length();
+        let mut noise = [0.0f64; 2];
+        for (segment, of) in description.segments.iter().enumerate() {
+            let section = structure.laws[of.law].at(made_of.control);
+            let lengths = [chain.element_length(slot.lane, segment), member_length];
+            let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, made_of.auxiliary);
+            self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
+            noise[0] = noise[0].max(1e-10 * moduli.stiffness[0]);
+            noise[1] = noise[1].max(1e-10 * moduli.stiffness[5] / size);
+            chain.set_moduli(slot.lane, segment, &moduli);
+            let weighs = made_of.gravity != [0.0; 3];
+            let weight = if weighs { scale(section.section.mass_per_length, made_of.gravity) } else { [0.0; 3] };
+            chain.set_load(slot.lane, segment, add(made_of.line, weight));
+        }
+        noise
+    }
+}
+
+/// Nodes that any drive, or the weight of a body, may load.
+pub(super) fn loaded_nodes(structure: &Structure) -> Vec<NodeId> {
+    let mut nodes: Vec<NodeId> = structure
+        .drives
+        .iter()
+        .filter_map(|drive| match *drive {
+            Drive::Force(n, _) | Drive::Moment(n, _) | Drive::FollowerForce(n, _) | Drive::FollowerMoment(n, _) => {
+                Some(n)
+            }
+            _ => None,
+        })
+        .collect();
+    if structure.drives.iter().any(|d| matches!(d, Drive::Gravity(_))) {
+        nodes.extend(structure.bodies.iter().map(|b| b.reference));
+    }
+    nodes
+}

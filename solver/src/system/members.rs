@@ -1,0 +1,153 @@
+//! The chains of all members, those of equal mesh side by side.
+
+use pennate_elements::rotation::{exp, matrix};
+use pennate_elements::small::{V3, scale, tmul};
+use rayon::prelude::*;
+
+use super::{Places, State};
+use crate::chain::Pack;
+use crate::joints::{EndKind, Topology};
+use crate::packs::Turn;
+use crate::structure::{Member, MemberId, Structure};
+
+/// A member's place among the packs, and what its ends are.
+#[derive(Clone, Debug)]
+pub struct MemberSlot {
+    /// Index of its pack.
+    pub pack: usize,
+    /// Its lane in the pack.
+    pub lane: usize,
+    /// From its axes to those of its chain.
+    pub turn: Turn,
+    /// Unloaded tangents at both ends.
+    pub tangents: [V3<f64>; 2],
+    /// Whether an end of it is released.
+    pub released: bool,
+}
+
+/// Chains of all members, with the state of all between their ends.
+pub struct Members<const D: usize> {
+    /// Members of equal mesh side by side.
+    pub packs: Vec<Box<dyn Pack<D>>>,
+    /// Where every member is among them.
+    pub slots: Vec<MemberSlot>,
+    /// Whether packs work at the same time.
+    parallel: bool,
+}
+
+impl<const D: usize> Members<D> {
+    /// The chains of a structure's members.
+    pub(super) fn new(
+        structure: &Structure,
+        topology: &Topology,
+        packs: Vec<Box<dyn Pack<D>>>,
+        parallel: bool,
+    ) -> Self {
+        let mut slots: Vec<Option<MemberSlot>> = vec![None; structure.members.len()];
+        for (pack, chain) in packs.iter().enumerate() {
+            for (lane, &member) in chain.members().iter().enumerate() {
+                let description = &structure.members[member];
+                slots[member] = Some(MemberSlot {
+                    pack,
+                    lane,
+                    turn: Turn::of(structure.dimension, description),
+                    tangents: end_tangents(description),
+                    released: topology.ends[member].iter().any(|end| *end != EndKind::Welded),
+                });
+            }
+        }
+        Self { packs, slots: slots.into_iter().flatten().collect(), parallel }
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// The pack of a member, and its lane there.
+    pub(crate) fn chain(&self, member: MemberId) -> (&dyn Pack<D>, usize) {
+        let slot = &self.slots[member];
+        (self.packs[slot.pack].as_ref(), slot.lane)
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn chain_mut(&mut self, member: MemberId) -> (&mut dyn Pack<D>, usize) {
+        let slot = &self.slots[member];
+        (self.packs[slot.pack].as_mut(), slot.lane)
+    }
+
+    /// Lets all packs do the same, side by side where that pays.
+    pub(super) fn for_packs(&mut self, act: impl Fn(&mut Box<dyn Pack<D>>) + Sync + Send) {
+        if self.parallel {
+            self.packs.par_iter_mut().for_each(act);
+        } else {
+            self.packs.iter_mut().for_each(act);
+        }
+    }
+
+    /// Eliminates the interiors of all members at the present state.
+    pub(super) fn condense(&mut self) {
+        self.for_packs(|pack| pack.condense());
+    }
+
+    /// Puts the ends of all chains where their joints are.
+    pub(super) fn place_ends(&mut self, structure: &Structure, topology: &Topology, places: &Places) {
+        for (index, slot) in self.slots.iter().enumerate() {
+            for end in 0..2 {
+                let link = topology.links[structure.members[index].nodes[end]];
+                let joint = &places.joints[link.joint];
+                let mut place = joint.place;
+                place.displacement = joint.point(link.arm);
+                if topology.ends[index][end] != EndKind::Welded {
+                    let release = &places.releases[index][end];
+                    place.rotation = release.rotation;
+                    place.angle = release.angle;
+                }
+                self.packs[slot.pack].set_end(slot.lane, end, &place);
+            }
+        }
+    }
+
+    /// Keeps what is between the ends.
+    pub(super) fn save(&self, into: &mut Vec<Vec<f64>>) {
+        into.resize_with(self.packs.len(), Vec::new);
+        for (pack, row) in self.packs.iter().zip(into) {
+            pack.save(row);
+        }
+    }
+
+    /// Goes back to what was between the ends.
+    pub(super) fn restore(&mut self, from: &State) {
+        for (pack, row) in self.packs.iter_mut().zip(&from.chains) {
+            pack.restore(row);
+        }
+    }
+
+    /// Geometric stiffness by the stresses of the present strains instead of mixed ones.
+    pub(crate) fn set_plain(&mut self, plain: bool) {
+        self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
+    }
+
+    /// Largest strain that a rigid component of any member still has.
+    pub(crate) fn violation(&self) -> f64 {
+        self.packs.iter().map(|pack| pack.violation()).fold(0.0, f64::max)
+    }
+
+    /// Negative pivots of the interiors, and the smallest one of any over the largest stiffness of its component.
+    pub(super) fn pivots(&self) -> (usize, f64) {
+        let pivots = (0..self.count()).map(|member| {
+            let (pack, lane) = self.chain(member);
+            pack.pivots(lane)
+        });
+        pivots.fold((0, 1.0), |(count, smallest), (negative, least)| (count + negative, least.min(smallest)))
+    }
+}
+
+fn end_tangents(member: &Member) -> [V3<f64>; 2] {
+    let mut axes = member.axes;
+    for segment in &member.segments {
+        let frame = matrix(exp(scale(segment.length, segment.initial_curvature)));
+        axes = tmul(&frame, &axes);
+    }
+    [member.axes[0], axes[0]]
+}

@@ -1,0 +1,50 @@
+//! What the last increment of an iteration moved, and the first one.
+
+use crate::chain::Size;
+use crate::joints::JointState;
+use crate::reduce::MAX_FREE;
+
+/// Motions of the last increment, and how large they were.
+#[derive(Debug)]
+pub struct Moves {
+    /// Size of the last increment, without what members and joints move as a whole with what carries them.
+    pub own: Size,
+    /// The same of the first increment of an iteration.
+    pub first_own: f64,
+    /// By how much each part of the network moved in the first increment of an iteration.
+    pub first_by_part: Vec<Size>,
+    /// By how much each part of the network moved in the last increment.
+    pub(super) by_part: Vec<Size>,
+    /// Motions of all joints.
+    pub(super) motions: Vec<[f64; 6]>,
+    /// Moves of released rotations, by member.
+    pub(super) releases: Vec<[f64; MAX_FREE]>,
+    /// Joints before they moved.
+    pub(super) before: Vec<JointState>,
+}
+
+impl Moves {
+    /// Nothing has moved yet.
+    pub(super) fn new(joints: usize, members: usize, parts: usize) -> Self {
+        Self {
+            own: Size::default(),
+            first_own: 0.0,
+            first_by_part: Vec::new(),
+            by_part: vec![Size::default(); parts],
+            motions: vec![[0.0; 6]; joints],
+            releases: vec![[0.0; MAX_FREE]; members],
+            before: Vec::new(),
+        }
+    }
+
+    /// Notes what the last increment moved as the first of an iteration.
+    pub(crate) fn note_first(&mut self) {
+        self.first_own = self.own.largest();
+        self.first_by_part.clone_from(&self.by_part);
+    }
+
+    /// The largest of all parts in the last increment.
+    pub(super) fn size(&self) -> Size {
+        self.by_part.iter().copied().fold(Size::default(), Size::join)
+    }
+}

@@ -1,0 +1,304 @@
+//! The equations of the joints, linearized at a state: what is left of them, their matrix and its factors.
+
+use super::Pattern;
+use super::loading::Loading;
+use super::scatter::unit_motion;
+use super::skew::Skew;
+use crate::linear::{Pivots, Symmetric};
+use crate::reduce::ReleaseFactor;
+use crate::structure::MemberId;
+
+/// Largest residual of the joints, over the scale of its kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Residual {
+    /// Of forces, over the largest force that acts on a joint.
+    pub force: f64,
+    /// Of moments, over the largest moment that acts on a joint.
+    pub moment: f64,
+    /// Index of the joint where most is left.
+    pub worst_joint: usize,
+    /// Component there: 0, 1, 2 of force, 3, 4, 5 of moment.
+    pub worst_component: usize,
+}
+
+impl Residual {
+    /// The larger of both.
+    pub(crate) fn largest(&self) -> f64 {
+        self.force.max(self.moment)
+    }
+}
+
+/// Pivots of a whole network: joints, interiors, released ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Inertia {
+    /// Negative pivots.
+    pub negative: usize,
+    /// Pivots that are rounding.
+    pub neutral: usize,
+    /// Pivots that would be rounding in an unloaded structure, neutral ones included.
+    pub idle: usize,
+    /// The smallest pivot, over the largest stiffness of its component.
+    pub smallest: f64,
+    /// Sign of the determinant of the unsymmetric correction.
+    pub skew_negative: bool,
+}
+
+impl Inertia {
+    /// Whether the determinant of the whole tangent is negative.
+    pub fn is_odd(&self) -> bool {
+        (self.negative % 2 == 1) != self.skew_negative
+    }
+}
+
+/// What an assembly sums over members, springs and loads, but for the matrix.
+pub(super) struct Sums {
+    forces: Vec<[f64; 6]>,
+    stiffness: Vec<[f64; 6]>,
+    scales: [f64; 2],
+    released: [usize; 2],
+    idle_members: Vec<MemberId>,
+}
+
+/// Residual and tangent at the state of the last assembly.
+///
+/// What needs an equilibrium reads it here: it says nothing of a state that was moved since.
+pub struct Tangent<const D: usize> {
+    /// The symmetric part of the tangent of the joints, and its factors.
+    pub linear: Symmetric,
+    /// Internal less external force of every joint.
+    pub forces: Vec<[f64; 6]>,
+    /// The same in the equations of the joints.
+    pub rhs: Vec<f64>,
+    /// Forces on the ends of every member.
+    pub ends: Vec<[[f64; 6]; 2]>,
+    /// Factors of the released rotations of every member.
+    pub releases: Vec<ReleaseFactor>,
+    /// Forces of axial springs, positive in tension; zero of others.
+    pub spring_forces: Vec<f64>,
+    /// Energy of all springs.
+    pub spring_energy: f64,
+    /// Largest force that acts on a joint.
+    pub force_scale: f64,
+    /// Largest moment that acts on a joint, no smaller than 1e-3 of force times size.
+    pub moment_scale: f64,
+    /// Members with a released rotation that nothing resists.
+    pub idle_members: Vec<MemberId>,
+    /// What has no potential.
+    pub(super) skew: Skew,
+    pub(super) released_neutral: usize,
+    pub(super) released_negative: usize,
+    pub(super) inertia: Inertia,
+    pub(super) linearizations: u64,
+    /// Sum of the stiffness of members and springs on every component, and the same of the unloaded structure.
+    pub(super) stiffness: Vec<[f64; 6]>,
+    rest_stiffness: Vec<[f64; 6]>,
+}
+
+impl<const D: usize> Tangent<D> {
+    /// Of nothing yet.
+    pub(super) fn new(joints: usize, members: usize, springs: usize) -> Self {
+        Self {
+            linear: Symmetric::new(0, &mut Vec::new(), false),
+            forces: vec![[0.0; 6]; joints],
+            rhs: Vec::new(),
+            ends: vec![[[0.0; 6]; 2]; members],
+            releases: vec![ReleaseFactor::default(); members],
+            spring_forces: vec![0.0; springs],
+            spring_energy: 0.0,
+            force_scale: 0.0,
+            moment_scale: 0.0,
+            idle_members: Vec::new(),
+            skew: Skew::default(),
+            released_neutral: 0,
+            released_negative: 0,
+            inertia: Inertia::default(),
+            linearizations: 0,
+            stiffness: vec![[0.0; 6]; joints],
+            rest_stiffness: vec![[0.0; 6]; joints],
+        }
+    }
+
+    /// Takes the memory for other equations.
+    pub(super) fn resize(&mut self, linear: Symmetric, pattern: &Pattern<D>) {
+        self.linear = linear;
+        self.rhs = vec![0.0; pattern.equations.size];
+        self.skew = Skew::default();
+        self.measure_by_rest(pattern);
+    }
+
+    /// Empties it before an assembly.
+    pub(super) fn clear(&mut self) {
+        self.linear.clear();
+        self.forces.fill([0.0; 6]);
+        self.stiffness.fill([0.0; 6]);
+        (self.force_scale, self.moment_scale) = (0.0, 0.0);
+        (self.released_neutral, self.released_negative) = (0, 0);
+        self.idle_members.clear();
+    }
+
+    /// What was summed at the last assembly.
+    pub(super) fn sums(&self) -> Sums {
+        Sums {
+            forces: self.forces.clone(),
+            stiffness: self.stiffness.clone(),
+            scales: [self.force_scale, self.moment_scale],
+            released: [self.released_negative, self.released_neutral],
+            idle_members: self.idle_members.clone(),
+        }
+    }
+
+    /// Goes back to what was summed then.
+    pub(super) fn set_sums(&mut self, sums: Sums) {
+        let Sums { forces, stiffness, scales, released, idle_members } = sums;
+        (self.forces, self.stiffness, self.idle_members) = (forces, stiffness, idle_members);
+        [self.force_scale, self.moment_scale] = scales;
+        [self.released_negative, self.released_neutral] = released;
+    }
+
+    /// A number that changes with every linearization: what was found at one holds until the next.
+    pub(crate) fn linearizations(&self) -> u64 {
+        self.linearizations
+    }
+
+    /// Pivots of the last assembly.
+    pub fn inertia(&self) -> Inertia {
+        self.inertia
+    }
+
+    /// Takes a force and a moment on a joint into the scales of both.
+    pub(super) fn note_scale(&mut self, force: &[f64; 6]) {
+        use pennate_elements::small::norm;
+        self.force_scale = self.force_scale.max(norm([force[0], force[1], force[2]]));
+        self.moment_scale = self.moment_scale.max(norm([force[3], force[4], force[5]]));
+    }
+
+    /// Factorizes what was assembled; `inertia` is that of the interiors of the members.
+    pub(super) fn factorize(&mut self, mut inertia: Inertia) -> Inertia {
+        let Pivots { negative, neutral, idle, smallest } = self.linear.factorize();
+        inertia.negative += negative + self.released_negative;
+        inertia.neutral += neutral + self.released_neutral;
+        inertia.idle += idle + self.released_neutral;
+        inertia.smallest = inertia.smallest.min(smallest);
+        self.factorize_skew(&mut inertia);
+        inertia
+    }
+
+    /// Takes the stiffness of the last assembly as that of the unloaded structure, which pivots are measured by.
+    pub fn note_rest(&mut self, pattern: &Pattern<D>) {
+        self.rest_stiffness.copy_from_slice(&self.stiffness);
+        self.measure_by_rest(pattern);
+    }
+
+    /// Takes the stiffness of the unloaded structure from the same structure on another mesh.
+    pub(crate) fn take_rest(&mut self, pattern: &Pattern<D>, other: &Self) {
+        self.rest_stiffness.copy_from_slice(&other.rest_stiffness);
+        self.measure_by_rest(pattern);
+    }
+
+    fn measure_by_rest(&mut self, pattern: &Pattern<D>) {
+        for joint in 0..self.rest_stiffness.len() {
+            let equations = &pattern.equations.joints[joint];
+            for e in 0..equations.count {
+                let mut local = [0.0; 6];
+                local[e] = 1.0;
+                let motion = unit_motion(&pattern.equations, joint, &local[..equations.count]);
+                let sum: f64 = (0..6).map(|c| motion[c] * motion[c] * self.rest_stiffness[joint][c].abs()).sum();
+                self.linear.rest[equations.first + e] = sum;
+            }
+        }
+    }
+
+    /// Mean stiffness of the unloaded joints against displacements.
+    pub(crate) fn rest_stiffness_of_displacements(&self) -> f64 {
+        let sum: f64 = self.rest_stiffness.iter().map(|k| k[..3].iter().sum::<f64>()).sum();
+        sum / (3 * self.rest_stiffness.len().max(1)) as f64
+    }
+
+    /// What residuals of forces and moments are measured by: the largest of their kind, and no less than what rounding
+    /// makes of the stiffness.
+    fn scales(&self, loading: &Loading, size: f64) -> (f64, f64) {
+        let (force, moment, noise) = (self.force_scale, self.moment_scale, loading.noise());
+        (
+            force.max(1e-3 * moment / size).max(noise[0]).max(f64::MIN_POSITIVE),
+            moment.max(1e-3 * force * size).max(noise[1]).max(f64::MIN_POSITIVE),
+        )
+    }
+
+    /// Residual of the joints, forces and moments apart.
+    pub(super) fn residual(&self, pattern: &Pattern<D>, loading: &Loading, size: f64) -> Residual {
+        let mut residual = Residual::default();
+        let (force_scale, moment_scale) = self.scales(loading, size);
+        let mut worst = -1.0;
+        for joint in 0..self.forces.len() {
+            // Rows that contradict each other are no equilibrium, whatever the forces.
+            let [shift, turn] = pattern.equations.missed[joint];
+            if shift > 1e-9 * size || turn > 1e-9 {
+                residual.force = 1.0;
+            }
+            let free = pattern.equations.unbalanced(joint, &self.forces[joint]);
+            for (c, x) in free.iter().enumerate() {
+                let relative = x.abs() / if c < 3 { force_scale } else { moment_scale };
+                let target = if c < 3 { &mut residual.force } else { &mut residual.moment };
+                *target = if relative.is_nan() { f64::INFINITY } else { target.max(relative) };
+                if relative > worst {
+                    worst = relative;
+                    residual.worst_joint = joint;
+                    residual.worst_component = c;
+                }
+            }
+        }
+        residual
+    }
+
+    /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
+    /// the network, `size`, or radians).
+    pub(crate) fn softest_motion(&mut self, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
+        let count = self.linear.size();
+        let weight = |i: usize| self.linear.diagonal(i).abs().max(self.linear.rest[i]).max(f64::MIN_POSITIVE);
+        let weights: Vec<f64> = (0..count).map(weight).collect();
+        let mut x: Vec<f64> = (0..count).map(|i| (1.3 * i as f64 + 0.7).sin() / weights[i].sqrt()).collect();
+        for _ in 0..6 {
+            // The weights make the iteration indifferent to units: what it looks for is soft against the rest.
+            for (x, weight) in x.iter_mut().zip(&weights) {
+                *x *= weight;
+            }
+            if !self.linear.solve(&mut x, 1) {
+                break;
+            }
+            let length = x.iter().zip(&weights).map(|(x, w)| x * x * w).sum::<f64>().sqrt();
+            x.iter_mut().for_each(|x| *x /= length.max(f64::MIN_POSITIVE));
+        }
+        let motions = pattern.motions_of(&x);
+        let largest = motions.iter().flat_map(|m| (0..6).map(|c| if c < 3 { m[c] / size } else { m[c] }));
+        let largest = largest.fold(0.0, |best: f64, x| if x.abs() > (1.0 + 1e-6) * best.abs() { x } else { best });
+        if largest != 0.0 && largest.is_finite() {
+            x.iter_mut().for_each(|x| *x /= largest);
+        }
+        x
+    }
+
+    /// Stiffness of the softest motion, over that of its components one by one.
+    ///
+    /// A pivot says whether a tangent is singular, and not how nearly: it is large where its component hardly takes part
+    /// in the motion.
+    pub(crate) fn softest_stiffness(&mut self, pattern: &Pattern<D>, size: f64) -> f64 {
+        let x = self.softest_motion(pattern, size);
+        let mut kx = vec![0.0; x.len()];
+        self.linear.apply(&x, &mut kx);
+        let stiffness: f64 = x.iter().zip(&kx).map(|(x, k)| x * k).sum();
+        let weight = |i: usize| self.linear.diagonal(i).abs().max(self.linear.rest[i]);
+        let apart: f64 = x.iter().enumerate().map(|(i, x)| x * x * weight(i)).sum();
+        if apart > 0.0 { stiffness / apart } else { 1.0 }
+    }
+
+    /// The solution for a right-hand side, over which it is projected: 1 / (bᵀ K⁻¹ b) passes zero, smoothly, where the tangent is
+    /// singular.
+    pub(crate) fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
+        let mut y = b.to_vec();
+        if !self.solve(&mut y) {
+            return None;
+        }
+        let compliance: f64 = y.iter().zip(b).map(|(y, b)| y * b).sum();
+        (compliance != 0.0).then(|| 1.0 / compliance)
+    }
+}
