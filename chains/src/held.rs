@@ -1,9 +1,11 @@
-//! The axial force of a member that cannot be stretched: a number of its own, which no strain gives.
+//! The axial force of a member that cannot be stretched, a number of its own, which no strain gives; and the force that any
+//! member carries.
 
 use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
+use pennate_elements::small::norm;
 
-use crate::Chain;
+use crate::{Chain, lanes};
 
 /// The axial force of the parts of a member that cannot be stretched, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +38,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
         }
         Some(HeldForce { force: force / length, auxiliary: length / compliance, length })
+    }
+
+    /// The largest force of its mixed stresses, along the axis and across.
+    pub(super) fn carried_force_impl(&self, lane: usize) -> f64 {
+        let force = |stress: &[T; D]| {
+            let stress = lanes::lane(stress, lane);
+            if D == 3 { stress[0].hypot(stress[1]) } else { norm([stress[0], stress[1], stress[2]]) }
+        };
+        self.state.stress.iter().map(force).fold(0.0, f64::max)
     }
 
     /// Adds the same to the axial force of all parts that cannot be stretched.

@@ -219,6 +219,8 @@ pub trait Pack<const D: usize>: Send {
     fn spans(&self, lane: usize) -> Vec<f64>;
     /// How fast the state of a member may vary along each of its elements.
     fn variations(&self, lane: usize) -> Vec<Variation>;
+    /// The largest force that a section of a member carries, along its axis and across.
+    fn carried_force(&self, lane: usize) -> f64;
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
@@ -592,6 +594,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn variations(&self, lane: usize) -> Vec<Variation> {
         self.variations_impl(lane)
+    }
+
+    fn carried_force(&self, lane: usize) -> f64 {
+        self.carried_force_impl(lane)
     }
 
     fn shed(&mut self) {

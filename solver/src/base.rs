@@ -19,7 +19,7 @@ use crate::{PLANE, SPACE, add_lateral, prepare};
 ///
 /// Motions are projected onto those that rigid components allow, so that eigenvalues do not depend on it, and a smaller
 /// one keeps digits: with 1e7 per element the critical load of an inextensible column was off by a tenth.
-const AUXILIARY: Auxiliary = Auxiliary::new(0.0, 1e4);
+const AUXILIARY: Auxiliary = Auxiliary::new(0.0, 1e4, 1e2);
 
 /// Motions that are asked of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

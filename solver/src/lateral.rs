@@ -146,9 +146,10 @@ impl Lateral {
             let turn = plane.members.slots[index].turn;
             for segment in 0..plane.structure.members[index].segments.len() {
                 let section = plane.section(index, segment);
+                let carried = plane.loading.carried_force(index, &plane.members);
                 let (pack, lane) = plane.members.chain_mut(index);
                 let lengths = [pack.element_length(lane, segment), plane.structure.members[index].length()];
-                let moduli = packs::moduli(&section, pack.about(), lengths, &turn, plane.loading.auxiliary);
+                let moduli = packs::moduli(&section, pack.about(), lengths, &turn, plane.loading.auxiliary, carried);
                 pack.set_lateral_moduli(lane, segment, &moduli);
             }
         }

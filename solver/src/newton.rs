@@ -208,7 +208,8 @@ impl Newton {
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             let is_held =
                 || system.members.violation() <= violation && held.are_settled(system, self.held_part(start.aim));
-            if converged && unknowns.are_settled(&self.tuning) && is_held() {
+            let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
+            if settled && !system.follow_carried_forces() {
                 return Ok(Convergence { iterations, factorizations, inertia, residual });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
@@ -293,6 +294,7 @@ impl Newton {
     fn buckling_pivots<const D: usize>(&self, system: &mut System<D>, rest: &State) -> usize {
         let here = system.snapshot();
         system.restore_shape(rest, self.tuning.buckling);
+        system.follow_carried_forces();
         let inertia = system.assemble(false);
         system.restore(&here);
         inertia.negative

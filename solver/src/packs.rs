@@ -12,38 +12,53 @@ use pennate_elements::small::{M3, V3, cross, dot, norm, scale};
 use crate::chain::{ChainMesh, Pack, SegmentMesh, Side};
 use crate::structure::{Dimension, Fibres, Formulation, Member, SectionState, Structure};
 
-/// Auxiliary stiffness of a held strain, over the largest bending stiffness EI: the larger of two parts.
+/// Auxiliary stiffness of a held strain: the largest of three parts.
 ///
 /// No equilibrium depends on it, but its stability does: a critical load P is low by P over this stiffness, and P is a few
 /// times EI/L², L the length of the member. The tangent of a member of n elements is the difference of terms n times this
 /// stiffness over L, and keeps their rounding, so that much more costs digits: 10⁸ costs as many as it gives, 10⁻⁷ of P.
+///
+/// A rod under tension is stable against a shear strain γ by its tension N alone if it cannot be sheared: with the strains
+/// free but for this stiffness C the energy is ½ (C − N) γ². So C is many times the force that the member carries, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Auxiliary {
     /// Over EI per squared length of the member.
     pub member: f64,
     /// Over EI per squared length of the element: less than 10⁴ can cost iterations.
     pub element: f64,
+    /// Over the force that the member carries.
+    pub carried: f64,
 }
 
 impl Auxiliary {
-    /// So many times the stiffness of the member, and of the element.
-    pub(crate) const fn new(member: f64, element: f64) -> Self {
-        Self { member, element }
+    /// So many times the stiffness of the member, that of the element, and the force that the member carries.
+    pub(crate) const fn new(member: f64, element: f64, carried: f64) -> Self {
+        Self { member, element, carried }
     }
 
-    /// The stiffness for a bending stiffness.
-    fn stiffness(self, ei: f64, element_length: f64, member_length: f64) -> f64 {
+    /// The stiffness for a bending stiffness and a force; `lengths` are those of the element and of the member.
+    fn stiffness(self, ei: f64, lengths: [f64; 2], force: f64) -> f64 {
+        self.of_bending(ei, lengths).max(self.carried * force)
+    }
+
+    /// The part of it that follows from bending.
+    fn of_bending(self, ei: f64, [element_length, member_length]: [f64; 2]) -> f64 {
         let over = |length: f64| 1.0 / (length * length);
         ei * (self.member * over(member_length)).max(self.element * over(element_length))
+    }
+
+    /// The force up to which that part is the larger one.
+    pub(crate) fn bears(self, ei: f64, lengths: [f64; 2]) -> f64 {
+        self.of_bending(ei, lengths) / self.carried
     }
 }
 
 /// What states are found with.
-pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 1e4);
+pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 1e4, 1e4);
 /// Two of the same kind, from which what an infinite one would give is extrapolated.
-pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e3);
+pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e3, 1e3);
 /// The other one.
-pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e2);
+pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e2, 1e2);
 
 /// Order of the elements that converge fastest.
 pub const HIGHEST: usize = 5;
@@ -179,21 +194,23 @@ impl Turn {
 }
 
 /// Stiffness, rest strains and multipliers of a section for elements of one length; `lengths` are those of the element and
-/// of the member.
+/// of the member, which carries the force `carried`.
 ///
 /// Elements that bending makes compliant in shear need no multipliers against it.
 pub(crate) fn moduli(
     state: &SectionState,
     about: About,
-    [element_length, member_length]: [f64; 2],
+    lengths: [f64; 2],
     turn: &Turn,
     auxiliary: Auxiliary,
+    carried: f64,
 ) -> Moduli<f64, 6> {
     let section = &state.section;
     let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
-    let auxiliary = auxiliary.stiffness(ei2.max(ei3), element_length, member_length);
+    let auxiliary = auxiliary.stiffness(ei2.max(ei3), lengths, carried);
+    let [element_length, _] = lengths;
     let curvature = turn.vector(state.curvature);
     let bends = about.sheared_by_bending;
     let is_free = |d: usize| raw[d].is_finite() || bends && matches!(d, 1 | 2);

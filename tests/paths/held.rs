@@ -88,3 +88,23 @@ fn a_stiff_wire_determines_the_force_of_a_bar_that_cannot_be_stretched() {
         assert!((force - expected).abs() < 1e-7 * expected, "{stiffness}: {force} for {expected}");
     }
 }
+
+/// Its tension is many times the auxiliary stiffness that would hold its shear if bending alone told it: what that cannot bear would
+/// pass for a loss of stability.
+#[test]
+fn a_taut_thread_that_cannot_be_sheared_is_stable() {
+    for angle in ["0", "30"] {
+        for stiffness in ["1e5", "1e7", "1e9"] {
+            for increments in [None, Some(10)] {
+                let settings = [("angle", angle), ("EA", stiffness)];
+                let history = solve("taut_thread.toml", &settings, increments);
+                let step = &history.steps[0];
+                assert_eq!(step.status, Status::Converged, "{settings:?} {increments:?}: {:?}", step.failure);
+                assert!(step.critical_points.is_empty() && step.stable == Some(true), "{settings:?} {increments:?}");
+                let force = step.increments.last().expect("a state").state.members[0].axial_force;
+                let expected = 0.007 * stiffness.parse::<f64>().expect("a number");
+                assert!((force - expected).abs() < 1e-9 * expected, "{settings:?}: {force} for {expected}");
+            }
+        }
+    }
+}

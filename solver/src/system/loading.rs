@@ -35,6 +35,7 @@ pub struct Fading {
 struct MadeOf {
     control: f64,
     auxiliary: Auxiliary,
+    carried: f64,
     line: V3<f64>,
     gravity: V3<f64>,
 }
@@ -43,6 +44,9 @@ struct MadeOf {
 #[derive(Clone, Copy, Debug, Default)]
 struct Sections {
     made_of: Option<MadeOf>,
+    /// The force up to which the auxiliary stiffness of held strains need not follow that of the member; nothing where no strain
+    /// is held.
+    bears: Option<f64>,
     /// See [`Loading::noise`].
     noise: [f64; 2],
 }
@@ -179,10 +183,11 @@ impl Loading {
         for member in 0..members.count() {
             let control = structure.members[member].control.map_or(0.0, |drive| self.drives[drive]);
             let line = line.get(member).copied().unwrap_or([0.0; 3]);
-            let made_of = MadeOf { control, auxiliary: self.auxiliary, line, gravity };
+            let carried = self.carried_force(member, members);
+            let made_of = MadeOf { control, auxiliary: self.auxiliary, carried, line, gravity };
             if self.sections[member].made_of != Some(made_of) {
-                let noise = self.set_sections(structure, members, member, &made_of, size);
-                self.sections[member] = Sections { made_of: Some(made_of), noise };
+                self.sections[member] = made_of.put(structure, members, member, size);
+                self.holds_strains |= self.sections[member].bears.is_some();
             }
             for (noise, own) in self.noise.iter_mut().zip(self.sections[member].noise) {
                 *noise = noise.max(own);
@@ -190,33 +195,54 @@ impl Loading {
         }
     }
 
-    /// Puts sections and loads into the elements of a member; gives what rounding may leave of its forces and moments.
-    fn set_sections<const D: usize>(
-        &mut self,
+    /// The largest force that a section of a member carries, rounded up to a power of four; zero where no auxiliary stiffness
+    /// needs to follow it.
+    pub(crate) fn carried_force<const D: usize>(&self, member: MemberId, members: &Members<D>) -> f64 {
+        let Some(bears) = self.sections[member].bears else { return 0.0 };
+        let (pack, lane) = members.chain(member);
+        let force = pack.carried_force(lane);
+        if force > bears && force.is_finite() { 4f64.powf((0.5 * force.log2()).ceil()) } else { 0.0 }
+    }
+
+    /// Whether the auxiliary stiffness of any member was made for another force than it carries now.
+    pub(super) fn is_outgrown<const D: usize>(&self, members: &Members<D>) -> bool {
+        let outgrown = |member: MemberId| {
+            let made_of = self.sections[member].made_of;
+            made_of.is_some_and(|made_of| made_of.carried != self.carried_force(member, members))
+        };
+        self.holds_strains && (0..members.count()).any(outgrown)
+    }
+}
+
+impl MadeOf {
+    /// Puts sections and loads into the elements of a member.
+    fn put<const D: usize>(
+        self,
         structure: &Structure,
         members: &mut Members<D>,
         member: MemberId,
-        made_of: &MadeOf,
         size: f64,
-    ) -> [f64; 2] {
+    ) -> Sections {
         let slot = &members.slots[member];
         let chain = &mut members.packs[slot.pack];
         let description = &structure.members[member];
-        let member_length = description.length();
-        let mut noise = [0.0f64; 2];
+        let mut sections = Sections { made_of: Some(self), ..Sections::default() };
         for (segment, of) in description.segments.iter().enumerate() {
-            let section = structure.laws[of.law].at(made_of.control);
-            let lengths = [chain.element_length(slot.lane, segment), member_length];
-            let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, made_of.auxiliary);
-            self.holds_strains |= moduli.held.iter().any(|&held| held != 0.0);
-            noise[0] = noise[0].max(1e-10 * moduli.stiffness[0]);
-            noise[1] = noise[1].max(1e-10 * moduli.stiffness[5] / size);
+            let section = structure.laws[of.law].at(self.control);
+            let lengths = [chain.element_length(slot.lane, segment), description.length()];
+            let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, self.auxiliary, self.carried);
+            if moduli.held.iter().any(|&held| held != 0.0) {
+                let own = self.auxiliary.bears(moduli.stiffness[4].max(moduli.stiffness[5]), lengths);
+                sections.bears = Some(sections.bears.map_or(own, |bears| bears.min(own)));
+            }
+            sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
+            sections.noise[1] = sections.noise[1].max(1e-10 * moduli.stiffness[5] / size);
             chain.set_moduli(slot.lane, segment, &moduli);
-            let weighs = made_of.gravity != [0.0; 3];
-            let weight = if weighs { scale(section.section.mass_per_length, made_of.gravity) } else { [0.0; 3] };
-            chain.set_load(slot.lane, segment, add(made_of.line, weight));
+            let weighs = self.gravity != [0.0; 3];
+            let weight = if weighs { scale(section.section.mass_per_length, self.gravity) } else { [0.0; 3] };
+            chain.set_load(slot.lane, segment, add(self.line, weight));
         }
-        noise
+        sections
     }
 }
 

@@ -146,6 +146,16 @@ impl<const D: usize> System<D> {
         self.loading.apply(&self.structure, &mut self.members, self.size);
     }
 
+    /// Brings the auxiliary stiffness of held strains up to date with the forces that members carry now; whether that changed
+    /// any.
+    pub fn follow_carried_forces(&mut self) -> bool {
+        let changes = self.loading.is_outgrown(&self.members);
+        if changes {
+            self.apply_drives();
+        }
+        changes
+    }
+
     /// Section of a segment at the present control.
     pub(crate) fn section(&self, member: MemberId, segment: usize) -> SectionState {
         self.loading.section(&self.structure, member, segment)
