@@ -258,11 +258,14 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let chord = Direction { motions: self.system.motions_since(&self.last), rate: point.fraction - by.fraction };
         let tangents = [&by.tangent, &ahead];
-        if !short && !by.metric.bends_evenly(&chord, tangents, &tuning) {
+        // States that are one lie on one path, whatever the tangents say: those of members that cannot be stretched give way a
+        // little, as the auxiliary stiffness does, and near a bifurcation that sways a frame which in truth does not move.
+        let one = self.system.distance(&self.last).largest() <= tuning.shortest;
+        if !short && !one && !by.metric.bends_evenly(&chord, tangents, &tuning) {
             by.next = tuning.shorter * s;
             return None;
         }
-        let parallel = by.metric.is_chord(&chord, tangents, &tuning);
+        let parallel = one || by.metric.is_chord(&chord, tangents, &tuning);
         let bent = by.metric.inner(&ahead, &by.tangent) < tuning.straight;
         let shortest = tuning.increment * by.first;
         if !parallel && s > shortest || (bent || point.iterations > tuning.many) && !short {
