@@ -56,6 +56,30 @@ fn it_flutters_to_the_side_that_is_softest() {
     }
 }
 
+/// The same column in forty members: 720 unknowns in the plane, 1,440 in space.
+#[test]
+fn a_column_of_many_members_flutters_at_the_same_load() {
+    const MEMBERS: usize = 40;
+    for space in [false, true] {
+        let (z, dimension) = if space { (", 0", "space") } else { ("", "plane") };
+        let nodes: String = (0..=MEMBERS).map(|i| format!("n{i} = [{}, 0{z}]\n", i as f64 / MEMBERS as f64)).collect();
+        let bar = |i: usize| format!("m{i} = {{ nodes = [\"n{i}\", \"n{}\"], section = \"strip\" }}\n", i + 1);
+        let members: String = (0..MEMBERS).map(bar).collect();
+        for (load, stable) in [(20.04, true), (20.06, false)] {
+            let text = format!(
+                "format = \"pennate/1\"\nunits = \"m-N-Pa\"\ndimension = \"{dimension}\"\n[nodes]\n{nodes}\
+                 [sections]\nstrip = {{ stiffness = {{ EA = 1e5, GJ = 3, EI2 = 4, EI3 = 1, mass_per_length = 1 }} }}\n\
+                 [members]\n{members}[supports]\nn0 = \"clamped\"\n\
+                 [[steps]]\nname = \"push\"\nfollower_force = {{ n{MEMBERS} = [-{load}, 0{z}] }}\n"
+            );
+            let step = network::solve(&text).step("push").clone();
+            let grown = growth(&step);
+            assert_eq!(grown == Growth::None, stable, "{dimension} {load}");
+            assert!(stable || matches!(grown, Growth::Flutter { .. }), "{dimension} {load}: {grown:?}");
+        }
+    }
+}
+
 /// Under a load of which a small part alone follows it diverges, at π²/4 EI/L² as under a dead load.
 #[test]
 fn divergence_is_told_apart_from_flutter() {
