@@ -13,7 +13,7 @@ use crate::options::{Options, Progress};
 use crate::packs::{self, Auxiliary};
 use crate::structure::{Dimension, Step, Structure};
 use crate::system::System;
-use crate::{PLANE, SPACE, add_lateral, prepare};
+use crate::{PLANE, SPACE, add_lateral, prepare, run};
 
 /// Auxiliary stiffness of rigid components, as [`packs::AUXILIARY`].
 ///
@@ -65,13 +65,13 @@ pub fn follow<'a>(
     match structure.dimension {
         Dimension::Space => {
             let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space, None)?;
-            let history = path.run(steps, observe);
+            let history = run(&mut path, steps, observe)?;
             Ok((Followed::Space(Box::new(path)), history))
         }
         Dimension::Plane => {
             let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane, None)?;
             add_lateral(&mut path, &structure);
-            let history = path.run(steps, observe);
+            let history = run(&mut path, steps, observe)?;
             Ok((Followed::Plane(Box::new(path)), history))
         }
     }

@@ -142,7 +142,7 @@ fn follow(
             };
             let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, coarse)?;
             path.vibration = Some(|space, _| flutter::judge(&|enrich| base::of_space(space, enrich)));
-            let history = path.run(steps, observe);
+            let history = run(&mut path, steps, observe)?;
             let coarse = path.into_coarse();
             Ok((history, CoarseSolve(Kind::Space(Box::new(coarse)))))
         }
@@ -154,11 +154,22 @@ fn follow(
             add_lateral(&mut path, structure);
             path.vibration =
                 Some(|plane, stability| flutter::judge(&|enrich| base::of_plane(plane, stability, enrich)));
-            let history = path.run(steps, observe);
+            let history = run(&mut path, steps, observe)?;
             let coarse = path.into_coarse();
             Ok((history, CoarseSolve(Kind::Plane(Box::new(coarse)))))
         }
     }
+}
+
+/// Follows the steps; motions that not even a prestress resists are found on the way.
+fn run<const D: usize>(
+    path: &mut Continuation<'_, D>,
+    steps: &[Step],
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<History, SolveError> {
+    let history = path.run(steps, observe);
+    let free = std::mem::take(&mut path.free);
+    if free.is_empty() { Ok(history) } else { Err(SolveError::Mechanism(free)) }
 }
 
 fn prepare<'a, const D: usize>(

@@ -2,6 +2,8 @@
 
 use pennate::explain;
 use pennate_models::{Mesh, discretize, read_text};
+use pennate_solver::error::SolveError;
+use pennate_solver::options::Options;
 
 const TOWER: &str = r#"format = "pennate/1"
 nodes = { A = [0, 0], B = [0, 10] }
@@ -69,4 +71,21 @@ fn other_mechanisms_do_not_speak_of_patterns() {
     assert!(helps(&format!("{}{ASIDE}supports = true\n", HELD[0])).is_empty());
     let floating = helps(ASIDE);
     assert!(!floating.is_empty() && floating.iter().all(|help| !help.contains("pattern")), "{floating:?}");
+}
+
+/// A prestressed spring may hold what is loose without it, and need not: that is seen once it is in place.
+#[test]
+fn what_a_prestressed_spring_does_not_hold_is_refused() {
+    let text = include_str!("../cases/loose_about_a_spring.toml");
+    let solved = |text: &str| {
+        let model = read_text("spring.toml", text, &[]).expect("a network");
+        let (structure, steps) = discretize(&model, &Mesh::initial(&model, 1e-3));
+        pennate_solver::solve(&structure, &steps, &Options::default(), &mut |_| true)
+    };
+    let Err(SolveError::Mechanism(motions)) = solved(text) else { panic!("no mechanism") };
+    assert_eq!(motions.len(), 1, "{motions:?}");
+    assert_eq!(motions[0].nodes, [2, 3]);
+    // Past the hinge its line holds the turn.
+    let history = solved(&text.replace("nodes = [\"D\", \"B\"]", "nodes = [\"D\", \"A\"]")).expect("an answer");
+    assert!(history.converged());
 }

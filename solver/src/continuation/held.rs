@@ -21,7 +21,7 @@ impl<const D: usize> Continuation<'_, D> {
     }
 
     /// Present value of a component.
-    fn present(&self, node: NodeId, component: usize) -> f64 {
+    pub(super) fn present(&self, node: NodeId, component: usize) -> f64 {
         self.system.present(node, component, self.axes(node)[component % 3])
     }
 

@@ -101,6 +101,10 @@ pub struct Continuation<'a, const D: usize> {
     base: Count,
     /// Members that lost their stability between their ends.
     inside: Vec<MemberId>,
+    /// Whether the unloaded structure has motions that nothing resists but, perhaps, its prestress.
+    is_loose: bool,
+    /// Motions that the prestress does not resist either: nothing is followed where there are any.
+    pub free: Vec<FreeMotion>,
     /// Pivots of the unloaded structure, as long as its assembly is the last one.
     at_rest: Option<Inertia>,
     /// Whether rounding hides the sign of the lowest stiffness at the end of the last step.
@@ -166,6 +170,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
             tuning,
             base: Count::default(),
             inside: Vec::new(),
+            is_loose: false,
+            free: Vec::new(),
             at_rest: None,
             undecided: false,
         };
@@ -249,6 +255,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
+        if self.is_loose && so_far.going {
+            self.free = self.free_under_prestress(steps);
+            so_far.going = self.free.is_empty();
+        }
     }
 
     /// Follows a step of the user's.
@@ -342,13 +352,17 @@ impl<'a, const D: usize> Continuation<'a, D> {
 
     /// Motions that the unloaded structure can make without force, with what the first step holds in place.
     ///
-    /// Springs that are stretched or compressed from the start may hold a network that is loose without them; such a
-    /// network is left to the iteration.
+    /// Springs that are stretched or compressed from the start may hold a network that is loose without them: such a network is
+    /// looked at once they are in place.
     pub fn free_motions(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
         let prestressed = self.is_prestressed();
         let wants_near = self.options.near_motion;
+        let mut is_loose = false;
         let (free, near) = self.look_at_rest(steps, &mut |system, at_rest| match at_rest.idle + at_rest.negative {
-            _ if prestressed => (Vec::new(), None),
+            count if prestressed => {
+                is_loose = count > 0;
+                (Vec::new(), None)
+            }
             // What rounding explains of a stiffness is none.
             0 if at_rest.smallest >= mechanism::NEAR || system.hidden_signs() == 0 => {
                 (Vec::new(), wants_near.then(|| mechanism::near_motion(system)).flatten())
@@ -356,6 +370,23 @@ impl<'a, const D: usize> Continuation<'a, D> {
             _ => (mechanism::free_motions(system), None),
         });
         self.near = near;
+        self.is_loose = is_loose;
+        free
+    }
+
+    /// Motions at the present state, the equilibrium of the prestress, that need no force, with what the first step holds.
+    fn free_under_prestress(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
+        let held = self.held.clone();
+        for (node, component) in first_rows(&self.system.structure, steps) {
+            let here = self.present(node, component);
+            self.insert(node, component, here, here);
+        }
+        self.system.hold(self.held.values().copied().collect());
+        self.system.assemble(false);
+        let free = if self.system.hidden_signs() > 0 { mechanism::free_motions(&mut self.system) } else { Vec::new() };
+        self.held = held;
+        self.system.hold(self.held.values().copied().collect());
+        self.system.assemble(false);
         free
     }
 
