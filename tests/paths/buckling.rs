@@ -27,6 +27,12 @@ fn factors(buckling: &Value) -> Vec<f64> {
     modes.iter().map(|mode| mode["factor"].as_f64().expect("a factor")).collect()
 }
 
+/// Errors stated of factors, in order.
+fn errors(buckling: &Value) -> Vec<f64> {
+    let modes = buckling["modes"].as_array().expect("a list of modes");
+    modes.iter().map(|mode| mode["error"].as_f64().expect("an error")).collect()
+}
+
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(name)
 }
@@ -252,16 +258,12 @@ fn errors_of_a_coarse_mesh_are_those_that_it_states() {
     for network in ["tripod", "muscle_cantilever", "dyad"] {
         let path = repository(&format!("models/networks/{network}.toml"));
         let [coarse, fine] = ["1e-4", "1e-9"].map(|accuracy| buckling(&path, &["--accuracy", accuracy]));
-        let stated = |found: &Value| -> Vec<f64> {
-            let modes = found["modes"].as_array().expect("a list of modes");
-            modes.iter().map(|mode| mode["error"].as_f64().expect("an error")).collect()
-        };
         let apart: Vec<f64> =
             factors(&coarse).iter().zip(factors(&fine)).map(|(coarse, fine)| (coarse / fine - 1.0).abs()).collect();
-        for ((apart, stated), exact) in apart.iter().zip(stated(&coarse)).zip(stated(&fine)) {
+        for ((apart, stated), exact) in apart.iter().zip(errors(&coarse)).zip(errors(&fine)) {
             assert!(*apart <= 10.0 * stated + exact, "{network}: {apart:.1e} off, {stated:.1e} stated");
         }
-        let [apart, stated] = [apart, stated(&coarse)].map(|all| all.into_iter().fold(0.0, f64::max));
+        let [apart, stated] = [apart, errors(&coarse)].map(|all| all.into_iter().fold(0.0, f64::max));
         println!("{network}: {apart:.1e} off, {stated:.1e} stated");
         assert!(stated <= 10.0 * apart.max(1e-12), "{network}: {apart:.1e} off, {stated:.1e} stated");
     }
@@ -271,7 +273,6 @@ fn errors_of_a_coarse_mesh_are_those_that_it_states() {
 /// agree on two orders by chance: neither is left out of what is stated.
 #[test]
 fn motions_that_begin_at_a_state_and_single_factors_have_the_errors_that_are_stated() {
-    let stated = |found: &Value| found["modes"][0]["error"].as_f64().expect("an error");
     for network in ["models/networks/dyad.toml", "models/networks/muscle_cantilever.toml"] {
         let path = repository(network);
         for count in ["1", "2", "6"] {
@@ -280,8 +281,28 @@ fn motions_that_begin_at_a_state_and_single_factors_have_the_errors_that_are_sta
             for accuracy in ["1e-3", "1e-4", "1e-5", "1e-6"] {
                 let found = at(accuracy);
                 let apart = (factors(&found)[0] / factors(&fine)[0] - 1.0).abs();
-                let most = 3.0 * (stated(&found) + stated(&fine));
+                let most = 3.0 * (errors(&found)[0] + errors(&fine)[0]);
                 assert!(apart <= most, "{network}, {count} at {accuracy}: {apart:.1e} off, {most:.1e} allowed");
+            }
+        }
+    }
+}
+
+/// Errors by two orders, by three, and by two meshes: whichever ends the search, every factor is as near as it says.
+#[test]
+fn errors_of_scenes_are_those_that_are_stated() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("scene.toml");
+    for scene in ["dyad", "motor", "br2", "stage", "compliant_gripper", "wire_gripper", "ring_gripper"] {
+        std::fs::write(&path, pennate(&["scene", scene]).stdout).expect("a file");
+        let fine = buckling(&path, &["--accuracy", "1e-9"]);
+        for accuracy in ["1e-3", "1e-4", "1e-5", "1e-6"] {
+            let found = buckling(&path, &["--accuracy", accuracy]);
+            let values = factors(&found).into_iter().zip(errors(&found));
+            let exact = factors(&fine).into_iter().zip(errors(&fine));
+            for (mode, ((found, stated), (exact, left))) in values.zip(exact).enumerate() {
+                let (apart, most) = ((found / exact - 1.0).abs(), 3.0 * (stated + left));
+                assert!(apart <= most, "{scene}, mode {mode} at {accuracy}: {apart:.1e} off, {most:.1e} allowed");
             }
         }
     }

@@ -37,6 +37,15 @@ pub(crate) fn is_finer_everywhere(model: &Model, mesh: &Mesh, before: &Mesh) -> 
     mesh.grading == before.grading && members.into_iter().all(twice)
 }
 
+/// How many times the elements of another mesh a mesh has in every stretch; nothing where that is not one number of two or more.
+pub(crate) fn multiplied(mesh: &Mesh, other: &Mesh) -> Option<usize> {
+    let counts = || mesh.refinement.iter().flatten().zip(other.refinement.iter().flatten());
+    let (first, before) = counts().next()?;
+    let times = first / before;
+    let is_same = times > 1 && counts().all(|(now, before)| *now == times * before);
+    (is_same && mesh.grading == other.grading).then_some(times)
+}
+
 /// By how much shorter elements of one order must be for an error that is too large by `excess`.
 pub(crate) fn refinement_factor(excess: f64, order: usize) -> usize {
     let factor = (2.0 * excess).powf(0.5 / order as f64).ceil();

@@ -10,7 +10,7 @@ use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::{Step, Structure};
 
 use super::place::Where;
-use super::values::{self, Values};
+use super::values::{Judged, Values};
 use super::{NoSpectrum, Question, Request};
 use crate::accuracy::refine::{refinement_factor, shortened};
 use crate::adapt::{Adaptive, Next};
@@ -161,18 +161,17 @@ impl Search<'_> {
                 }
             }
             Question::Buckling => {
-                let near = best.and_then(|best| best.values.as_ref()).map(|values| &values.near);
-                // Where a finer mesh follows anyway, no error of this one is stated.
+                let before = best.and_then(|best| Some((best.values.as_ref()?, &best.mesh)));
                 let may_follow = self.rounds < MAX_ROUNDS && shortened(self.model, mesh, 2) != *mesh;
-                let are_enough = |levels: &[Buckling]| {
-                    may_follow && (levels.len() > 1 || best.is_none()) && values::are_off(ramp, levels, accuracy)
-                };
+                let judged = Judged::new(ramp, accuracy, (mesh, order), before, may_follow);
+                let are_enough = |levels: &[Buckling]| judged.is_enough(levels);
+                let near = before.map(|(values, _)| &values.near);
                 let asked = Asked { count: wanted, near, are_enough: &are_enough };
                 let found = buckling::buckle(structure, steps, ramp, &asked, self.options, self.observe);
                 let Found { history, result } = found.map_err(mechanism)?;
                 match result {
                     Ok(levels) => {
-                        let values = Values::of_buckling(structure, ramp, levels, order);
+                        let values = Values::of_buckling(structure, &judged, levels);
                         Ok((history, Some(values)))
                     }
                     Err(NoFactors::NotReached) => Ok((history, None)),

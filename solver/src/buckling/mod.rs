@@ -93,8 +93,9 @@ pub struct Critical {
     pub family: Family,
     /// Scaled to a largest component of one.
     pub shape: Shape,
-    /// The part by which the factor is larger on elements of one order less, as far as it comes from the motion.
-    pub lacking: f64,
+    /// The part by which the factor is larger on elements of one order less, as far as it comes from the motion, and by how much
+    /// more it is on those of two orders less.
+    pub lacking: [f64; 2],
 }
 
 /// The nearest factor of a ramp the other way.
@@ -104,6 +105,8 @@ pub struct Reversed {
     pub factor: f64,
     /// Part of it that rounding may be, and what the response to the ramp is known to.
     pub rounding: f64,
+    /// As [`Critical::lacking`].
+    pub lacking: [f64; 2],
 }
 
 /// Critical factors about a state.
@@ -178,7 +181,8 @@ pub struct Asked<'a> {
     pub count: usize,
     /// Those of other elements, where they are known.
     pub near: Option<&'a Near>,
-    /// Whether the factors of the orders that are known, the highest one first, say enough: of lower orders nothing is asked then.
+    /// Whether the factors of the orders that are known, the highest one first and the others from the lowest on, say enough: of more
+    /// orders nothing is asked then.
     pub are_enough: &'a dyn Fn(&[Buckling]) -> bool,
 }
 
@@ -194,10 +198,10 @@ struct Beginning {
 }
 
 /// The smallest factors of a ramp: on the elements asked for and on those of the next two orders, or of the next one
-/// where there are no more; the highest order comes last. Lower orders are left out where the higher ones say enough.
+/// where there are no more; the highest order comes last. Others are left out where those that are known say enough.
 ///
 /// They are looked for on the lowest order, unless those of other elements are known; found near these on the highest one, and near
-/// those on orders between.
+/// those on the lowest one, where they are not known, and on orders between.
 ///
 /// # Errors
 /// Those of [`crate::solve`].
@@ -227,6 +231,7 @@ pub fn buckle(
         }
         Ramp::Present(_) => to.iter_mut().for_each(|value| *value *= 2.0),
     }
+    let &Asked { count: wanted, near, are_enough } = asked;
     let mut beginning = |raised: usize, longest: f64| {
         let base = match ramp {
             Ramp::Of(step) => followed.beginning(&steps[step], raised),
@@ -240,7 +245,6 @@ pub fn buckle(
     };
     let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
     let most = packs::HIGHEST.saturating_sub(highest).clamp(1, MORE_ORDERS);
-    let &Asked { count: wanted, near, are_enough } = asked;
     let mut levels = || {
         let mut longest = near.map_or(1.0, Near::longest);
         let mut first = match near {
@@ -269,7 +273,7 @@ pub fn buckle(
         // A part of the ramp that is short enough on one order is as short on the others.
         longest = found.near.longest().min(longest);
         let mut levels = vec![found];
-        for raised in (0..most).rev() {
+        for raised in 0..most {
             if are_enough(&levels) {
                 break;
             }
@@ -280,7 +284,7 @@ pub fn buckle(
             };
             levels.push(lower);
         }
-        levels.reverse();
+        levels.sort_by_key(|level| level.raised);
         Ok(levels)
     };
     let result = levels();
@@ -344,12 +348,26 @@ struct Matrices {
 }
 
 /// How many factors there are to be up to a limit for none to be missing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Counted {
     /// Those that are looked for.
-    All(f64),
+    All,
     /// None: the limit is this side of the one looked for.
-    None(f64),
+    None,
+}
+
+/// A limit of factors, negative of the ramp the other way, with what K + limit K′ is factorized into in every family.
+struct Limit {
+    value: f64,
+    /// Nothing of families that are not asked.
+    families: Vec<Option<Factor>>,
+}
+
+impl Limit {
+    /// How many factors there are up to it.
+    fn count(&self) -> usize {
+        self.families.iter().flatten().map(|factor| factor.negative).sum()
+    }
 }
 
 impl Near {
@@ -360,11 +378,11 @@ impl Near {
     }
 
     /// A shift for factors that are compared: as near the largest as there is a gap, and off all of them.
-    fn amid(&self) -> Counted {
+    fn amid(&self) -> f64 {
         let next = self.next.map(|next| next * self.largest());
         let factors: Vec<f64> = self.critical.iter().map(|start| start.factor).chain(next).collect();
         let gap = factors.windows(2).rev().find(|pair| pair[1] > (1.0 + APART) * pair[0]);
-        Counted::All(gap.map_or_else(|| BEFORE * factors[0], |pair| (pair[0] * pair[1]).sqrt().min(WITHIN * pair[0])))
+        gap.map_or_else(|| BEFORE * factors[0], |pair| (pair[0] * pair[1]).sqrt().min(WITHIN * pair[0]))
     }
 
     /// Part of a ramp that is short beside the nearest factor, either way.
@@ -406,10 +424,9 @@ impl Matrices {
         Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed: &self.analyzed }
     }
 
-    /// The same with the factors of K − B/θ, which have as many negative pivots as there are eigenvalues above θ.
-    fn pencil_at<'a>(&'a self, other: &'a sprs::CsMat<f64>, value: f64) -> Option<Pencil<'a>> {
-        let shifted = &self.operators.stiffness - &other.map(|entry| entry / value);
-        Some(self.pencil(other, self.analyzed.factor(&shifted)?))
+    /// The factors of K + λ K′, which have as many negative pivots as there are factors of the ramp up to λ.
+    fn factor_at(&self, limit: f64) -> Option<Factor> {
+        self.analyzed.factor(&(&self.operators.stiffness - &self.softening.map(|entry| limit * entry)))
     }
 
     /// K without a shift; nothing where it is neutral.
@@ -460,32 +477,36 @@ impl Search {
 }
 
 impl Problem {
-    /// Factors near those of other elements, and whether there are so many, `counted` or none, up to `limit`; nothing where they are not
+    /// Factors near those of other elements, and whether there are so many, `counted`, up to a limit; nothing where they are not
     /// found again.
     ///
-    /// Limits and factors of the ramp the other way are negative. `enough` is how well the factors are wanted.
-    fn near(&self, starts: &[Start], grid: &Grid, counted: Counted, enough: Enough) -> Option<(Vec<Raw>, bool)> {
+    /// `enough` is how well the factors are wanted.
+    fn near(
+        &self,
+        starts: &[Start],
+        grid: &Grid,
+        limit: Limit,
+        counted: Counted,
+        enough: Enough,
+    ) -> Option<(Vec<Raw>, bool)> {
         let (mut found, mut complete) = (Vec::with_capacity(starts.len()), true);
-        let limit = match counted {
-            Counted::All(limit) | Counted::None(limit) => limit,
-        };
+        let Limit { value: limit, families } = limit;
         let sign = limit.signum();
         let answer = ANSWER.max(BESIDE * self.change.error);
-        for matrices in &self.families {
+        let is_answer = enough == Enough::Answer;
+        for (matrices, factor) in self.families.iter().zip(families) {
+            let Some(factor) = factor else { continue };
             let own: Vec<&Start> = starts.iter().filter(|start| start.family == matrices.family).collect();
-            let other = matrices.softening.map(|value| sign * value);
-            if own.is_empty() && enough == Enough::Compared {
-                continue;
-            }
-            let pencil = matrices.pencil_at(&other, 1.0 / limit.abs())?;
-            let expected = if let Counted::All(_) = counted { own.len() } else { 0 };
-            complete &= pencil.factor.negative == expected && pencil.factor.neutral == 0;
+            let expected = if counted == Counted::All { own.len() } else { 0 };
+            complete &= factor.negative == expected && factor.neutral == 0;
             if own.is_empty() {
                 continue;
             }
-            if !complete && enough == Enough::Answer {
+            if !complete && is_answer {
                 return None;
             }
+            let other = matrices.softening.map(|value| sign * value);
+            let pencil = matrices.pencil(&other, factor);
             let motion = |start: &&Start| {
                 let x = start.motion.onto(grid, &self.unknowns, &self.grid)?;
                 let numbered = matrices.numbers.iter().zip(x);
@@ -498,7 +519,7 @@ impl Problem {
             };
             let pairs = pencil.near(&motions?, &left)?;
             let are_within = expected == 0 || pairs.values.iter().all(|value| *value * limit.abs() >= 1.0);
-            if pairs.values.iter().any(|value| *value <= 0.0) || (enough == Enough::Answer && !are_within) {
+            if pairs.values.iter().any(|value| *value <= 0.0) || (is_answer && !are_within) {
                 return None;
             }
             found.extend(matrices.raw(pairs, sign));
@@ -506,21 +527,31 @@ impl Problem {
         Some((found, complete))
     }
 
-    /// How many factors there are up to a limit, negative ones of the ramp the other way up to a negative one.
-    fn count(&self, limit: f64) -> Option<usize> {
-        let count = |matrices: &Matrices| {
-            let other = matrices.softening.map(|value| limit.signum() * value);
-            matrices.pencil_at(&other, 1.0 / limit.abs()).map(|pencil| pencil.factor.negative)
+    /// A limit in all families; nothing where a pivot vanishes.
+    fn at(&self, value: f64) -> Option<Limit> {
+        self.at_in(value, &|_| true)
+    }
+
+    /// The same in the families of some motions alone.
+    fn at_of(&self, value: f64, starts: &[Start]) -> Option<Limit> {
+        self.at_in(value, &|family| starts.iter().any(|start| start.family == family))
+    }
+
+    fn at_in(&self, value: f64, is_asked: &dyn Fn(Family) -> bool) -> Option<Limit> {
+        let factor = |matrices: &Matrices| match is_asked(matrices.family) {
+            true => matrices.factor_at(value).map(Some),
+            false => Some(None),
         };
-        self.families.iter().map(count).sum()
+        Some(Limit { value, families: self.families.iter().map(factor).collect::<Option<_>>()? })
     }
 
     /// A limit up to which there are as many factors as are known of other elements.
-    fn limit(&self, near: &Near) -> Option<f64> {
+    fn limit(&self, near: &Near) -> Option<Limit> {
         let (mut limit, mut below, mut above) = (near.limit()?, None, None);
         for _ in 0..TRIES {
-            match self.count(limit)?.cmp(&near.critical.len()) {
-                Ordering::Equal => return Some(limit),
+            let at = self.at(limit)?;
+            match at.count().cmp(&near.critical.len()) {
+                Ordering::Equal => return Some(at),
                 Ordering::Less => below = Some(limit),
                 Ordering::Greater => above = Some(limit),
             }
@@ -536,17 +567,18 @@ impl Problem {
     /// The nearest factor of the ramp the other way, as [`Self::near`], where one of other elements is known.
     fn nearest(&self, near: &Near, enough: Enough) -> Option<(Vec<Raw>, bool)> {
         let [known] = near.reversed.as_slice() else { return None };
-        let at = |limit: f64| self.near(&near.reversed, &near.grid, Counted::None(limit), enough);
-        if enough == Enough::Compared {
-            return at(NEARER * known.factor);
-        }
         let mut limit = NEARER * known.factor;
+        let at = |limit: Limit| self.near(&near.reversed, &near.grid, limit, Counted::None, enough);
+        if enough == Enough::Compared {
+            return at(self.at_of(limit, &near.reversed)?);
+        }
         for _ in 0..TRIES {
-            if self.count(limit)? == 0 {
-                let found = at(limit)?;
+            let known = self.at(limit)?;
+            if known.count() == 0 {
+                let found = at(known)?;
                 // It may be farther than the limit.
                 let nearer = NEARER * found.0.iter().fold(f64::NEG_INFINITY, |nearest, raw| nearest.max(raw.factor));
-                let is_nearest = nearer >= limit || self.count(nearer)? == 0;
+                let is_nearest = nearer >= limit || self.at(nearer)?.count() == 0;
                 return is_nearest.then_some(found);
             }
             limit /= WITHIN;
@@ -613,8 +645,8 @@ impl Beginning {
         }
         // A count of as many negative pivots as there are factors also says that the state is stable.
         let again = near.filter(|near| near.critical.len() >= wanted).and_then(|near| {
-            let limit = Counted::All(problem.limit(near)?);
-            let (found, complete) = problem.near(&near.critical, &near.grid, limit, Enough::Answer)?;
+            let (limit, enough) = (problem.limit(near)?, Enough::Answer);
+            let (found, complete) = problem.near(&near.critical, &near.grid, limit, Counted::All, enough)?;
             complete.then(|| Search { next: near.next, ..Search::of(found, wanted, true) })
         });
         let neutral = if again.is_some() { Vec::new() } else { self.neutral(&problem)? };
@@ -662,7 +694,9 @@ impl Beginning {
         let problem = self.problem()?;
         let found = match near.critical.as_slice() {
             [] => None,
-            starts => problem.near(starts, &near.grid, near.amid(), Enough::Compared),
+            starts => problem
+                .at_of(near.amid(), starts)
+                .and_then(|limit| problem.near(starts, &near.grid, limit, Counted::All, Enough::Compared)),
         };
         let found = match found {
             Some((found, complete)) => Search::of(found, near.wanted, complete),
@@ -693,10 +727,17 @@ impl Beginning {
         }
         starts.extend(beyond.iter().map(|raw| start(raw).0));
         let nearest = reversed.iter().max_by(|a, b| a.factor.total_cmp(&b.factor));
-        let back: Vec<Start> = nearest.map(|raw| start(raw).0).into_iter().collect();
+        let back = nearest.map(start);
+        let of_reversed = |raw: &Raw| Reversed {
+            factor: raw.factor,
+            rounding: raw.rounding.max(change.error),
+            lacking: back.as_ref().map_or([0.0; 2], |(_, shape)| lacks::lacking(system, shape)),
+        };
+        let reversed = nearest.map(of_reversed);
+        let back: Vec<Start> = back.into_iter().map(|(start, _)| start).collect();
         Buckling {
             critical,
-            reversed: nearest.map(|raw| Reversed { factor: raw.factor, rounding: raw.rounding.max(change.error) }),
+            reversed,
             place: place(&mut self.base.system),
             reach: self.base.reach,
             left_out,
