@@ -26,15 +26,21 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'
     }
 }
 
-/// Forces on the ends by the factors of the last elimination, as work in lanes.
-pub(super) struct Refresh<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+/// Forces on the ends by the factors of the last elimination, or of that of another chain, as work in lanes.
+pub(super) struct Refresh<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(
+    pub &'a mut Chain<T, B, D, P>,
+    pub Option<&'a Chain<T, B, D, P>>,
+);
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Refresh<'_, T, B, D, P> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.0.refresh_all();
+        match self.1 {
+            None => self.0.refresh_all::<true>(None),
+            source => self.0.refresh_all::<false>(source),
+        }
     }
 }
 
@@ -144,6 +150,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 }
                 self.inner_turn[nodes + i] = solved;
             }
+            self.inner_own[nodes + i] = ldl;
             for j in i + 1..P {
                 let solved = &mut self.inner[block];
                 *solved = row[j];
@@ -182,22 +189,33 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
-    /// Forces on the ends of one element at its present state, by the factors that were stored.
+    /// Forces on the ends of one element at its present state, by the factors that were stored here or in another chain; with
+    /// `RESTS` what is left inside it as well, for the way back.
     #[inline(always)]
-    fn refresh_element(&mut self, e: usize, k: &mut Local<T, D, P>) -> [[T; D]; 2] {
+    fn refresh_element<const RESTS: bool>(
+        &mut self,
+        e: usize,
+        source: Option<&Self>,
+        k: &mut Local<T, D, P>,
+    ) -> [[T; D]; 2] {
         let (frame, local) = self.evaluate::<false>(e, k);
         let mut turn = [T::zero(); 3];
         if self.loaded {
             turn = self.load_element(e, &frame, &local, k).0.gradient;
         }
-        let mut block = e * Self::INNER_BLOCKS;
+        let (mut block, nodes) = (e * Self::INNER_BLOCKS, e * Self::INNER_NODES);
         for i in 0..P - 1 {
             let own = k.gradient[i];
-            if self.loaded {
-                sub_tapply(&mut turn, &self.inner_turn[e * Self::INNER_NODES + i], &own);
+            if RESTS {
+                self.inner_rest[nodes + i] = self.inner_own[nodes + i].solve_vector(&own);
+            }
+            let factors = source.unwrap_or(self);
+            // What couples to the turn goes with the load: without one there is none.
+            if factors.loaded {
+                sub_tapply(&mut turn, &factors.inner_turn[nodes + i], &own);
             }
             for j in i + 1..P {
-                sub_tapply(&mut k.gradient[j], &self.inner[block], &own);
+                sub_tapply(&mut k.gradient[j], &factors.inner[block], &own);
                 block += 1;
             }
         }
@@ -208,17 +226,21 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Forces on the ends of the member: x_ij stand for what elimination makes of those inside.
     #[inline(always)]
-    fn refresh_all(&mut self) {
+    fn refresh_all<const RESTS: bool>(&mut self, source: Option<&Self>) {
         self.energy = T::zero();
         let mut k = Local::zero();
-        let [mut left, mut rest] = self.refresh_element(0, &mut k);
+        let [mut left, mut rest] = self.refresh_element::<RESTS>(0, source, &mut k);
         for e in 1..self.frames.len() {
-            let [first, last] = self.refresh_element(e, &mut k);
+            let [first, last] = self.refresh_element::<RESTS>(e, source, &mut k);
             rest = add(rest, first);
             if self.dashpots.stiffness > 0.0 {
                 rest = add(rest, self.dashpots.forces[e]);
             }
-            let factor = &self.factors[e - 1];
+            if RESTS {
+                let factor = &mut self.factors[e - 1];
+                factor.rest = factor.own.solve_vector(&rest);
+            }
+            let factor = &source.unwrap_or(self).factors[e - 1];
             sub_tapply(&mut left, &factor.left, &rest);
             let mut next = last;
             sub_tapply(&mut next, &factor.next, &rest);
@@ -295,6 +317,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             factor.next = next.k01;
             ldl.solve_in_place(&mut factor.next);
             factor.rest = ldl.solve_vector(&rest);
+            factor.own = ldl;
             sub_tmul_symmetric(&mut left, &link, &factor.left);
             sub_tapply(&mut left_rest, &link, &factor.rest);
             here = next.k11;
@@ -374,6 +397,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             self.state.local[e * P + P - 1] = B::moved(&self.pieces[e], ends, turns, &local[P - 1], &change[P - 1]);
         }
         self.sizes = self.sizes();
+        self.reach = self.reached();
     }
 }
 

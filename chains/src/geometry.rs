@@ -4,7 +4,7 @@ use pennate_elements::beam::Piece;
 use pennate_elements::interpolation::{Table, gauss, node};
 use pennate_elements::real::Real;
 use pennate_elements::rotation;
-use pennate_elements::small::{M3, V3, apply, axpy, scale, tmul, zeros};
+use pennate_elements::small::{M3, V3, add, apply, axpy, scale, tapply, tmul, zeros};
 
 use crate::{ChainMesh, Fibres, SegmentMesh};
 
@@ -71,6 +71,8 @@ pub(super) struct Geometry<T, const P: usize> {
     /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
     pub fibres: Vec<[T; 3]>,
     pub total_length: T,
+    /// From the start of the member to its end, in global axes.
+    pub chord: V3<T>,
 }
 
 impl<T: Real, const P: usize> Geometry<T, P> {
@@ -86,35 +88,39 @@ impl<T: Real, const P: usize> Geometry<T, P> {
         let mut pieces = vec![Piece::default(); elements];
         let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
         let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
-        let mut total_length = T::zero();
+        let (mut total_length, mut chord) = (T::zero(), [T::zero(); 3]);
         let mut fibres = vec![[T::zero(); 3]; first.segments.len()];
         for lane in 0..T::LANES {
             let mesh = &meshes[lane.min(meshes.len() - 1)];
             set_fibres(&mut fibres, lane, mesh);
             let mut axes = mesh.axes;
-            let mut total = 0.0;
-            for (e, &segment) in segment_of.iter().enumerate() {
-                let SegmentMesh { length, elements, curvature, .. } = mesh.segments[segment];
+            let (mut total, mut end) = (0.0, [0.0; 3]);
+            let mut all = pieces.iter_mut().zip(0..);
+            for &SegmentMesh { length, elements, curvature, .. } in &mesh.segments {
                 let length = length / elements as f64;
-                total += length;
                 let bent = Bent { length, curvature };
-                set_piece(&mut pieces[e], lane, &bent.piece::<P>(&axes));
-                if curved {
-                    let curve = bent.curve::<P>();
-                    for g in 0..P {
-                        for i in 0..3 {
-                            curves[e].nodes[g][i].set_lane(lane, curve.nodes[g][i]);
-                            for j in 0..3 {
-                                curves[e].frames[g][i][j].set_lane(lane, curve.frames[g][i][j]);
-                            }
-                        }
+                // All elements of a segment are the same but for their axes.
+                let own = bent.piece::<P>(&axes);
+                let curve = curved.then(|| bent.curve::<P>());
+                let turn = (curvature != [0.0; 3]).then(|| bent.frame(length));
+                for (piece, e) in all.by_ref().take(elements) {
+                    total += length;
+                    end = add(end, tapply(&axes, &own.chord));
+                    set_piece(piece, lane, &Piece { axes, ..own });
+                    if let Some(curve) = &curve {
+                        set_curve(&mut curves[e], lane, curve);
+                    }
+                    if let Some(turn) = &turn {
+                        axes = tmul(turn, &axes);
                     }
                 }
-                axes = tmul(&bent.frame(length), &axes);
             }
             total_length.set_lane(lane, total);
+            for (chord, end) in chord.iter_mut().zip(end) {
+                chord.set_lane(lane, end);
+            }
         }
-        Self { pieces, curves, segment_of, fibres, total_length }
+        Self { pieces, curves, segment_of, fibres, total_length, chord }
     }
 }
 
@@ -132,6 +138,17 @@ fn set_fibres<T: Real>(fibres: &mut [[T; 3]], lane: usize, mesh: &ChainMesh) {
         own[0].set_lane(lane, second);
         own[1].set_lane(lane, third);
         own[2].set_lane(lane, f64::from(u8::from(corner)));
+    }
+}
+
+fn set_curve<T: Real, const P: usize>(curve: &mut Curve<T, P>, lane: usize, value: &Curve<f64, P>) {
+    for g in 0..P {
+        for i in 0..3 {
+            curve.nodes[g][i].set_lane(lane, value.nodes[g][i]);
+            for j in 0..3 {
+                curve.frames[g][i][j].set_lane(lane, value.frames[g][i][j]);
+            }
+        }
     }
 }
 

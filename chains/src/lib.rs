@@ -5,11 +5,13 @@
 //! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
 //! the member. Members of equal mesh may lie side by side in the lanes of `T`.
 
+use std::any::Any;
+
 use pennate_elements::beam::{Beam, Ends, Moduli, Piece, Placement};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::laws::{About, LocalLaw};
 use pennate_elements::real::Real;
-use pennate_elements::small::{M3, V3, axpy, scale, zeros};
+use pennate_elements::small::{Ldl, M3, V3, axpy, scale, zeros};
 
 use crate::member::{MemberShape, SectionForces, Variation};
 
@@ -85,6 +87,7 @@ struct ChainState<Pose, T, const D: usize> {
 /// Factors of an element end that was eliminated.
 #[derive(Clone, Copy, Debug)]
 struct NodeFactor<T, const D: usize> {
+    own: Ldl<T, D>,
     left: [[T; D]; D],
     next: [[T; D]; D],
     rest: [T; D],
@@ -141,8 +144,17 @@ pub trait Pack<const D: usize>: Send {
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self);
     /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
-    /// brought to the ends by the factors of then, which is right to second order in what was moved since.
+    /// brought to the ends by the factors of then, which is right to second order in what was moved since. The next
+    /// [`Pack::advance`] goes on with the same factors.
     fn refresh(&mut self);
+    /// The same by the factors of a pack that [`Pack::like`] made this one from; stiffness and ends become those of that one.
+    fn refresh_by(&mut self, source: &dyn Pack<D>);
+    /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
+    /// own, and serve [`Pack::refresh_by`] alone.
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
+    /// Begins anew with other members of the same mesh, unloaded and at rest; false, with nothing changed, where their mesh is
+    /// another one or they are more than the lanes hold.
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
@@ -209,8 +221,12 @@ pub trait Pack<const D: usize>: Send {
     /// Takes over the state of a member with as many elements of the same order and formulation, number by number: its
     /// geometry may be another.
     fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize);
+    /// Takes over the state of a pack that [`Pack::like`] made this one from, lane by lane.
+    fn adopt_all(&mut self, source: &dyn Pack<D>);
     /// What another pack may take over as it is.
     fn in_lanes(&self) -> InLanes<'_>;
+    /// The chain itself, for another one of its kind.
+    fn as_any(&self) -> &dyn Any;
     /// Where a member is at a unit coordinate of one of its elements.
     fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
     /// First element of a segment, and their number.
@@ -272,7 +288,8 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     plain: bool,
     state: ChainState<B::Pose, T, D>,
     frames: Vec<B::Frame>,
-    /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns.
+    /// Elimination inside the elements: factors of blocks, blocks x_ij, j > i, right-hand sides, and turn columns.
+    inner_own: Vec<Ldl<T, D>>,
     inner: Vec<[[T; D]; D]>,
     inner_rest: Vec<[T; D]>,
     inner_turn: Vec<[[T; 3]; D]>,
@@ -285,6 +302,10 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     bare: [[T; D]; 2],
     energy: T,
     total_length: T,
+    /// From the start of the member to its end where it is unloaded, in global axes.
+    chord: V3<T>,
+    /// Where the local unknowns of the elements carry the end, if the start is where it was unloaded.
+    reach: B::Pose,
     sizes: Sizes<T>,
     dashpots: Dashpots<T, D>,
     lateral: Lateral<T>,
@@ -298,7 +319,21 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Chains of as many members as `T` has lanes (the last is repeated where there are fewer), all of equal mesh.
     pub fn new(meshes: &[ChainMesh]) -> Self {
-        let Geometry { pieces, curves, segment_of, fibres, total_length } = Geometry::<T, P>::new(meshes);
+        let mut chain = Self::without_factors(meshes);
+        let (o, elements) = (T::zero(), chain.frames.len());
+        let own = Ldl::new(&zeros());
+        let factor = NodeFactor { own, left: zeros(), next: zeros(), rest: [o; D] };
+        chain.inner_own = vec![own; elements * Self::INNER_NODES];
+        chain.inner = vec![zeros(); elements * Self::INNER_BLOCKS];
+        chain.inner_rest = vec![[o; D]; elements * Self::INNER_NODES];
+        chain.inner_turn = vec![zeros(); elements * Self::INNER_NODES];
+        chain.factors = vec![factor; elements - 1];
+        chain
+    }
+
+    /// The same without what elimination fills.
+    fn without_factors(meshes: &[ChainMesh]) -> Self {
+        let Geometry { pieces, curves, segment_of, fibres, total_length, chord } = Geometry::<T, P>::new(meshes);
         let elements = segment_of.len();
         let segments = meshes[0].segments.len();
         let state = ChainState {
@@ -308,7 +343,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         };
         let frame = B::frame(&pieces[0], &state.nodes[0], &state.nodes[1]);
         let o = T::zero();
-        let factor = NodeFactor { left: zeros(), next: zeros(), rest: [o; D] };
         Self {
             members: members_of(meshes),
             table: Table::new(),
@@ -323,10 +357,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             plain: false,
             state,
             frames: vec![frame; elements],
-            inner: vec![zeros(); elements * Self::INNER_BLOCKS],
-            inner_rest: vec![[o; D]; elements * Self::INNER_NODES],
-            inner_turn: vec![zeros(); elements * Self::INNER_NODES],
-            factors: vec![factor; elements - 1],
+            inner_own: Vec::new(),
+            inner: Vec::new(),
+            inner_rest: Vec::new(),
+            inner_turn: Vec::new(),
+            factors: Vec::new(),
             ends: Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; D], r1: [o; D] },
             increments: vec![[o; D]; elements + 1],
             negative: o,
@@ -334,10 +369,40 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             bare: [[o; D]; 2],
             energy: o,
             total_length,
+            chord,
+            reach: B::Pose::default(),
             sizes: Sizes::default(),
             dashpots: Dashpots::default(),
             lateral: Lateral::default(),
         }
+    }
+
+    /// See [`Pack::renew`]: what the elimination writes before it is read stays where it is.
+    fn renew_impl(&mut self, meshes: &[ChainMesh]) -> bool {
+        let segments = &meshes[0].segments;
+        let elements: usize = segments.iter().map(|segment| segment.elements).sum();
+        if meshes.len() > T::LANES || segments.len() != self.segments || elements != self.frames.len() {
+            return false;
+        }
+        let Geometry { pieces, curves, segment_of, fibres, total_length, chord } = Geometry::<T, P>::new(meshes);
+        let o = T::zero();
+        self.members = members_of(meshes);
+        (self.pieces, self.curves, self.segment_of, self.fibres) = (pieces, curves, segment_of, fibres);
+        (self.total_length, self.chord, self.reach) = (total_length, chord, B::Pose::default());
+        self.moduli.fill(Moduli::default());
+        self.loads.fill([o; 3]);
+        (self.loaded, self.plain) = (false, false);
+        self.state.nodes.fill(B::Pose::default());
+        self.state.local.fill([o; D]);
+        self.state.stress.fill([o; D]);
+        self.increments.fill([o; D]);
+        self.inner_turn.fill(zeros());
+        (self.negative, self.smallest, self.energy) = (o, T::one(), o);
+        self.bare = [[o; D]; 2];
+        self.sizes = Sizes::default();
+        self.dashpots = Dashpots::default();
+        self.lateral = Lateral::default();
+        true
     }
 
     #[inline(always)]
@@ -429,7 +494,23 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         if self.dashpots.stiffness > 0.0 {
             self.load_dashpots();
         }
-        T::run(condense::Refresh(self));
+        T::run(condense::Refresh(self, None));
+    }
+
+    fn refresh_by(&mut self, source: &dyn Pack<D>) {
+        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
+        self.ends = source.ends;
+        T::run(condense::Refresh(self, Some(source)));
+    }
+
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
+        let mut chain = Self::without_factors(meshes);
+        chain.increments = Vec::new();
+        Box::new(chain)
+    }
+
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool {
+        self.renew_impl(meshes)
     }
 
     fn condensed(&self, lane: usize) -> MemberEnds<D> {
@@ -568,8 +649,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.adopt_impl(lane, source, from);
     }
 
+    fn adopt_all(&mut self, source: &dyn Pack<D>) {
+        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
+        self.state.nodes.copy_from_slice(&source.state.nodes);
+        self.state.local.copy_from_slice(&source.state.local);
+        self.state.stress.copy_from_slice(&source.state.stress);
+    }
+
     fn in_lanes(&self) -> InLanes<'_> {
         self.in_lanes_impl()
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
     }
 
     fn place(&self, lane: usize, element: usize, s: f64) -> Placement {
@@ -601,6 +693,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn shed(&mut self) {
+        self.inner_own = Vec::new();
         self.inner = Vec::new();
         self.inner_rest = Vec::new();
         self.inner_turn = Vec::new();

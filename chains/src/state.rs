@@ -56,6 +56,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
 
     #[inline(always)]
     fn run(self) {
+        let chain = self.extrapolate();
+        chain.reach = chain.reached();
+    }
+}
+
+impl<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> Predict<'a, T, B, D, P> {
+    #[inline(always)]
+    fn extrapolate(self) -> &'a mut Chain<T, B, D, P> {
         let Self { chain, before, last, ratio, bend } = self;
         let [before, last] = [before, last].map(|row| chain.saved(row));
         let ratio = T::splat(ratio);
@@ -69,7 +77,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
             let (a, b) = (before.last_local::<T, B, D>(piece, e), last.last_local::<T, B, D>(piece, e));
             chain.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
         }
-        let Some((earlier, times)) = bend else { return };
+        let Some((earlier, times)) = bend else { return chain };
         let (earlier, times) = (chain.saved(earlier), T::splat(times));
         for i in 0..chain.state.local.len() {
             let (a, b) = (earlier.stress::<T, D>(i), before.stress::<T, D>(i));
@@ -83,6 +91,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Predict<'_
             let (a, b) = (earlier.last_local::<T, B, D>(piece, e), before.last_local::<T, B, D>(piece, e));
             axpy(&mut chain.state.local[e * P + P - 1], times, sub(b, a));
         }
+        chain
     }
 }
 

@@ -9,7 +9,7 @@
 use pennate_elements::beam::{Beam, Placement};
 use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation::{compose, inverse, turn, turn_less_identity};
-use pennate_elements::small::{V3, add, scale, sub, tapply};
+use pennate_elements::small::{add, scale, sub};
 
 use crate::{Chain, lanes};
 
@@ -45,26 +45,30 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.state.nodes[elements] = end;
     }
 
-    pub(super) fn carried_impl(&self, lane: usize, end: usize, from: &Placement) -> Placement {
-        let first = if end == 1 { *from } else { B::pose(&self.state.nodes[0], lane) };
-        let mut last = first;
-        let mut chord: V3<f64> = [0.0; 3];
+    /// Where the local unknowns carry the end of the member, if its start is where it was unloaded.
+    #[inline(always)]
+    pub(super) fn reached(&self) -> B::Pose {
+        let mut last = B::Pose::default();
         for (e, piece) in self.pieces.iter().enumerate() {
-            let local = lanes::lane(&self.state.local[e * P + P - 1], lane);
-            let own = lanes::lane(&piece.chord, lane);
-            last = B::interior(piece, &last, own, local, lane);
-            chord = add(chord, tapply(&lanes::lanes(&piece.axes, lane), &own));
+            last = B::last(piece, &last, &self.state.local[e * P + P - 1]);
         }
+        last
+    }
+
+    /// The chain with its end at [`Chain::reached`], moved as a whole until its other end is at `from`.
+    pub(super) fn carried_impl(&self, lane: usize, end: usize, from: &Placement) -> Placement {
+        let reach = B::pose(&self.reach, lane);
+        let chord = lanes::lane(&self.chord, lane);
         if end == 1 {
-            return last;
+            let shift = add(turn(from.rotation, reach.displacement), turn_less_identity(from.rotation, chord));
+            return Placement {
+                displacement: add(from.displacement, shift),
+                rotation: compose(from.rotation, reach.rotation),
+                angle: from.angle + reach.angle,
+            };
         }
-        // The same chain, moved as a whole until its last node is at `from`.
-        let moved = compose(from.rotation, inverse(last.rotation));
-        let back = turn(moved, sub(first.displacement, last.displacement));
-        Placement {
-            displacement: add(from.displacement, sub(back, turn_less_identity(moved, chord))),
-            rotation: compose(moved, first.rotation),
-            angle: from.angle + (first.angle - last.angle),
-        }
+        let first = compose(from.rotation, inverse(reach.rotation));
+        let shift = add(turn(first, reach.displacement), turn_less_identity(first, chord));
+        Placement { displacement: sub(from.displacement, shift), rotation: first, angle: from.angle - reach.angle }
     }
 }

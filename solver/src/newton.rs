@@ -10,12 +10,23 @@ use crate::system::{Inertia, Residual, State, System};
 
 /// What is left may be so many times what rounding is estimated to leave.
 const TIMES: f64 = 10.0;
+/// Factors serve on where an increment turns no member by more than this over its slenderness: what is stiff along a member and
+/// soft across it lies in another direction then, and the stiffness differs by the square of this.
+const TURNED: f64 = 0.3;
+/// They do so as long as every increment is at most this part of the one before. Where they are far from singular, the
+/// equilibrium has as many negative pivots as they: one of another sign would make increments grow.
+const SERVES: f64 = 0.1;
 
 /// Newton's iteration, and the numbers that say when it is converged and when it is given up.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton {
     /// Those of the whole solve, as a rule.
     pub tuning: Tuning,
+    /// Factors serve on once increments are small, as long as the smallest of their pivots is no less than this: an increment then
+    /// costs a fraction of what it costs with new ones. `None` where every increment has factors of its own.
+    pub reuses_factors: Option<f64>,
+    /// Whether the system is linearized where the iteration starts, the motion of held components included.
+    pub starts_linearized: bool,
 }
 
 /// An equilibrium that was found.
@@ -101,6 +112,10 @@ impl Start<'_> {
 pub(crate) trait Unknowns<const D: usize> {
     /// Linearizes at the present state and factorizes.
     fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia;
+    /// Forces at the present state alone: the factors go on being those of the last linearization. False where they cannot.
+    fn refresh(&mut self, _: &mut System<D>) -> bool {
+        false
+    }
     /// Whether what they have beside the state has converged.
     fn are_settled(&self, tuning: &Tuning) -> bool;
     /// Solves, and moves the state; the size of the increment (radians, or lengths of a member), `None` where there is none.
@@ -108,7 +123,6 @@ pub(crate) trait Unknowns<const D: usize> {
 }
 
 /// The state at fixed loads.
-#[derive(Default)]
 struct AtFixedLoads {
     pending: bool,
 }
@@ -117,6 +131,12 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads {
     fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia {
         self.pending = first || system.pattern.equations.has_general();
         system.assemble(self.pending)
+    }
+
+    fn refresh(&mut self, system: &mut System<D>) -> bool {
+        self.pending = system.pattern.equations.has_general();
+        system.refresh(self.pending);
+        system.tangent.has_potential()
     }
 
     fn are_settled(&self, _: &Tuning) -> bool {
@@ -133,12 +153,17 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads {
 impl Newton {
     /// An iteration with these numbers.
     pub(crate) fn new(tuning: Tuning) -> Self {
-        Self { tuning }
+        Self { tuning, ..Self::default() }
+    }
+
+    /// The same with factors that serve on where their smallest pivot is no less than this.
+    pub fn reusing(self, smallest: f64) -> Self {
+        Self { reuses_factors: Some(smallest), ..self }
     }
 
     /// The same, to a smaller increment: the stiffness of a motion that needs no force is as small as the state is exact.
     pub(crate) fn exact(self) -> Self {
-        Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning } }
+        Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning }, ..self }
     }
 
     /// Brings the system to equilibrium at its present loads; every iteration is one factorization.
@@ -148,7 +173,7 @@ impl Newton {
     /// # Errors
     /// Where the iteration does not converge, or to a state that is not to be believed.
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start<'_>) -> Result<Convergence, Lost> {
-        self.solve_for(system, start, &mut AtFixedLoads::default())
+        self.solve_for(system, start, &mut AtFixedLoads { pending: true })
     }
 
     /// The same for other unknowns.
@@ -178,13 +203,28 @@ impl Newton {
         let mut violation = self.tuning.tolerance;
         let mut asked = 0;
         let mut slow = 0;
+        let mut inertia = Inertia::default();
+        let mut has_factors = false;
         let mut astray = false;
         for iterations in 1..=self.tuning.iterations {
             if system.is_stopped() {
                 let residual = Residual::default();
                 return Err(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
             }
-            let inertia = unknowns.linearize(system, iterations == 1);
+            let small = last * system.loading.slenderness().max(1.0) <= TURNED && last <= SERVES * before;
+            let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance.sqrt();
+            let serve = has_factors
+                && (small || may_end)
+                && self.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
+            if iterations == 1 && self.starts_linearized {
+                (inertia, has_factors) = (system.tangent.inertia(), true);
+            } else if !(serve
+                && unknowns.refresh(system)
+                && (small || system.residual().largest() <= self.tuning.shortest))
+            {
+                inertia = unknowns.linearize(system, iterations == 1);
+                has_factors = true;
+            }
             let residual = system.residual();
             #[cfg(feature = "trace")]
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
@@ -206,8 +246,10 @@ impl Newton {
                 enough || self.is_converged(last, before, residual) || self.is_rounding(system, last, before, residual);
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
-            let is_held =
-                || system.members.violation() <= violation && held.are_settled(system, self.held_part(start.aim));
+            let is_held = || {
+                !system.loading.holds_strains()
+                    || system.members.violation() <= violation && held.are_settled(system, self.held_part(start.aim))
+            };
             let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
             if settled && !system.follow_carried_forces() {
                 return Ok(Convergence { iterations, factorizations, inertia, residual });
@@ -227,6 +269,7 @@ impl Newton {
                     && !start.predicted
                 {
                     asked = 1;
+                    has_factors = false;
                     let negative = self.buckling_pivots(system, rest);
                     if negative > start.negative_limit {
                         let why = Why::Unstable(negative - start.negative_limit);

@@ -79,6 +79,22 @@ pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
     packs(structure, enrich, pennate_chains_plane::pack)
 }
 
+/// Chains of a structure, made of those of another one of the same topology and mesh where they are, and built otherwise.
+pub fn renewed<const D: usize>(
+    mut old: Vec<Box<dyn Pack<D>>>,
+    structure: &Structure,
+    build: fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>,
+) -> Vec<Box<dyn Pack<D>>> {
+    let count: usize = old.iter().map(|pack| pack.members().len()).sum();
+    let renew = |pack: &mut Box<dyn Pack<D>>| {
+        let mesh = |&member: &usize| mesh(structure, member, &structure.members[member]);
+        let meshes: Vec<ChainMesh> = pack.members().iter().map(mesh).collect();
+        pack.renew(&meshes)
+    };
+    let serves = count == structure.members.len() && old.iter_mut().all(renew);
+    if serves { old } else { build(structure, 0) }
+}
+
 /// Builds the chains of all members.
 ///
 /// Members of equal mesh lie side by side, where the processor can compute with several at once: they get the same digits
@@ -109,7 +125,8 @@ fn packs<const D: usize>(
     packs
 }
 
-fn mesh(structure: &Structure, index: usize, member: &Member) -> ChainMesh {
+/// Mesh and unloaded geometry of a member.
+pub fn mesh(structure: &Structure, index: usize, member: &Member) -> ChainMesh {
     let turn = Turn::of(structure.dimension, member);
     let segments = member
         .segments

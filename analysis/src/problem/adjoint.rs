@@ -24,7 +24,7 @@ use super::nearby::{Nearby, apart, size};
 use super::neighbour;
 use super::numbers::Places;
 use super::slopes::{Component, Slopes};
-use crate::together::{self, Packs};
+use crate::together;
 
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
 /// distance of the part δ of a parameter, it changes by that part over 4 δ.
@@ -42,7 +42,6 @@ impl Slopes<'_> {
     pub(super) fn adjoint<const D: usize>(
         &mut self,
         system: &mut System<D>,
-        chains: Packs<D>,
         (index, state): (usize, &Equilibrium),
         kept: &[Component],
         copies: &mut Option<Kept<D>>,
@@ -65,7 +64,7 @@ impl Slopes<'_> {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, chains, (index, state), (&needed, &read), (&all, kept.len()), copies);
+        let found = self.slopes_of(system, (index, state), (&needed, &read), (&all, kept.len()), copies);
         self.nearby = Some(Some(all));
         found
     }
@@ -73,7 +72,6 @@ impl Slopes<'_> {
     fn slopes_of<const D: usize>(
         &self,
         system: &mut System<D>,
-        chains: Packs<D>,
         (index, state): (usize, &Equilibrium),
         (needed, read): (&BTreeSet<usize>, &[(usize, Weights)]),
         (all, kept): (&[Nearby], usize),
@@ -87,8 +85,9 @@ impl Slopes<'_> {
         let both = [packs::EXACTING, packs::MODERATE];
         let auxiliaries: &[Auxiliary] = if system.loading.holds_strains() { &both } else { &[packs::AUXILIARY] };
         for (round, &auxiliary) in auxiliaries.iter().enumerate() {
-            set_auxiliary(system, auxiliary);
-            let Some(found) = self.explicit(system, chains, (index, all), copies) else {
+            take_auxiliary(system, auxiliary);
+            system.assemble(false);
+            let Some(found) = self.explicit(system, (index, all), copies) else {
                 set_auxiliary(system, packs::AUXILIARY);
                 return None;
             };
@@ -258,7 +257,8 @@ impl Slopes<'_> {
         }
         let here = system.snapshot();
         system.move_by(&step, false);
-        system.gather(false);
+        // What is left is of second order, and so are these forces.
+        system.refresh(false);
         let mut left: Vec<f64> = wanted.iter().zip(&system.tangent.rhs).map(|(wanted, force)| wanted - force).collect();
         let solved = system.tangent.solve(&mut left);
         let regular = solved && neighbour::size_of(system, &left) <= CHANGED * first;
@@ -278,11 +278,19 @@ fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {
     }
 }
 
-/// Takes another stiffness for held strains, and linearizes with it.
-fn set_auxiliary<const D: usize>(system: &mut System<D>, auxiliary: Auxiliary) {
-    if system.loading.auxiliary != auxiliary {
+/// Takes another stiffness for held strains.
+fn take_auxiliary<const D: usize>(system: &mut System<D>, auxiliary: Auxiliary) -> bool {
+    let is_another = system.loading.auxiliary != auxiliary;
+    if is_another {
         system.loading.auxiliary = auxiliary;
         system.apply_drives();
+    }
+    is_another
+}
+
+/// The same, and linearizes with it where it is another one.
+fn set_auxiliary<const D: usize>(system: &mut System<D>, auxiliary: Auxiliary) {
+    if take_auxiliary(system, auxiliary) {
         system.assemble(false);
     }
 }

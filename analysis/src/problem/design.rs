@@ -3,11 +3,12 @@
 use pennate_models::{Model, discretize};
 use pennate_solver::history::{History, Status};
 use pennate_solver::options::Options;
-use pennate_solver::structure::{Step, Structure};
+use pennate_solver::structure::{Change, Step, Structure};
 
 use super::group::Answer;
 use super::{Control, Problem, Reason, mesh, outputs};
 use crate::solution::{self, ProbeTable};
+use crate::together::Posed;
 
 /// Gives every member that follows a drive the laws of the pieces that the drives lie on: they go on beyond the corners of
 /// tables.
@@ -29,6 +30,23 @@ pub(super) struct Design {
     pub structure: Structure,
     /// Those that the outputs need.
     pub steps: Vec<Step>,
+}
+
+impl Design {
+    /// What is solved.
+    pub(super) fn posed(&self) -> Posed<'_> {
+        (&self.structure, &self.steps)
+    }
+
+    /// Components that the step after one holds where they are.
+    pub(super) fn kept_after(&self, index: usize) -> Vec<(usize, usize)> {
+        let next = self.steps.get(index + 1);
+        let kept = next.into_iter().flat_map(|step| &step.changes).filter_map(|change| match *change {
+            Change::Hold { node, component } | Change::MoveBy { node, component, .. } => Some((node, component)),
+            Change::Prescribe { .. } | Change::Free { .. } => None,
+        });
+        kept.collect()
+    }
 }
 
 impl Problem {

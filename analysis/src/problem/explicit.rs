@@ -9,10 +9,10 @@ use super::moved::{Copies, Mover};
 use super::nearby::{Nearby, apart, size};
 use super::numbers::{Places, change_value};
 use super::slopes::{Hold, Slopes};
-use crate::together::Packs;
 
-/// Parts of a parameter at which forces are compared: h and 2 h, extrapolated to h = 0, leave h⁴.
-const PARTS: [f64; 4] = [1e-3, -1e-3, 2e-3, -2e-3];
+/// Parts of a parameter at which forces are compared: h and 2 h, extrapolated to h = 0, leave (λ h)⁴, λ the slenderness of a member
+/// with what holds strains, some 10³: interiors follow by the factors of the middle. Rounding leaves 10⁻¹⁶ / h.
+const PARTS: [f64; 4] = [3e-6, -3e-6, 6e-6, -6e-6];
 
 /// Values for every joint.
 pub(super) type Joints = Vec<[f64; 6]>;
@@ -37,7 +37,6 @@ impl Slopes<'_> {
     pub(super) fn explicit<const D: usize>(
         &self,
         system: &System<D>,
-        chains: Packs<D>,
         (index, all): (usize, &[Nearby]),
         copies: &mut Option<Kept<D>>,
     ) -> Option<Vec<Explicit>> {
@@ -67,7 +66,7 @@ impl Slopes<'_> {
         let drives: Vec<Vec<f64>> = (movers.iter())
             .flat_map(|mover| times(mover.input).map(|times| mover.drives_at(&system.loading.drives, times)))
             .collect();
-        let moved = self.moved(system, chains, (&movers, times), copies);
+        let moved = self.moved(system, (&movers, times), copies);
         let forces = moved.forces(system, &drives);
         let whose = movers.iter().map(|mover| mover.input);
         for (forces, input) in forces.chunks_exact(PARTS.len()).zip(whose) {
@@ -86,7 +85,6 @@ impl Slopes<'_> {
     fn moved<'a, const D: usize>(
         &self,
         system: &System<D>,
-        chains: Packs<D>,
         (movers, times): (&[Mover<'_>], impl Fn(usize) -> [f64; PARTS.len()]),
         kept: &'a mut Option<Kept<D>>,
     ) -> &'a mut Copies<D> {
@@ -97,9 +95,12 @@ impl Slopes<'_> {
         let known = kept.take().filter(|kept| kept.members == members && kept.controls == controls);
         let kept = kept.insert(known.unwrap_or_else(|| {
             let at = |(mover, members): (&Mover<'_>, &Vec<MemberId>)| {
-                times(mover.input).map(|times| mover.at(members, &system.loading.drives, times))
+                let laws = mover.laws(members, &system.loading.drives);
+                times(mover.input).map(|times| mover.at(members, &laws, times))
             };
-            let copies = Copies::of(system, chains, movers.iter().zip(&members).flat_map(at).collect());
+            let still =
+                |members: &[MemberId]| movers[0].at(members, &movers[0].laws(members, &system.loading.drives), 0.0);
+            let copies = Copies::of(system, movers.iter().zip(&members).flat_map(at).collect(), still);
             Kept { copies, members, controls }
         }));
         &mut kept.copies

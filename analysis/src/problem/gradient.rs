@@ -5,8 +5,10 @@ use pennate_solver::options::Options;
 use pennate_solver::packs;
 use rayon::prelude::*;
 
+use super::design::Design;
 use super::slopes::Slopes;
 use super::{Control, Problem, Reason};
+use crate::together::{Look, TOGETHER, Workspace};
 
 /// Answers of some designs with their derivatives.
 #[derive(Clone, Debug)]
@@ -52,8 +54,16 @@ impl Problem {
     /// # Panics
     /// As [`Problem::evaluate`].
     pub fn gradient_while(&self, x: &[f64], control: &Control) -> Derivatives {
-        let each = |row: &&[f64]| self.gradient_of(row, control);
-        let all: Vec<Row> = self.rows(x).par_iter().map(each).collect();
+        let rows = self.rows(x);
+        // Groups follow the order of the rows alone.
+        let each = |group: &[&[f64]]| {
+            let mut workspace = self.workspaces.take();
+            let found = self.gradients_of(group, control, &mut workspace);
+            self.workspaces.give_back(workspace);
+            found
+        };
+        let groups: Vec<Vec<Row>> = rows.par_chunks(TOGETHER).map(each).collect();
+        let all = groups.into_iter().flatten();
         let mut derivatives =
             Derivatives { values: Vec::new(), jacobian: Vec::new(), reasons: Vec::new(), stable: Vec::new() };
         for row in all {
@@ -65,29 +75,50 @@ impl Problem {
         derivatives
     }
 
-    fn gradient_of(&self, row: &[f64], control: &Control) -> Row {
+    /// Equilibria side by side, then the derivatives of one design after the other.
+    fn gradients_of(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Row> {
+        let designs: Vec<Result<Design, Reason>> = rows.iter().map(|row| self.design(row)).collect();
+        let sound: Vec<&Design> = designs.iter().flatten().collect();
+        let look = |step| match sound.first() {
+            Some(design) if self.reads(step) || !design.kept_after(step).is_empty() => Look::System,
+            _ => Look::Not,
+        };
+        let mut found = self.find_together(&sound, &look, control, workspace).into_iter();
+        let row = |(&row, design): (&&[f64], &Result<Design, Reason>)| {
+            let design = match design {
+                Ok(design) => design,
+                Err(reason) => return self.no_gradient(reason.clone()),
+            };
+            let found = found.next().flatten();
+            let slopes = found.and_then(|found| Slopes::new(self, row, design, control).run_together(&found));
+            slopes.unwrap_or_else(|| self.gradient_of(row, design, control))
+        };
+        rows.iter().zip(&designs).map(row).collect()
+    }
+
+    fn no_gradient(&self, reason: Reason) -> Row {
         let (outputs, inputs) = (self.outputs.len(), self.inputs.len());
-        let nothing = |reason| Row {
+        Row {
             values: vec![f64::NAN; outputs],
             jacobian: vec![f64::NAN; outputs * inputs],
             reason: Some(reason),
             stable: None,
-        };
-        let design = match self.design(row) {
-            Ok(design) => design,
-            Err(reason) => return nothing(reason),
-        };
+        }
+    }
+
+    /// The derivatives of a design along a path of its own.
+    fn gradient_of(&self, row: &[f64], design: &Design, control: &Control) -> Row {
         let options = Options { stop: control.stop.clone(), ..Options::default() };
         let (structure, steps) = (&design.structure, &design.steps);
         let mut wanted = |_: &_| !control.is_stopped();
         let first = steps.len().min(1);
         match base::follow(structure, steps, first, &options, &mut wanted) {
-            Err(error) => nothing(error.into()),
+            Err(error) => self.no_gradient(error.into()),
             Ok((Followed::Plane(path), history)) => {
-                Slopes::new(self, row, &design, control).run(*path, packs::plane, history)
+                Slopes::new(self, row, design, control).run(*path, packs::plane, history)
             }
             Ok((Followed::Space(path), history)) => {
-                Slopes::new(self, row, &design, control).run(*path, packs::space, history)
+                Slopes::new(self, row, design, control).run(*path, packs::space, history)
             }
         }
     }

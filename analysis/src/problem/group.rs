@@ -4,7 +4,7 @@ use pennate_models::probes::ProbeKind;
 
 use super::design::Design;
 use super::{Control, Problem, Reason};
-use crate::together::{self, Asked, End, Look, Posed, Workspace};
+use crate::together::{self, Asked, End, Found, Look, Posed, Workspace};
 
 /// What is known of a design.
 pub(super) struct Answer {
@@ -51,15 +51,28 @@ impl Problem {
         control: &Control,
         workspace: &mut Workspace,
     ) -> Vec<Option<Vec<f64>>> {
+        let look = |step| if self.reads(step) { Look::State } else { Look::Not };
+        let found = self.find_together(designs, &look, control, workspace).into_iter();
+        let outputs =
+            |(design, found): (&&Design, Option<Found>)| found.map(|found| self.outputs_of(design, &found.ends));
+        designs.iter().zip(found).map(outputs).collect()
+    }
+
+    /// What is looked at of some designs; nothing for those that have to be solved alone.
+    pub(super) fn find_together(
+        &self,
+        designs: &[&Design],
+        look: &dyn Fn(usize) -> Look,
+        control: &Control,
+        workspace: &mut Workspace,
+    ) -> Vec<Option<Found>> {
         // Segments of graded members have to be named, which histories alone are.
         if !self.mesh.grading.is_empty() && designs.iter().any(|design| !design.structure.sections.is_empty()) {
             return designs.iter().map(|_| None).collect();
         }
-        let posed: Vec<Posed<'_>> = designs.iter().map(|design| (&design.structure, design.steps.as_slice())).collect();
-        let look = |step| if self.reads(step) { Look::State } else { Look::Not };
-        let asked = Asked { look: &look, wanted: &|| !control.is_stopped() };
-        let ends = together::solve(&posed, &asked, Some(workspace));
-        designs.iter().zip(ends).map(|(design, ends)| ends.map(|ends| self.outputs_of(design, &ends))).collect()
+        let posed: Vec<Posed<'_>> = designs.iter().map(|design| design.posed()).collect();
+        let asked = Asked { look, wanted: &|| !control.is_stopped() };
+        together::find(&posed, &asked, Some(workspace))
     }
 
     /// Whether the end of a step is looked at: an expression may refer to any step before.

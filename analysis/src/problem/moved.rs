@@ -1,10 +1,12 @@
 //! Parts of a design that a parameter reaches, moved on along its derivatives: as many of them side by side as there are.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use pennate_elements::section::Section;
 use pennate_elements::small::sub;
+use pennate_solver::chain::{ChainMesh, Pack};
 use pennate_solver::joints::{EndKind, Link, Topology};
+use pennate_solver::packs;
 use pennate_solver::structure::{
     Drive, Fibres, Member, MemberId, Release, RigidBody, SectionLaw, SectionState, Segment, Spring, Structure,
 };
@@ -13,7 +15,7 @@ use pennate_solver::system::System;
 use super::design::Design;
 use super::nearby::Nearby;
 use super::numbers::Places;
-use crate::together::{self, Packs};
+use crate::together;
 
 /// The parts of a design that a parameter reaches, and all joints.
 pub(super) struct Moved {
@@ -87,16 +89,36 @@ impl Mover<'_> {
         drives.iter().zip(self.drives).map(|(value, way)| value + 0.5 * times * way).collect()
     }
 
-    /// The parts, so many times as far as half the way from the lower to the upper design.
-    pub(super) fn at(&self, members: &[MemberId], drives: &[f64], times: f64) -> Moved {
+    /// The laws of all segments of some members: of the design, and of those on both sides where the member follows the parameter.
+    /// They are on the pieces of their tables that the drives lie on: differences over a corner would be those of no piece.
+    pub(super) fn laws(&self, members: &[MemberId], drives: &[f64]) -> Vec<[Arc<Known>; 3]> {
+        let law = |design: &Design, member: MemberId, segment: usize| {
+            let own = &design.structure.members[member];
+            let law = &design.structure.laws[own.segments[segment].law];
+            let piece = own.control.and_then(|control| law.piece(drives[control]));
+            Arc::new(Known { law: piece.unwrap_or_else(|| Arc::clone(law)), found: OnceLock::new() })
+        };
+        let (low, high) = (&self.nearby.low, &self.nearby.high);
+        let segments = |&member: &MemberId| {
+            let count = self.design.structure.members[member].segments.len();
+            (0..count).map(move |segment| (member, segment))
+        };
+        let all = |(member, segment): (MemberId, usize)| {
+            let middle = law(self.design, member, segment);
+            if self.owns(self.places.members + member) {
+                [middle, law(low, member, segment), law(high, member, segment)]
+            } else {
+                [Arc::clone(&middle), Arc::clone(&middle), middle]
+            }
+        };
+        members.iter().flat_map(segments).map(all).collect()
+    }
+
+    /// The parts with these laws, so many times as far as half the way from the lower to the upper design.
+    pub(super) fn at(&self, members: &[MemberId], known: &[[Arc<Known>; 3]], times: f64) -> Moved {
         let (structure, low, high) = (&self.design.structure, &self.nearby.low, &self.nearby.high);
         let between = Between { times };
-        let mut laws: Vec<Arc<dyn SectionLaw>> = Vec::new();
-        // On one piece of a table: differences over a corner would be those of no piece.
-        let law = |design: &Design, own: &Member, segment: &Segment| {
-            let law = &design.structure.laws[segment.law];
-            own.control.and_then(|control| law.piece(drives[control])).unwrap_or_else(|| Arc::clone(law))
-        };
+        let mut laws: Vec<Arc<dyn SectionLaw>> = Vec::with_capacity(known.len());
         let nodes = |node: usize| match self.moves_node(node) {
             true => between.vector(structure.nodes[node], low.structure.nodes[node], high.structure.nodes[node]),
             false => structure.nodes[node],
@@ -105,15 +127,14 @@ impl Mover<'_> {
             let own = &structure.members[member];
             if !self.owns(self.places.members + member) {
                 let segment = |segment: &Segment| {
-                    laws.push(law(self.design, own, segment));
+                    laws.push(Arc::clone(&known[laws.len()][0]) as Arc<dyn SectionLaw>);
                     Segment { law: laws.len() - 1, ..*segment }
                 };
                 return Member { segments: own.segments.iter().map(segment).collect(), ..own.clone() };
             }
             let [low_member, high_member] = [low, high].map(|design| &design.structure.members[member]);
             let segment = |((part, from), to): ((&Segment, &Segment), &Segment)| {
-                let [middle, low, high] = [law(self.design, own, part), law(low, own, from), law(high, own, to)];
-                laws.push(Arc::new(BetweenLaws { middle, low, high, between }));
+                laws.push(Arc::new(BetweenLaws { known: known[laws.len()].clone(), between }));
                 Segment {
                     length: between.number(part.length, from.length, to.length),
                     law: laws.len() - 1,
@@ -193,20 +214,22 @@ pub(super) struct Copies<const D: usize> {
 struct Copy<const D: usize> {
     system: System<D>,
     members: Vec<MemberId>,
+    /// The packs of the design that the packs here are like, lane by lane.
+    sources: Vec<usize>,
     count: usize,
 }
 
 impl<const D: usize> Copies<D> {
-    /// Systems of parts of one that is given.
-    pub(super) fn of(system: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Self {
+    /// Systems of parts of one that is given; `still` gives some members of it where they are.
+    pub(super) fn of(system: &System<D>, all: Vec<Moved>, still: impl Fn(&[MemberId]) -> Moved) -> Self {
         if all.is_empty() || system.places.joints.is_empty() {
             return Self { systems: Vec::new() };
         }
         // Gravity would be that of all.
-        let alone = all.len() > 1 && !together::joins(&all[0].structure);
+        let alone = !together::joins(&all[0].structure);
         let systems = match alone {
-            true => all.into_iter().filter_map(|one| Copy::of(system, packs, vec![one])).collect(),
-            false => Copy::of(system, packs, all).into_iter().collect(),
+            true => all.into_iter().filter_map(|one| Copy::of(system, vec![one], &still)).collect(),
+            false => Copy::of(system, all, &still).into_iter().collect(),
         };
         Self { systems }
     }
@@ -219,22 +242,52 @@ impl<const D: usize> Copies<D> {
             let (own, others) = rest.split_at(copy.count);
             rest = others;
             copy.system.loading.auxiliary = system.loading.auxiliary;
-            copy.system.stand_in(system, &copy.members, &own.concat());
-            all.extend(copy.system.exert().chunks_exact(joints).map(<[_]>::to_vec));
+            let mut drives = own.concat();
+            // What nobody looks at bears nothing: gravity would be that of all.
+            drives.resize(copy.system.loading.drives.len(), 0.0);
+            copy.system.stand_in(system, &copy.sources, &copy.members, &drives);
+            let forces = copy.system.exert(system, &copy.sources);
+            all.extend(forces.chunks_exact(joints).take(copy.count).map(<[_]>::to_vec));
         }
         all
     }
 }
 
 impl<const D: usize> Copy<D> {
-    fn of(like: &System<D>, packs: Packs<D>, all: Vec<Moved>) -> Option<Self> {
+    /// Every member lies in the lane that it has in the design, so that the factors there serve it: as many packs like one of
+    /// the design as its members have copies at the most. Lanes that are left over hold a member that nobody looks at.
+    fn of(like: &System<D>, mut all: Vec<Moved>, still: &impl Fn(&[MemberId]) -> Moved) -> Option<Self> {
         let count = all.len();
+        let mut copies: Vec<Vec<usize>> = vec![Vec::new(); like.members.count()];
+        let members = all.iter().flat_map(|moved| &moved.members);
+        members.enumerate().for_each(|(index, &member)| copies[member].push(index));
+        let counts = |pack: &dyn Pack<D>| pack.members().iter().map(|&member| copies[member].len()).collect::<Vec<_>>();
+        let counts: Vec<Vec<usize>> = like.members.packs.iter().map(|pack| counts(pack.as_ref())).collect();
+        let rows: Vec<usize> = counts.iter().map(|counts| counts.iter().copied().max().unwrap_or(0)).collect();
+        let left_over = |pack: &usize| counts[*pack].iter().any(|&count| count < rows[*pack]);
+        let spare: Vec<MemberId> =
+            (0..like.members.packs.len()).filter(left_over).map(|pack| like.members.packs[pack].members()[0]).collect();
+        let first_spare = all.iter().map(|moved| moved.members.len()).sum::<usize>();
+        all.push(still(&spare));
         let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
         let topology = topology(&like.topology, &all);
         let (structure, ..) = together::join(all.into_iter().map(|moved| (moved.structure, Vec::new())).collect())?;
-        let chains = packs(&structure, 0);
-        let system = System::new(Arc::new(structure), Arc::new(topology), chains, like.pattern.equations.active, false);
-        Some(Self { system, members, count })
+        let (mut packs, mut sources) = (Vec::new(), Vec::new());
+        for (source, (pack, &rows)) in like.members.packs.iter().zip(&rows).enumerate() {
+            for row in 0..rows {
+                let mesh = |&member: &MemberId| {
+                    let spare =
+                        first_spare + spare.iter().position(|&one| one == pack.members()[0]).unwrap_or_default();
+                    let index = copies[member].get(row).copied().unwrap_or(spare);
+                    packs::mesh(&structure, index, &structure.members[index])
+                };
+                let meshes: Vec<ChainMesh> = pack.members().iter().map(mesh).collect();
+                packs.push(pack.like(&meshes));
+                sources.push(source);
+            }
+        }
+        let system = System::new(Arc::new(structure), Arc::new(topology), packs, like.pattern.equations.active, false);
+        Some(Self { system, members, sources, count })
     }
 }
 
@@ -300,18 +353,35 @@ impl Between {
     }
 }
 
-/// The sections of a segment, between those of two designs.
+/// A law, and what it gives at the first control that it was asked at: most are asked there again and again.
+#[derive(Debug)]
+pub(super) struct Known {
+    law: Arc<dyn SectionLaw>,
+    found: OnceLock<(f64, SectionState)>,
+}
+
+impl SectionLaw for Known {
+    fn at(&self, control: f64) -> SectionState {
+        let (at, state) = *self.found.get_or_init(|| (control, self.law.at(control)));
+        if at == control { state } else { self.law.at(control) }
+    }
+
+    fn fibres(&self) -> Fibres {
+        self.law.fibres()
+    }
+}
+
+/// The sections of a segment, between those of two designs: of the middle, the lower and the upper one.
 #[derive(Debug)]
 struct BetweenLaws {
-    middle: Arc<dyn SectionLaw>,
-    low: Arc<dyn SectionLaw>,
-    high: Arc<dyn SectionLaw>,
+    known: [Arc<Known>; 3],
     between: Between,
 }
 
 impl SectionLaw for BetweenLaws {
     fn at(&self, control: f64) -> SectionState {
-        let [middle, low, high] = [&self.middle, &self.low, &self.high].map(|law| law.at(control));
+        let [middle, low, high] = &self.known;
+        let (middle, low, high) = (middle.at(control), low.at(control), high.at(control));
         SectionState {
             section: self.between.section(&middle.section, &low.section, &high.section),
             strain: self.between.number(middle.strain, low.strain, high.strain),
@@ -320,6 +390,6 @@ impl SectionLaw for BetweenLaws {
     }
 
     fn fibres(&self) -> Fibres {
-        self.middle.fibres()
+        self.known[0].fibres()
     }
 }

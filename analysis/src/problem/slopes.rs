@@ -15,7 +15,7 @@ use super::nearby::Nearby;
 use super::neighbour::{self, NOTHING};
 use super::{Control, Problem, Reason, mesh};
 use crate::solution;
-use crate::together::{self, Packs};
+use crate::together::{self, Found, Packs, Standing};
 
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
 ///
@@ -107,6 +107,43 @@ impl<'a> Slopes<'a> {
         self.finish(reason)
     }
 
+    /// The derivatives at the ends of steps that were found side by side with other designs; nothing where the adjoint method
+    /// does not give all of them.
+    pub(super) fn run_together(mut self, found: &Found) -> Option<Row> {
+        let (mut plane, mut space) = (None, None);
+        for (index, end) in found.ends.iter().enumerate() {
+            let values = match end {
+                Some(end) => self.design.model.probes.evaluate(&end.state, &self.after),
+                None => vec![f64::NAN; self.design.model.probes.len()],
+            };
+            self.note_holds(index);
+            self.after.push(values);
+            self.slopes.push(Vec::new());
+            self.stable.push(Some(true));
+            let kept = self.kept_by_next(index);
+            if !self.problem.reads(index) && kept.is_empty() {
+                continue;
+            }
+            let at = (index, &end.as_ref()?.state);
+            let slopes = match found.system(self.design.posed(), index)? {
+                Standing::Plane(mut system) => self.adjoint(&mut system, at, &kept, &mut plane),
+                Standing::Space(mut system) => self.adjoint(&mut system, at, &kept, &mut space),
+            };
+            self.keep(index, &kept, slopes?.ok()?);
+        }
+        Some(self.finish(None))
+    }
+
+    /// Takes note of derivatives at the end of a step, of all probes and of components that the next one keeps.
+    fn keep(&mut self, index: usize, kept: &[Component], mut slopes: Vec<f64>) {
+        let (probes, inputs) = (self.after[index].len(), self.row.len());
+        for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
+            self.holds.insert(component, Hold::From(None, rates.to_vec()));
+        }
+        slopes.truncate(probes * inputs);
+        self.slopes[index] = slopes;
+    }
+
     /// The outputs of the steps that were reached.
     fn finish(self, reason: Option<Reason>) -> Row {
         let inputs = self.row.len();
@@ -158,19 +195,17 @@ impl<'a> Slopes<'a> {
         }
         // Mixed stresses are one iteration behind the state: the tangent is to be that of the equilibrium.
         path.system.advance(path.system.pattern.equations.has_general());
-        path.system.assemble(false);
         let (probes, inputs) = (self.after[index].len(), self.row.len());
-        let found = self.adjoint(&mut path.system, packs, (index, &last.state), &kept, copies);
-        let (mut slopes, reason) = match found {
+        let found = self.adjoint(&mut path.system, (index, &last.state), &kept, copies);
+        let (slopes, reason) = match found {
             Some(Ok(slopes)) => (slopes, None),
             Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
-            None => self.by_neighbours(path, packs, (index, record), &kept),
+            None => {
+                path.system.assemble(false);
+                self.by_neighbours(path, packs, (index, record), &kept)
+            }
         };
-        for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
-            self.holds.insert(component, Hold::From(None, rates.to_vec()));
-        }
-        slopes.truncate(probes * inputs);
-        self.slopes[index] = slopes;
+        self.keep(index, &kept, slopes);
         reason.map_or(Ok(()), Err)
     }
 
@@ -212,12 +247,7 @@ impl<'a> Slopes<'a> {
 
     /// Components that the next step holds where they are.
     fn kept_by_next(&self, index: usize) -> Vec<Component> {
-        let next = self.design.steps.get(index + 1);
-        let kept = next.into_iter().flat_map(|step| &step.changes).filter_map(|change| match *change {
-            Change::Hold { node, component } | Change::MoveBy { node, component, .. } => Some((node, component)),
-            Change::Prescribe { .. } | Change::Free { .. } => None,
-        });
-        kept.collect()
+        self.design.kept_after(index)
     }
 
     /// Takes note of what a step changes about what is held; where components were is known from the step before.

@@ -1,11 +1,16 @@
 //! Several designs in one structure, side by side: members of equal mesh share the lanes of the processor.
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use pennate_solver::continuation;
 use pennate_solver::history::Equilibrium;
+use pennate_solver::joints::Held;
 use pennate_solver::structure::{Change, Drive, Step, Structure};
+use pennate_solver::system::System;
 
 use super::walk::{End, Finer};
+use super::{Kind, Posed};
 
 /// What belongs to one of the designs in a state of all.
 #[derive(Clone, Debug)]
@@ -14,6 +19,7 @@ pub(crate) struct Share {
     members: Range<usize>,
     springs: Range<usize>,
     sections: Range<usize>,
+    drives: Range<usize>,
 }
 
 impl Share {
@@ -40,6 +46,27 @@ impl Share {
         End { state: self.of(&all.state), finer }
     }
 
+    /// A system of one design alone, where it is in that of all, at the end of a step; nothing where its joints are others.
+    pub(super) fn alone<const D: usize>(
+        &self,
+        all: &System<D>,
+        (structure, steps): Posed<'_>,
+        kind: &Kind<D>,
+    ) -> Option<System<D>> {
+        let structure = Arc::new(structure.clone());
+        let topology = continuation::topology(&structure, steps);
+        let chains = (kind.packs)(&structure, 0);
+        let mut system = System::new(structure, topology, chains, kind.active, false);
+        if !system.adopt_part(all, self.nodes.start, self.members.start) {
+            return None;
+        }
+        let own = all.pattern.equations.held.iter().filter(|held| self.nodes.contains(&held.node));
+        system.hold(own.map(|held| Held { node: held.node - self.nodes.start, ..*held }).collect());
+        system.loading.drives.copy_from_slice(&all.loading.drives[self.drives.clone()]);
+        system.apply_drives();
+        Some(system)
+    }
+
     /// The largest force on the members of one design.
     pub(super) fn largest_force(&self, all: &Equilibrium) -> f64 {
         let forces = all.members[self.members.clone()].iter().flat_map(|member| member.end_forces);
@@ -50,7 +77,7 @@ impl Share {
 /// One structure of designs of one topology that have nothing in common, one after the other, their steps side by side, and what
 /// belongs to each; nothing of no design. Gravity of one would be that of all, and compliances are left out.
 pub(crate) fn join(designs: Vec<(Structure, Vec<Step>)>) -> Option<(Structure, Vec<Step>, Vec<Share>)> {
-    let mut at = [0; 4];
+    let mut at = [0; 5];
     let shares = designs.iter().map(|(structure, _)| share(structure, &mut at)).collect();
     let mut rest = designs.into_iter();
     let (mut all, mut steps) = rest.next()?;
@@ -61,12 +88,13 @@ pub(crate) fn join(designs: Vec<(Structure, Vec<Step>)>) -> Option<(Structure, V
     Some((all, steps, shares))
 }
 
-/// What belongs to a structure that comes after so many nodes, members, springs and sections.
-fn share(structure: &Structure, at: &mut [usize; 4]) -> Share {
-    let counts = [structure.nodes.len(), structure.members.len(), structure.springs.len(), structure.sections.len()];
-    let [nodes, members, springs, sections] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
-    *at = [nodes.end, members.end, springs.end, sections.end];
-    Share { nodes, members, springs, sections }
+/// What belongs to a structure that comes after so many nodes, members, springs, sections and drives.
+fn share(structure: &Structure, at: &mut [usize; 5]) -> Share {
+    let Structure { nodes, members, springs, sections, drives, .. } = structure;
+    let counts = [nodes.len(), members.len(), springs.len(), sections.len(), drives.len()];
+    let [nodes, members, springs, sections, drives] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
+    *at = [nodes.end, members.end, springs.end, sections.end, drives.end];
+    Share { nodes, members, springs, sections, drives }
 }
 
 fn append(all: &mut Structure, steps: &mut [Step], structure: Structure, own: &[Step]) {

@@ -8,9 +8,11 @@ mod kind;
 mod walk;
 
 use std::fmt;
+use std::rc::Rc;
 use std::sync::{Mutex, PoisonError};
 
 use pennate_solver::structure::{Dimension, Step, Structure};
+use pennate_solver::system::System;
 
 use self::join::Share;
 pub(crate) use self::join::join;
@@ -61,13 +63,52 @@ impl fmt::Debug for Workspaces {
     }
 }
 
+/// What was found of a design: the ends of its steps, those not looked at empty, and where the system is in which it stands there.
+pub(crate) struct Found {
+    pub ends: Vec<Option<End>>,
+    systems: Systems,
+    share: Share,
+}
+
+/// Systems of a group at the ends of steps.
+#[derive(Clone)]
+enum Systems {
+    Plane(Vec<Option<Rc<System<3>>>>),
+    Space(Vec<Option<Rc<System<6>>>>),
+}
+
+/// A system of one design at the end of a step.
+pub(crate) enum Standing {
+    Plane(System<3>),
+    Space(System<6>),
+}
+
+impl Found {
+    /// The system of a design at the end of a step that [`Look::System`] was asked of.
+    pub(crate) fn system(&self, design: Posed<'_>, step: usize) -> Option<Standing> {
+        match &self.systems {
+            Systems::Plane(all) => self.share.alone(all[step].as_deref()?, design, &plane()).map(Standing::Plane),
+            Systems::Space(all) => self.share.alone(all[step].as_deref()?, design, &space()).map(Standing::Space),
+        }
+    }
+}
+
 /// The ends of the steps of some designs of one topology, those not looked at empty; nothing for designs that have to be
 /// solved alone. A workspace serves designs of one topology alone.
 pub(crate) fn solve(
     designs: &[Posed<'_>],
     asked: &Asked<'_>,
-    mut workspace: Option<&mut Workspace>,
+    workspace: Option<&mut Workspace>,
 ) -> Vec<Option<Vec<Option<End>>>> {
+    find(designs, asked, workspace).into_iter().map(|found| found.map(|found| found.ends)).collect()
+}
+
+/// The same, with the systems that [`Look::System`] asks for.
+pub(crate) fn find(
+    designs: &[Posed<'_>],
+    asked: &Asked<'_>,
+    mut workspace: Option<&mut Workspace>,
+) -> Vec<Option<Found>> {
     let are_plain: Vec<bool> = designs.iter().map(|&(structure, steps)| is_plain(structure, steps)).collect();
     let plain: Vec<Posed<'_>> =
         designs.iter().zip(&are_plain).filter_map(|(design, plain)| plain.then_some(*design)).collect();
@@ -80,26 +121,28 @@ pub(crate) fn solve(
     are_plain.into_iter().map(|plain| if plain { found.next().flatten() } else { None }).collect()
 }
 
-fn solve_joined(
-    designs: &[Posed<'_>],
-    asked: &Asked<'_>,
-    mut workspace: Option<&mut Workspace>,
-) -> Vec<Option<Vec<Option<End>>>> {
+fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<&mut Workspace>) -> Vec<Option<Found>> {
     let all = designs.iter().map(|&(structure, steps)| (structure.clone(), steps.to_vec())).collect();
     let Some((structure, steps, shares)) = join(all) else { return Vec::new() };
     let count = designs.len();
     let ends = match structure.dimension {
         Dimension::Plane => {
             let analysed = workspace.as_deref_mut().map(|kept| kept.plane.entry(count).or_default());
-            walk::ends(structure, &steps, &plane(), analysed, asked)
+            let found = walk::ends(structure, &steps, &plane(), analysed, asked);
+            found.map(|(ends, systems)| (ends, Systems::Plane(systems)))
         }
         Dimension::Space => {
             let analysed = workspace.as_deref_mut().map(|kept| kept.space.entry(count).or_default());
-            walk::ends(structure, &steps, &space(), analysed, asked)
+            let found = walk::ends(structure, &steps, &space(), analysed, asked);
+            found.map(|(ends, systems)| (ends, Systems::Space(systems)))
         }
     };
-    if let Some(ends) = ends {
-        return shares.iter().map(|share| ends_of(share, &shares, &ends)).collect();
+    if let Some((ends, systems)) = ends {
+        let found = |share: &Share| {
+            let ends = ends_of(share, &shares, &ends)?;
+            Some(Found { ends, systems: systems.clone(), share: share.clone() })
+        };
+        return shares.iter().map(found).collect();
     }
     // One of them is doubtful: others need not wait for it.
     if count == 1 || !(asked.wanted)() {

@@ -4,14 +4,17 @@
 //! it: a design for which any of its doubts arises is solved by it alone.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
+use pennate_solver::chain::Pack;
 use pennate_solver::continuation::{self, OutOfPlane};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
+use pennate_solver::packs;
 use pennate_solver::results;
-use pennate_solver::structure::{Change, Dimension, Drive, Method, Stability, Step, Structure};
+use pennate_solver::structure::{Change, Dimension, Drive, Member, Method, Segment, Stability, Step, Structure};
 use pennate_solver::system::{State, System};
 
 use super::Asked;
@@ -21,10 +24,30 @@ use super::kind::{self, Kind};
 /// differ.
 const FARTHEST: f64 = 2.0;
 const PARALLEL: f64 = 1e-12;
+/// A pivot that is smaller than this part of the smallest of the unloaded structure may soon be none: its factors serve for
+/// one state alone.
+const WEAK: f64 = 0.05;
+/// Steps with the factors at hand before a state is read, at most, and one (radians, or lengths of a member) after which what is
+/// left is rounding: every step is a tenth of the one before, or less.
+const MORE: usize = 4;
+const SETTLED: f64 = 1e-11;
 
-/// Systems whose equations are analysed: by the number of designs, one for the unloaded structure and for every step that
-/// changes what is held.
-pub(crate) type Analysed<const D: usize> = BTreeMap<usize, Vec<System<D>>>;
+/// What serves the next group, by the number of its designs.
+pub(crate) type Analysed<const D: usize> = BTreeMap<usize, Kept<D>>;
+
+/// What no answer depends on.
+pub(crate) struct Kept<const D: usize> {
+    /// Systems whose equations are analysed: one for the unloaded structure and for every step that changes what is held.
+    systems: Vec<System<D>>,
+    /// Memory of chains.
+    chains: Vec<Box<dyn Pack<D>>>,
+}
+
+impl<const D: usize> Default for Kept<D> {
+    fn default() -> Self {
+        Self { systems: Vec::new(), chains: Vec::new() }
+    }
+}
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
@@ -48,6 +71,8 @@ pub(crate) enum Look {
     Not,
     /// Its state.
     State,
+    /// Its state, and the system there.
+    System,
     /// Its state on elements of the next order too.
     Error,
 }
@@ -69,43 +94,38 @@ pub(crate) struct Finer {
     pub variations: Vec<Vec<Variation>>,
 }
 
-/// The ends of the steps that are looked at; nothing where the way is not plain, or where nobody waits for them any longer.
+/// The ends of the steps that are looked at, and the systems there of those whose system is asked for.
+pub(super) type Ends<const D: usize> = (Vec<Option<End>>, Vec<Option<Rc<System<D>>>>);
+
+/// The ends of the steps; nothing where the way is not plain, or where nobody waits for them any longer.
 pub(super) fn ends<const D: usize>(
     structure: Structure,
     steps: &[Step],
     kind: &Kind<D>,
-    mut analysed: Option<&mut Vec<System<D>>>,
+    mut kept: Option<&mut Kept<D>>,
     asked: &Asked<'_>,
-) -> Option<Vec<Option<End>>> {
+) -> Option<Ends<D>> {
     let structure = Arc::new(structure);
     let topology = continuation::topology(&structure, steps);
-    let system = kind.build(structure, topology, 0);
+    let chains = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.chains)).unwrap_or_default();
+    let chains = packs::renewed(chains, &structure, kind.packs);
+    let system = kind.build_of(structure, topology, chains);
     let states = std::array::from_fn(|_| State::default());
-    let mut walk = Walk { system, finer: None, held: BTreeMap::new(), lateral: None, states, way: None, times: None };
-    walk.begin(steps, kind, analysed.as_deref_mut())?;
-    let mut ends = Vec::with_capacity(steps.len());
-    let mut holds = 1;
-    for (index, step) in steps.iter().enumerate() {
-        if !(asked.wanted)() {
-            return None;
+    let (finer, lateral, held) = (None, None, BTreeMap::new());
+    let (way, times) = (None, None);
+    let mut walk = Walk { system, finer, held, lateral, states, way, times, smallest: 0.0, begins: false };
+    let mut found = walk.ends(steps, kind, kept.as_deref_mut(), asked);
+    let looks = |index: usize| (asked.look)(index) == Look::System;
+    match &mut found {
+        Some((_, systems)) if looks(steps.len() - 1) => systems.push(Some(Rc::new(walk.system))),
+        _ => {
+            if let Some((_, systems)) = &mut found {
+                systems.push(None);
+            }
+            kept.into_iter().for_each(|kept| kept.chains = std::mem::take(&mut walk.system.members.packs));
         }
-        // Before the first step, rows beside the supports may be held.
-        if index == 0 || !step.changes.is_empty() {
-            walk.change(&step.changes);
-            walk.hold(kind, analysed.as_deref_mut(), holds);
-            holds += 1;
-        }
-        let look = (asked.look)(index);
-        // What is only gone on from need not be exact, unless the next step holds it where it is.
-        let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
-        walk.step(step, if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result })?;
-        ends.push(match look {
-            Look::Not => None,
-            Look::State => Some(End { state: walk.read(), finer: None }),
-            Look::Error => Some(End { state: walk.read(), finer: Some(walk.refine(kind)?) }),
-        });
     }
-    Some(ends)
+    found
 }
 
 struct Walk<const D: usize> {
@@ -120,11 +140,53 @@ struct Walk<const D: usize> {
     way: Option<Vec<f64>>,
     /// How many times that is the step before it, where both went one way.
     times: Option<f64>,
+    /// The smallest pivot of the unloaded structure.
+    smallest: f64,
+    /// Whether the unloaded structure is still to be looked at, as the first linearization of the first step.
+    begins: bool,
 }
 
 impl<const D: usize> Walk<D> {
-    /// Looks at the unloaded structure with what the first step holds.
-    fn begin(&mut self, steps: &[Step], kind: &Kind<D>, analysed: Option<&mut Vec<System<D>>>) -> Option<()> {
+    /// The ends of all steps, and copies of the system at those whose system is asked for but the last.
+    fn ends(
+        &mut self,
+        steps: &[Step],
+        kind: &Kind<D>,
+        mut kept: Option<&mut Kept<D>>,
+        asked: &Asked<'_>,
+    ) -> Option<Ends<D>> {
+        self.begin(steps, kind, kept.as_deref_mut())?;
+        let mut ends = Vec::with_capacity(steps.len());
+        let mut systems = Vec::with_capacity(steps.len());
+        let mut holds = 1;
+        for (index, step) in steps.iter().enumerate() {
+            if !(asked.wanted)() {
+                return None;
+            }
+            // Before the first step, rows beside the supports may be held.
+            if !self.begins && (index == 0 || !step.changes.is_empty()) {
+                self.change(&step.changes);
+                self.hold(kind, kept.as_deref_mut(), holds);
+                holds += 1;
+            }
+            let look = (asked.look)(index);
+            // What is only gone on from need not be exact, unless the next step holds it where it is.
+            let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
+            self.step(step, kind, if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result })?;
+            ends.push(match look {
+                Look::Not => None,
+                Look::State | Look::System => Some(End { state: self.read(), finer: None }),
+                Look::Error => Some(End { state: self.read(), finer: Some(self.refine(kind)?) }),
+            });
+            if index + 1 < steps.len() {
+                systems.push((look == Look::System).then(|| Rc::new(self.copy(kind))));
+            }
+        }
+        Some((ends, systems))
+    }
+
+    /// Holds what the first step begins with, and looks at the unloaded structure; or leaves that to the first step.
+    fn begin(&mut self, steps: &[Step], kind: &Kind<D>, kept: Option<&mut Kept<D>>) -> Option<()> {
         let structure = Arc::clone(&self.system.structure);
         for support in &structure.supports {
             for component in (0..6).filter(|&component| support.fixed[component]) {
@@ -135,14 +197,28 @@ impl<const D: usize> Walk<D> {
         for (node, component) in continuation::first_rows(&structure, steps) {
             self.insert(node, component, 0.0);
         }
-        self.hold(kind, analysed, 0);
+        let beside = self.held.len() > supports.len();
+        self.hold(kind, kept, 0);
+        self.held = supports;
         self.system.loading.prestress = 1.0;
-        let inertia = self.system.assemble(false);
+        // Loads of the first step that bring no stiffness leave that of the unloaded structure to its first linearization.
+        self.begins = !beside && steps[0].changes.is_empty() && brings_no_stiffness(&self.system);
+        if self.begins {
+            return Some(());
+        }
+        self.system.assemble(false);
+        self.look_at_rest(kind)
+    }
+
+    /// Looks at the linearization of the unloaded structure.
+    fn look_at_rest(&mut self, kind: &Kind<D>) -> Option<()> {
+        let structure = Arc::clone(&self.system.structure);
+        let inertia = self.system.tangent.inertia();
         if inertia.idle + inertia.negative > 0 {
             return None;
         }
         self.system.tangent.note_rest(&self.system.pattern);
-        self.held = supports;
+        self.smallest = inertia.smallest;
         let judged = structure.dimension == Dimension::Plane && structure.stability == Stability::Space;
         if let Some(build) = kind.lateral.filter(|_| judged) {
             let mut lateral = build(&self.system);
@@ -179,9 +255,9 @@ impl<const D: usize> Walk<D> {
     }
 
     /// Sets what is held, by the analysis of a design before where there is one, and keeps that of this one where they are kept.
-    fn hold(&mut self, kind: &Kind<D>, analysed: Option<&mut Vec<System<D>>>, index: usize) {
+    fn hold(&mut self, kind: &Kind<D>, kept: Option<&mut Kept<D>>, index: usize) {
         let rows: Vec<Held> = self.held.values().copied().collect();
-        let Some(analysed) = analysed else {
+        let Some(Kept { systems: analysed, .. }) = kept else {
             self.system.hold(rows);
             return;
         };
@@ -198,7 +274,7 @@ impl<const D: usize> Walk<D> {
     }
 
     /// Goes to the end of a step in one increment; where loads go on as in the steps before, from what their ends foretell.
-    fn step(&mut self, step: &Step, aim: Aim) -> Option<()> {
+    fn step(&mut self, step: &Step, kind: &Kind<D>, aim: Aim) -> Option<()> {
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in &step.targets {
@@ -213,6 +289,14 @@ impl<const D: usize> Walk<D> {
         if !system.loads_have_potential() {
             return None;
         }
+        let mut newton = Newton::default();
+        if std::mem::take(&mut self.begins) {
+            system.assemble(true);
+            self.look_at_rest(kind)?;
+            newton.starts_linearized = true;
+        }
+        newton = newton.reusing(WEAK * self.smallest);
+        let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
         system.save(last);
@@ -227,7 +311,6 @@ impl<const D: usize> Walk<D> {
         self.times = times;
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
         let start = Start { predicted, rest, negative_limit: 0, aim, may_wander: false };
-        let newton = Newton::default();
         let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
         let foreseen = foreseen.as_ref().unwrap_or(&system.moves.first_by_part);
@@ -247,13 +330,27 @@ impl<const D: usize> Walk<D> {
     }
 
     /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
-    /// members to their ends, too: it costs little, and leaves rounding alone.
+    /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
     fn read(&mut self) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
-        if self.system.advance(pending).is_some() {
+        for _ in 0..MORE {
+            let Some(size) = self.system.advance(pending) else { break };
             self.system.refresh(pending);
+            if size.largest() <= SETTLED {
+                break;
+            }
         }
         results::equilibrium(&mut self.system)
+    }
+
+    /// A system that stays where the present one is.
+    fn copy(&self, kind: &Kind<D>) -> System<D> {
+        let system = &self.system;
+        let mut copy = kind.build(Arc::clone(&system.structure), Arc::clone(&system.topology), 0);
+        copy.adopt(system);
+        copy.hold_like(system);
+        copy.loading.drives.copy_from_slice(&system.loading.drives);
+        copy
     }
 
     /// The present state on elements of the next order.
@@ -271,6 +368,25 @@ impl<const D: usize> Walk<D> {
             system.members.slots.iter().map(|slot| system.members.packs[slot.pack].variations(slot.lane)).collect();
         Some(Finer { state, missing, variations })
     }
+}
+
+/// Whether the loads that the steps bring leave the stiffness of the structure at rest alone: dead forces on joints, and controls
+/// of members that are stiff without them.
+fn brings_no_stiffness<const D: usize>(system: &System<D>) -> bool {
+    let structure = &system.structure;
+    let brings_none = |drive: &Drive| match *drive {
+        Drive::Control => true,
+        Drive::Force(node, _) => !system.topology.links[node].has_arm(),
+        _ => false,
+    };
+    let is_stiff = |member: &Member| {
+        let stiff = |segment: &Segment| {
+            let section = structure.laws[segment.law].at(0.0).section;
+            [section.ea, section.ei2, section.ei3].iter().all(|&stiffness| stiffness > 0.0)
+        };
+        member.control.is_none() || member.segments.iter().all(stiff)
+    };
+    structure.springs.is_empty() && structure.drives.iter().all(brings_none) && structure.members.iter().all(is_stiff)
 }
 
 /// How many times one way another one goes; nothing where it goes elsewhere, back, or much farther.

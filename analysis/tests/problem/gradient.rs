@@ -61,6 +61,22 @@ fn geometry_of_the_dyad() {
     check(DYAD, &["L", "beta"], &["stroke@inflate", "holding", "gear@inflate"]);
 }
 
+/// Derivatives of designs side by side are those of each of them by itself.
+#[test]
+fn derivatives_in_company_and_alone() {
+    let document = Document::from_text("dyad.toml", DYAD);
+    let problem = Problem::new(&document, &[], &["L", "beta"], &["stroke@inflate", "holding"], 1e-6).unwrap();
+    let rows: Vec<f64> =
+        (0..9).flat_map(|design| [130.0 - f64::from(design), 22.0 + 0.3 * f64::from(design)]).collect();
+    let all = problem.gradient(&rows);
+    let largest = all.jacobian.iter().fold(0.0f64, |most, slope| most.max(slope.abs()));
+    for (row, found) in rows.chunks_exact(2).zip(all.jacobian.chunks_exact(4)) {
+        let alone = problem.gradient(row).jacobian;
+        let worst = alone.iter().zip(found).fold(0.0f64, |most, (alone, found)| most.max((alone - found).abs()));
+        assert!(worst <= 1e-9 * largest, "{row:?}: {worst:e} of {largest:e}");
+    }
+}
+
 /// Tables of muscles, sections, pressures and springs.
 #[test]
 fn muscles_pressures_and_springs() {

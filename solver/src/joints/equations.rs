@@ -233,27 +233,29 @@ impl<const D: usize> Equations<D> {
     /// Brings bases and pending motions up to date with the state.
     pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64) {
         for joint in 0..self.joints.len() {
+            if let Basis::Components(_) = self.joints[joint].basis {
+                self.pending[joint] = self.pending_components(&self.joints[joint].rows, &states[joint], fraction);
+                continue;
+            }
             let mut equations = std::mem::replace(
                 &mut self.joints[joint],
                 JointEquations { first: 0, count: 0, basis: Basis::Components([None; 6]), rows: Vec::new() },
             );
-            let state = &states[joint];
-            self.pending[joint] = match &mut equations.basis {
-                Basis::Components(_) => self.pending_components(&equations.rows, state, fraction),
-                Basis::Columns(columns) => {
-                    let idle = topology.idle[joint];
-                    let count = equations.count;
-                    let motions = self.columns(topology, &equations.rows, idle, state, fraction, count, columns);
-                    self.missed[joint] = motions.missed;
-                    motions.pending
-                }
-            };
+            if let Basis::Columns(columns) = &mut equations.basis {
+                let (idle, count, state) = (topology.idle[joint], equations.count, &states[joint]);
+                let motions = self.columns(topology, &equations.rows, idle, state, fraction, count, columns);
+                self.missed[joint] = motions.missed;
+                self.pending[joint] = motions.pending;
+            }
             self.joints[joint] = equations;
         }
     }
 
     fn pending_components(&self, rows: &[usize], state: &JointState, fraction: f64) -> [f64; 6] {
         let mut pending = [0.0; 6];
+        if rows.is_empty() {
+            return pending;
+        }
         let mut theta = [0.0; 3];
         let mut turned = false;
         for &index in rows {

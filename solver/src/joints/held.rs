@@ -30,8 +30,12 @@ impl JointState {
         after.place.rotation = rotation::normalize(place.rotation);
         after.place.displacement = sub(place.displacement, rotation::turn_less_identity(after.place.rotation, arm));
         after.place.angle = if plane { place.angle } else { self.place.angle + motion[5] };
-        let guess = add(self.theta, [motion[3], motion[4], motion[5]]);
-        after.theta = whole_turns(log(after.place.rotation), guess);
+        after.theta = if plane {
+            [0.0, 0.0, place.angle]
+        } else {
+            let guess = add(self.theta, [motion[3], motion[4], motion[5]]);
+            whole_turns(log(after.place.rotation), guess)
+        };
         after
     }
 
@@ -45,7 +49,9 @@ impl JointState {
             let guess = add(self.theta, spin);
             self.place.rotation = rotation::normalize(compose(exp(spin), self.place.rotation));
             self.place.angle += spin[2];
-            self.theta = whole_turns(log(self.place.rotation), guess);
+            // Turns about z alone add up.
+            let about_z = [self.theta[0], self.theta[1], spin[0], spin[1]].iter().all(|&x| x == 0.0);
+            self.theta = if about_z { guess } else { whole_turns(log(self.place.rotation), guess) };
         }
     }
 }

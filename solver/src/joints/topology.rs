@@ -18,8 +18,9 @@ pub struct Link {
 
 impl Link {
     /// Whether the node is not the reference.
-    pub(crate) fn has_arm(&self) -> bool {
-        self.arm != [0.0; 3]
+    #[inline]
+    pub fn has_arm(&self) -> bool {
+        self.arm.iter().any(|&x| x != 0.0)
     }
 }
 

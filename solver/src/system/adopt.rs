@@ -21,6 +21,31 @@ impl<const D: usize> System<D> {
         self.place_ends();
     }
 
+    /// Takes over the state of one of the designs that another system has side by side: from so many nodes and members on. False,
+    /// with nothing changed, where its joints are not those of this system.
+    pub fn adopt_part(&mut self, other: &Self, nodes: usize, members: usize) -> bool {
+        let joint = |&node: &usize| other.topology.links[node + nodes].joint;
+        let joints: Vec<usize> = self.topology.references.iter().map(joint).collect();
+        let alike = |(&own, &joint): (&usize, &usize)| other.topology.references[joint] == own + nodes;
+        if !self.topology.references.iter().zip(&joints).all(alike) {
+            return false;
+        }
+        for (own, &joint) in self.places.joints.iter_mut().zip(&joints) {
+            *own = other.places.joints[joint];
+        }
+        let releases = &other.places.releases[members..members + self.places.releases.len()];
+        self.places.releases.copy_from_slice(releases);
+        (self.loading.prestress, self.loading.fraction) = (other.loading.prestress, other.loading.fraction);
+        for pack in &mut self.members.packs {
+            for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
+                let (from, theirs) = other.members.chain(member + members);
+                pack.adopt(lane, from, theirs);
+            }
+        }
+        self.place_ends();
+        true
+    }
+
     /// Holds what another system of the same joints holds, with rows and drives of its own; the state is that at the end of
     /// a step.
     pub fn stand_at_end(&mut self, other: &Self, held: Vec<Held>, drives: &[f64]) {

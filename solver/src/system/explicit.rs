@@ -9,28 +9,32 @@ use crate::structure::MemberId;
 
 impl<const D: usize> System<D> {
     /// Stands where another system does at the end of its step: this one has some of its members (by their indices there),
-    /// each as often as wanted, and all of its joints, one copy of them after the other.
-    pub fn stand_in(&mut self, other: &Self, members: &[MemberId], drives: &[f64]) {
+    /// each as often as wanted, and all of its joints, one copy of them after the other. `sources` are the packs there that the
+    /// packs here were made from, lane by lane.
+    pub fn stand_in(&mut self, other: &Self, sources: &[usize], members: &[MemberId], drives: &[f64]) {
         let joints = other.places.joints.len().max(1);
         for copy in self.places.joints.chunks_exact_mut(joints) {
             copy.copy_from_slice(&other.places.joints);
         }
-        for (index, &member) in members.iter().enumerate() {
-            self.places.releases[index] = other.places.releases[member];
-            let (from, theirs) = other.members.chain(member);
-            let (pack, lane) = self.members.chain_mut(index);
-            pack.adopt(lane, from, theirs);
+        for (pack, &source) in self.members.packs.iter_mut().zip(sources) {
+            pack.adopt_all(other.members.packs[source].as_ref());
+        }
+        for (releases, &member) in self.places.releases.iter_mut().zip(members) {
+            *releases = other.places.releases[member];
         }
         self.loading.end(drives);
         self.apply_drives();
         self.place_ends();
     }
 
-    /// Internal less external force of every joint at the present state. There are no equations afterwards.
-    pub fn exert(&mut self) -> &[[f64; 6]] {
+    /// Internal less external force of every joint at the present state, interiors of members in equilibrium: by the factors
+    /// that the system has which this one stands in for, to first order in what differs. There are no equations afterwards.
+    pub fn exert(&mut self, other: &Self, sources: &[usize]) -> &[[f64; 6]] {
         self.pattern.scatters = Arc::new(self.no_scatters());
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
-        self.members.condense();
+        for (pack, &source) in self.members.packs.iter_mut().zip(sources) {
+            pack.refresh_by(other.members.packs[source].as_ref());
+        }
         self.tangent.forces.fill([0.0; 6]);
         let mut unused = std::mem::take(&mut self.moves.motions);
         for index in 0..self.members.count() {

@@ -49,6 +49,8 @@ struct Sections {
     bears: Option<f64>,
     /// See [`Loading::noise`].
     noise: [f64; 2],
+    /// See [`Loading::slenderness`].
+    slenderness: f64,
 }
 
 /// How far loads, pressures and prescribed motions are, and what that makes of sections and nodes.
@@ -71,6 +73,7 @@ pub struct Loading {
     sections: Vec<Sections>,
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
+    slenderness: f64,
     holds_strains: bool,
 }
 
@@ -95,6 +98,7 @@ impl Loading {
             unstressed,
             sections: vec![Sections::default(); structure.members.len()],
             noise: [0.0; 2],
+            slenderness: 0.0,
             holds_strains: false,
         }
     }
@@ -139,6 +143,11 @@ impl Loading {
         self.noise
     }
 
+    /// Largest slenderness of a member: its length over the radius of gyration, what holds strains included.
+    pub(crate) fn slenderness(&self) -> f64 {
+        self.slenderness
+    }
+
     /// Force that is rounding of the stiffness alone.
     pub(crate) fn rounding(&self) -> f64 {
         1e-6 * self.noise[0]
@@ -179,7 +188,7 @@ impl Loading {
         for (member, load) in along {
             line[member] = add(line[member], load);
         }
-        self.noise = [0.0; 2];
+        (self.noise, self.slenderness) = ([0.0; 2], 0.0);
         for member in 0..members.count() {
             let control = structure.members[member].control.map_or(0.0, |drive| self.drives[drive]);
             let line = line.get(member).copied().unwrap_or([0.0; 3]);
@@ -192,6 +201,7 @@ impl Loading {
             for (noise, own) in self.noise.iter_mut().zip(self.sections[member].noise) {
                 *noise = noise.max(own);
             }
+            self.slenderness = self.slenderness.max(self.sections[member].slenderness);
         }
     }
 
@@ -237,6 +247,10 @@ impl MadeOf {
             }
             sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
             sections.noise[1] = sections.noise[1].max(1e-10 * moduli.stiffness[5] / size);
+            let [forces @ .., _, second, third] = moduli.stiffness;
+            let stiffest = forces.into_iter().filter(|force| force.is_finite()).fold(0.0, f64::max);
+            let bending = if D == 3 { third } else { second.min(third) };
+            sections.slenderness = sections.slenderness.max(description.length() * (stiffest / bending).sqrt());
             chain.set_moduli(slot.lane, segment, &moduli);
             let weighs = self.gravity != [0.0; 3];
             let weight = if weighs { scale(section.section.mass_per_length, self.gravity) } else { [0.0; 3] };

@@ -31,7 +31,10 @@ impl<const D: usize> System<D> {
                 target[c] -= force[c];
                 target[3 + c] -= total[c];
             }
-            self.add_joint_block(joint, &block);
+            // A dead force on the joint itself has none.
+            if block.iter().flatten().any(|&entry| entry != 0.0) {
+                self.add_joint_block(joint, &block);
+            }
         }
     }
 
@@ -91,7 +94,8 @@ impl<const D: usize> System<D> {
             }
         }
         let symmetric = 0.5 * (small + small.transpose());
-        for &(i, j, position) in &self.pattern.scatters.joints[joint].entries {
+        let keeps = self.tangent.keeps_matrix;
+        for &(i, j, position) in self.pattern.scatters.joints[joint].entries.iter().filter(|_| !keeps) {
             self.tangent.linear.values[position as usize] += symmetric[(i as usize, j as usize)];
         }
         let rest = small - symmetric;

@@ -60,7 +60,7 @@ impl<const D: usize> Members<D> {
     }
 
     /// How many there are.
-    pub(crate) fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.slots.len()
     }
 
@@ -97,7 +97,9 @@ impl<const D: usize> Members<D> {
                 let link = topology.links[structure.members[index].nodes[end]];
                 let joint = &places.joints[link.joint];
                 let mut place = joint.place;
-                place.displacement = joint.point(link.arm);
+                if link.has_arm() {
+                    place.displacement = joint.point(link.arm);
+                }
                 if topology.ends[index][end] != EndKind::Welded {
                     let release = &places.releases[index][end];
                     place.rotation = release.rotation;

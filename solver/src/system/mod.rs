@@ -183,10 +183,12 @@ impl<const D: usize> System<D> {
     }
 
     /// The forces of the present state, by the factors that members have of the one before: for a state that little was moved
-    /// since. The stiffness is what it was.
+    /// since. The stiffness, its factors and its pivots are what they were.
     pub fn refresh(&mut self, pending: bool) {
         self.members.for_packs(|pack| pack.refresh());
+        self.tangent.keeps_matrix = true;
         self.collect(pending);
+        self.tangent.keeps_matrix = false;
     }
 
     /// Puts together what members, springs and loads give.
@@ -242,6 +244,9 @@ impl<const D: usize> System<D> {
 
     /// Adds the reduced stiffness of a member to the matrix alone.
     fn scatter_member(&mut self, index: usize, reduced: &Reduced) {
+        if self.tangent.keeps_matrix {
+            return;
+        }
         let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
         let scatter = &self.pattern.scatters.members[index];
         add_local(&self.pattern.equations, reduced, &joints, scatter, &mut self.tangent.linear.values);
@@ -300,8 +305,16 @@ impl<const D: usize> System<D> {
         for end in full {
             self.tangent.note_scale(&end);
         }
-        // Few members have a factor, and those that have none should not pay for its copies.
+        let links = self.structure.members[index].nodes.map(|n| &self.topology.links[n]);
+        let joints = links.map(|link| link.joint);
+        let scatter = &self.pattern.scatters.members[index];
+        let placed = !scatter.plain.is_empty() || scatter.entries.is_empty();
         let released = self.members.slots[index].released;
+        if placed && !released && !links.iter().any(|link| link.has_arm()) {
+            self.assemble_plain(index, &ends, joints, pending, moved);
+            return;
+        }
+        // Few members have a factor, and those that have none should not pay for its copies.
         let mut factor = released.then(|| self.tangent.releases[index]);
         let reduced = reduce::reduce(&ends, &active, &self.end_info(index, &full), factor.as_mut());
         if let Some(factor) = factor {
@@ -310,9 +323,49 @@ impl<const D: usize> System<D> {
                 self.tangent.idle_members.push(index);
             }
         }
-        let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
         self.add_reduced(&reduced, joints, pending, moved);
         self.add_member(index, &reduced);
+    }
+
+    /// Adds a member whose ends are those of its joints: there is nothing to reduce.
+    fn assemble_plain(
+        &mut self,
+        index: usize,
+        ends: &Ends<f64, D>,
+        joints: [usize; 2],
+        pending: bool,
+        moved: &mut [[f64; 6]],
+    ) {
+        let active = self.pattern.equations.active;
+        let own = [(&ends.r0, &ends.k00), (&ends.r1, &ends.k11)];
+        for (&joint, (force, stiffness)) in joints.iter().zip(own) {
+            for (i, &component) in active.iter().enumerate() {
+                self.tangent.forces[joint][component] += force[i];
+                self.tangent.stiffness[joint][component] += stiffness[i][i];
+            }
+        }
+        if pending {
+            for (from, &at) in joints.iter().enumerate() {
+                let motion = self.pattern.equations.pending[at];
+                if motion.iter().all(|&x| x == 0.0) {
+                    continue;
+                }
+                for (i, &row) in active.iter().enumerate() {
+                    for (j, &column) in active.iter().enumerate() {
+                        let [first, last] =
+                            if from == 0 { [ends.k00[i][j], ends.k01[j][i]] } else { [ends.k01[i][j], ends.k11[i][j]] };
+                        moved[joints[0]][row] += first * motion[column];
+                        moved[joints[1]][row] += last * motion[column];
+                    }
+                }
+            }
+        }
+        if !self.tangent.keeps_matrix {
+            let blocks = [ends.k00.as_flattened(), ends.k01.as_flattened(), ends.k11.as_flattened()];
+            for &(block, place, position) in &self.pattern.scatters.members[index].plain {
+                self.tangent.linear.values[position as usize] += blocks[usize::from(block)][usize::from(place)];
+            }
+        }
     }
 
     /// Adds the force of a reduced member to its joints, and what pending motions make of its stiffness.

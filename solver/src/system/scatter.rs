@@ -11,6 +11,9 @@ pub(super) struct Scatter {
     pub entries: Vec<(u8, u8, u32)>,
     /// The same by the place in a reduced stiffness, row by row, where the components of all joints are their own.
     direct: Vec<(u8, u32)>,
+    /// The same of a member by its blocks before any reduction: start and start, start and end, end and end; and the place in
+    /// the block, row by row.
+    pub plain: Vec<(u8, u8, u32)>,
 }
 
 /// Where everything goes in the matrix.
@@ -81,7 +84,20 @@ impl Scatters {
             let simple = group.iter().all(|&joint| !equations.is_general(joint));
             let place = |i: u8, j: u8| (12 * components[usize::from(i)] + components[usize::from(j)]) as u8;
             let direct = entries.iter().filter(|_| simple).map(|&(i, j, position)| (place(i, j), position)).collect();
-            Scatter { entries, direct }
+            let in_block = |i: u8, j: u8| {
+                let [row, column] = [i, j].map(|own| components[usize::from(own)]);
+                let [a, b] = [row.min(column), row.max(column)];
+                let block = a / D + b / D;
+                // Blocks on the diagonal are symmetric; that beside it has rows of the start.
+                (block as u8, (D * (a % D) + b % D) as u8)
+            };
+            let plain = (entries.iter().filter(|_| simple && group.len() == 2))
+                .map(|&(i, j, position)| {
+                    let (block, place) = in_block(i, j);
+                    (block, place, position)
+                })
+                .collect();
+            Scatter { entries, direct, plain }
         };
         let all = |groups: &[Vec<usize>]| groups.iter().map(scatter).collect();
         let scatters = Self { members: all(members), springs: all(springs), joints: all(&joints) };

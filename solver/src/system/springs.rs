@@ -59,22 +59,18 @@ impl<const D: usize> System<D> {
                 single.force[i] = 0.0;
             }
             self.add_reduced(&single, joints, pending, moved);
-            add_local(
-                &self.pattern.equations,
-                &single,
-                &joints[..1],
-                &self.pattern.scatters.springs[index],
-                &mut self.tangent.linear.values,
-            );
+            self.scatter_spring(index, &single, &joints[..1]);
         } else {
             self.add_reduced(&reduced, joints, pending, moved);
-            add_local(
-                &self.pattern.equations,
-                &reduced,
-                &joints,
-                &self.pattern.scatters.springs[index],
-                &mut self.tangent.linear.values,
-            );
+            self.scatter_spring(index, &reduced, &joints);
+        }
+    }
+
+    /// Adds the stiffness of a spring to the matrix alone.
+    fn scatter_spring(&mut self, index: usize, reduced: &Reduced, joints: &[usize]) {
+        if !self.tangent.keeps_matrix {
+            let scatter = &self.pattern.scatters.springs[index];
+            add_local(&self.pattern.equations, reduced, joints, scatter, &mut self.tangent.linear.values);
         }
     }
 

@@ -83,6 +83,8 @@ pub struct Tangent<const D: usize> {
     pub moment_scale: f64,
     /// Members with a released rotation that nothing resists.
     pub idle_members: Vec<MemberId>,
+    /// Whether the matrix stays what it is while forces are put together anew.
+    pub(super) keeps_matrix: bool,
     /// What has no potential.
     pub(super) skew: Skew,
     pub(super) released_neutral: usize,
@@ -108,6 +110,7 @@ impl<const D: usize> Tangent<D> {
             force_scale: 0.0,
             moment_scale: 0.0,
             idle_members: Vec::new(),
+            keeps_matrix: false,
             skew: Skew::default(),
             released_neutral: 0,
             released_negative: 0,
@@ -128,7 +131,9 @@ impl<const D: usize> Tangent<D> {
 
     /// Empties it before an assembly.
     pub(super) fn clear(&mut self) {
-        self.linear.clear();
+        if !self.keeps_matrix {
+            self.linear.clear();
+        }
         self.forces.fill([0.0; 6]);
         self.stiffness.fill([0.0; 6]);
         (self.force_scale, self.moment_scale) = (0.0, 0.0);
