@@ -295,7 +295,10 @@ impl<const D: usize> Walk<D> {
             self.look_at_rest(kind)?;
             newton.starts_linearized = true;
         }
-        newton = newton.reusing(WEAK * self.smallest);
+        // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
+        if aim != Aim::Result {
+            newton = newton.reusing(WEAK * self.smallest);
+        }
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
