@@ -166,7 +166,7 @@ impl Newton {
         Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning }, ..self }
     }
 
-    /// Brings the system to equilibrium at its present loads; every iteration is one factorization.
+    /// Brings the system to equilibrium at its present loads; every iteration is one factorization, or none where factors serve on.
     ///
     /// The last factorization is at the equilibrium itself: it gives the residual there, the reactions and the pivots.
     ///

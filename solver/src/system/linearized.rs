@@ -23,8 +23,8 @@ impl<const D: usize> System<D> {
     /// Linearizes at the present state and factorizes.
     ///
     /// `apply` brings the drives to a fraction. The derivative by the fraction is a difference of two residuals of the
-    /// same state, `ahead` apart: it steers, and has no part in what an equilibrium is. `None` where the tangent has
-    /// no factors.
+    /// same state, `ahead` apart: it steers, and has no part in what an equilibrium is. With it comes whether the tangent
+    /// has factors: what is solved for is worth nothing where it has none.
     pub(crate) fn linearize(
         &mut self,
         fraction: f64,
