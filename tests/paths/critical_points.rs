@@ -241,6 +241,28 @@ fn a_ramp_that_ends_before_a_limit_point_reaches_its_end() {
     }
 }
 
+/// A state at a critical load is no place to end an increment at: the point is located from the states before and beyond it,
+/// and the frame goes on along its stable branch.
+#[test]
+fn an_increment_to_a_critical_load_loses_nothing() {
+    let step = &solve("../tests/cases/increment_to_a_critical_load.toml", &[]).history.steps[0];
+    let [sways, falls] = step.critical_points.as_slice() else { panic!("{:?}", step.critical_points) };
+    assert_eq!((sways.kind, falls.kind), (CriticalKind::Bifurcation, CriticalKind::LimitPoint));
+    let error = sways.error.expect("an error");
+    assert!((sways.fraction - 1.0 / 3.0).abs() <= 2.0 * error + 1e-8 && error <= 1e-6, "{} ± {error}", sways.fraction);
+    assert!(falls.error.is_some());
+}
+
+/// A network that cannot be stretched everywhere leaves its plane along the motion that nothing resists, whichever way it is drawn.
+#[test]
+fn a_mirrored_network_finds_the_branch_that_leaves_its_plane() {
+    let solution = solve("../tests/cases/branch_of_a_mirrored_network.toml", &[]);
+    for step in &solution.history.steps {
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+        assert_eq!(step.critical_points.len(), 1);
+    }
+}
+
 /// An arch of one member between clamped nodes has no joint that moves, and snaps all the same: as one with a node in its crown.
 #[test]
 fn an_arch_without_a_joint_that_moves_snaps_like_one_with_a_node_in_its_crown() {

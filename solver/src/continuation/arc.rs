@@ -391,7 +391,7 @@ impl<const D: usize> Continuation<'_, D> {
             Purpose::Search => {
                 if let (Why::Overheld(_), Some((.., ending))) = (lost.why, &mut by.suspended) {
                     // What changed signs on the way was the force of this member, which grows without end.
-                    *ending = self.ending_of(ending.failure.tried, &lost, false);
+                    *ending = self.ending_of([ending.failure.tried; 2], &lost, false);
                 }
                 self.end_search(run, by)
             }

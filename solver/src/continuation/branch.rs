@@ -5,11 +5,12 @@
 use super::arc::{ArcIncrement, ByArc};
 use super::direction::{Direction, Metric};
 use super::events::Events;
-use super::follow::{Control, Next, Run};
+use super::follow::{Control, Next, Ramp, Run};
 use super::record::{cause_of, status_of};
 use super::release::Release;
 use super::{Continuation, Count};
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Note};
+use crate::packs;
 use crate::structure::{Branch, Method};
 
 /// What follows a loss of stability.
@@ -38,7 +39,9 @@ impl<const D: usize> Continuation<'_, D> {
         if !located {
             let kind = if events.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
             self.on_to_next(run.ramp, ends[1]);
-            points.push(self.rough_point(kind, ends[1], events.aside > 0 && !events.bifurcates()));
+            // A ramp that turns back may have gone farther than both ends.
+            let since = (!events.limit).then_some(ends[0]);
+            points.push(self.rough_point(kind, (since, ends[1]), events.aside > 0 && !events.bifurcates()));
         }
         let first = points[0].clone();
         let residual = self.system.residual();
@@ -122,7 +125,7 @@ impl<const D: usize> Continuation<'_, D> {
             Release::Stable { fraction, jump } => {
                 run.record.jumps.push(jump);
                 if self.base.lateral > 0 {
-                    let aside = self.rough_point(CriticalKind::Bifurcation, fraction, true);
+                    let aside = self.rough_point(CriticalKind::Bifurcation, (None, fraction), true);
                     run.record.critical_points.push(aside);
                 }
                 self.system.save(&mut self.last);
@@ -212,6 +215,28 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.assemble(false);
     }
 
+    /// The motion that nothing resists at a singular point, the present state.
+    ///
+    /// The point was found with the auxiliary stiffness that this takes. With the larger one of increments the critical
+    /// motion of an inextensible network may be stiffer there than other soft ones.
+    pub(super) fn critical_motion(&mut self, ramp: &Ramp) -> Vec<f64> {
+        let system = &mut self.system;
+        if !system.loading.holds_strains() {
+            return system.tangent.softest_motion(&system.pattern, system.size);
+        }
+        let fraction = system.loading.fraction;
+        let mut motion = Vec::new();
+        for auxiliary in [packs::EXACTING, packs::AUXILIARY] {
+            system.loading.auxiliary = auxiliary;
+            ramp.apply(system, fraction);
+            system.assemble(false);
+            if motion.is_empty() {
+                motion = system.tangent.softest_motion(&system.pattern, system.size);
+            }
+        }
+        motion
+    }
+
     /// From a bifurcation, the present state, onto the branch that is stable and leads on; the fraction there.
     pub(super) fn switch(&mut self, run: &mut Run<'_>, fraction: f64) -> Option<f64> {
         if !self.base.potential {
@@ -219,7 +244,7 @@ impl<const D: usize> Continuation<'_, D> {
         }
         self.system.save(&mut self.last);
         let tuning = self.tuning;
-        let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
+        let mode = self.critical_motion(run.ramp);
         let motions = self.system.pattern.motions_of(&mode);
         let metric = Metric::balanced(&motions, 0.0, self.system.size, tuning.near);
         let direction = metric.unit(Direction { motions, rate: 0.0 });

@@ -123,18 +123,18 @@ impl<const D: usize> Continuation<'_, D> {
         })
     }
 
-    /// Notes what the present state has passed since the last one.
+    /// Notes what the present state has passed since the last one, at these fractions.
     pub(super) fn note_changes(
         &mut self,
         record: &mut StepHistory,
         count: &Count,
-        fraction: f64,
+        [from, fraction]: [f64; 2],
         passed: Option<Vec<CriticalPoint>>,
     ) {
         if let Some(mut points) = passed {
             if points.is_empty() {
                 let sideways = count.lateral != self.base.lateral && count.own == self.base.own;
-                points.push(self.rough_point(CriticalKind::Bifurcation, fraction, sideways));
+                points.push(self.rough_point(CriticalKind::Bifurcation, (Some(from), fraction), sideways));
             }
             record.critical_points.append(&mut points);
         }

@@ -208,7 +208,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Ends a ramp at the last state, beyond which no equilibrium was found.
     pub(super) fn end_lost(&mut self, run: &mut Run<'_>, fraction: f64, lost: &Lost) -> bool {
-        let ending = self.ending_of(fraction, lost, false);
+        let ending = self.ending_of([fraction; 2], lost, false);
         run.record.status = ending.status;
         run.record.failure = Some(ending.failure);
         self.settle(run, fraction);

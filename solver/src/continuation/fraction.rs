@@ -41,6 +41,10 @@ pub(super) struct ByFraction {
     foresees_buckling: bool,
     /// Why the last increments failed, where a member is held at both ends.
     overheld: Option<Why>,
+    /// The overall stiffness at the last state, where it is known.
+    stiffness: Option<f64>,
+    /// Whether the last assembly is of the last state still.
+    is_assembled: bool,
 }
 
 /// An increment that is tried: its length, where it leads to, what the state there is for, and how far each part of the
@@ -64,6 +68,8 @@ pub(super) struct Increment {
     missed: f64,
     /// How far the network moved, in radians or lengths, for a unit of the fraction.
     rate: f64,
+    /// The overall stiffness, where it was asked for.
+    stiffness: Option<f64>,
 }
 
 /// What is to be made of an equilibrium that was found.
@@ -87,6 +93,8 @@ impl ByFraction {
             failures: 0,
             foresees_buckling: false,
             overheld: None,
+            stiffness: None,
+            is_assembled: true,
         }
     }
 
@@ -116,6 +124,7 @@ impl ByFraction {
         self.failures = 0;
         self.foresees_buckling = false;
         self.overheld = None;
+        self.stiffness = increment.stiffness;
     }
 
     /// Goes on from a singular point, or from beyond it; `last` is the increment between the last two states, where they may
@@ -127,6 +136,7 @@ impl ByFraction {
         self.is_extrapolated = last.is_some();
         self.failures = 0;
         self.foresees_buckling = false;
+        self.stiffness = None;
     }
 
     /// Near a fold the state moves ever faster with the loads.
@@ -214,7 +224,7 @@ impl<const D: usize> Continuation<'_, D> {
                     Retry::Never => {
                         let fold = by.nears_a_fold(&self.tuning) && run.effort.accepted > 1;
                         let lost = by.reason(lost, self.tuning.tolerance);
-                        Tried::Lost(self.ending_of(trial.target, &lost, fold))
+                        Tried::Lost(self.ending_of([by.fraction, trial.target], &lost, fold))
                     }
                 }
             }
@@ -228,7 +238,7 @@ impl<const D: usize> Continuation<'_, D> {
         by: &mut ByFraction,
         mut increment: Increment,
     ) -> Next {
-        self.note_changes(run.record, &increment.count, increment.target, increment.passed.take());
+        self.note_changes(run.record, &increment.count, [by.fraction, increment.target], increment.passed.take());
         self.base = increment.count;
         self.shift_states();
         run.effort.accepted += 1;
@@ -254,8 +264,18 @@ impl<const D: usize> Continuation<'_, D> {
     }
 
     /// Puts the system at the loads of the next increment, on the extrapolation of the last two states where there are two.
-    fn predict_by_fraction(&mut self, run: &Run<'_>, by: &ByFraction) -> Trial {
+    fn predict_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Trial {
         let mut trial = by.trial(&self.options);
+        if by.is_assembled {
+            by.stiffness = self.overall_stiffness();
+        }
+        if by.stiffness.is_none() && trial.target < 1.0 {
+            run.ramp.apply(&mut self.system, by.fraction);
+            self.system.assemble(false);
+            run.effort.factorizations += 1;
+            by.stiffness = self.overall_stiffness();
+        }
+        by.is_assembled = false;
         run.ramp.apply(&mut self.system, trial.target);
         if by.is_extrapolated {
             self.system.predict(&self.before, &self.last, trial.length / by.last_length);
@@ -318,6 +338,15 @@ impl<const D: usize> Continuation<'_, D> {
             run.effort.factorizations += better.factorizations;
             count = self.count(&better.inertia);
         }
+        let stiffness = if trial.target < 1.0 { self.overall_stiffness() } else { None };
+        // So near to a singular point the sign of its stiffness is noise, and which of the branches that meet there the iteration
+        // came out on is chance: no place to end an increment at.
+        if let Some((here, last)) = stiffness.zip(by.stiffness)
+            && here < tuning.bracket * last
+            && step > tuning.bracket
+        {
+            return Judged::TooLong((tuning.shorter * step).max(0.9 * tuning.bracket));
+        }
         // A moment on a joint that supports hold about some axes may have a potential where the joint has not turned yet.
         let conservative = run.conservative && count.potential;
         let guarded = self.loses_stability(&count);
@@ -365,13 +394,27 @@ impl<const D: usize> Continuation<'_, D> {
         let before = predicted.then_some(&self.before);
         if guarded || torn || doubtful && self.system.jumped(&self.last, before, &tuning) {
             let sideways = guarded && count.own <= self.base.own;
-            return Judged::Lost(self.ending_at_loss(trial.target, sideways, predicted));
+            return Judged::Lost(self.ending_at_loss(ends, sideways, predicted));
         }
         if passed.is_none() {
             passed = self.locate_changes(run, &count, ends);
         }
         let rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
-        Judged::Accepted(Increment { length: step, target: trial.target, found, count, passed, missed, rate })
+        Judged::Accepted(Increment {
+            length: step,
+            target: trial.target,
+            found,
+            count,
+            passed,
+            missed,
+            rate,
+            stiffness,
+        })
+    }
+
+    /// The overall stiffness at the last assembly.
+    fn overall_stiffness(&mut self) -> Option<f64> {
+        self.system.tangent.overall_stiffness(&self.system.pattern, self.system.size)
     }
 
     /// Whether a rise of the count is to be trusted as a loss of stability.

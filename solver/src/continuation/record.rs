@@ -13,10 +13,10 @@ use pennate_elements::small::norm;
 
 impl<const D: usize> Continuation<'_, D> {
     /// What a step ends with at a loss of stability that could not be located.
-    pub(super) fn ending_at_loss(&mut self, target: f64, sideways: bool, behind: bool) -> Ending {
+    pub(super) fn ending_at_loss(&mut self, [from, target]: [f64; 2], sideways: bool, behind: bool) -> Ending {
         let jumped = self.system.jumped(&self.last, behind.then_some(&self.before), &self.tuning);
         let kind = if jumped { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
-        let point = self.rough_point(kind, target, sideways);
+        let point = self.rough_point(kind, (Some(from), target), sideways);
         let residual = self.system.residual();
         let failure = Failure {
             tried: target,
@@ -28,8 +28,8 @@ impl<const D: usize> Continuation<'_, D> {
         Ending { status: status_of(kind), point: Some(point), failure }
     }
 
-    /// What a step ends with where no equilibrium was found.
-    pub(super) fn ending_of(&mut self, target: f64, lost: &Lost, fold: bool) -> Ending {
+    /// What a step ends with where no equilibrium was found at the fraction `target`; `from` is where the last one was.
+    pub(super) fn ending_of(&mut self, [from, target]: [f64; 2], lost: &Lost, fold: bool) -> Ending {
         let node = self.system.topology.references.get(lost.residual.worst_joint).copied();
         let fold = fold && !matches!(lost.why, Why::Overheld(_));
         let cause = match lost.why {
@@ -39,7 +39,7 @@ impl<const D: usize> Continuation<'_, D> {
             _ => Cause::StepTooSmall,
         };
         let status = if fold { Status::LimitPoint } else { Status::NotConverged };
-        let point = fold.then(|| self.rough_point(CriticalKind::LimitPoint, target, false));
+        let point = fold.then(|| self.rough_point(CriticalKind::LimitPoint, (Some(from), target), false));
         let failure = Failure {
             tried: target,
             worst_node: node,
@@ -72,12 +72,19 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// A singular point near the last assembly, as far as an increment tells.
-    pub(super) fn rough_point(&mut self, kind: CriticalKind, fraction: f64, sideways: bool) -> CriticalPoint {
+    /// A singular point near the last assembly, as far as an increment tells: it lies since the first of these fractions, where
+    /// one is known, and is said to lie at the second.
+    pub(super) fn rough_point(
+        &mut self,
+        kind: CriticalKind,
+        (since, fraction): (Option<f64>, f64),
+        sideways: bool,
+    ) -> CriticalPoint {
         let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
         let motions = self.system.pattern.motions_of(&mode);
         let (node, mode) = self.mode_of(&motions);
-        CriticalPoint { kind, fraction, error: None, located: None, node, member: None, sideways, mode }
+        let located = since.map(|since| (fraction - since).abs());
+        CriticalPoint { kind, fraction, error: None, located, node, member: None, sideways, mode }
     }
 
     /// The node that moves most, and the motion of every node.

@@ -255,6 +255,20 @@ impl<const D: usize> Tangent<D> {
         residual
     }
 
+    /// The stiffness against forces, and moments of `size` times as much, that single out no motion; `None` where there are no
+    /// factors. It is small against that of another state where the tangent is nearly singular.
+    pub(crate) fn overall_stiffness(&mut self, pattern: &Pattern<D>, size: f64) -> Option<f64> {
+        let mut forces = vec![0.0; self.linear.size()];
+        for (joint, own) in pattern.equations.joints.iter().enumerate() {
+            for (e, motion) in pattern.joint_motions(joint).iter().enumerate() {
+                let scaled = (0..6).map(|c| if c < 3 { motion[c] } else { size * motion[c] });
+                let any = |i: usize| (1.3 * (6 * joint + i) as f64 + 0.7).sin();
+                forces[own.first + e] = scaled.enumerate().map(|(c, x)| any(c) * x).sum();
+            }
+        }
+        self.singular_test(&forces).map(f64::abs)
+    }
+
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
     /// the network, `size`, or radians).
     pub(crate) fn softest_motion(&mut self, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
