@@ -275,8 +275,8 @@ pub struct CriticalPoint {
     pub fraction: f64,
     /// Estimated discretization error of the fraction.
     pub error: Option<f64>,
-    /// How well the fraction is located on its mesh: how far apart two locations of it are. `None` for what is only known
-    /// to lie near.
+    /// How well the fraction is located on its mesh: how far apart two locations of it are, or where it was not located the
+    /// increment in which it lies. `None` for what is only known to lie near.
     pub located: Option<f64>,
     /// The node that moves most in the mode.
     pub node: NodeId,

@@ -253,13 +253,33 @@ fn an_increment_to_a_critical_load_loses_nothing() {
     assert!(falls.error.is_some());
 }
 
-/// A network that cannot be stretched everywhere leaves its plane along the motion that nothing resists, whichever way it is drawn.
+/// A network that cannot be stretched everywhere leaves its plane along the motion that nothing resists, and so does its mirror
+/// image.
 #[test]
-fn a_mirrored_network_finds_the_branch_that_leaves_its_plane() {
-    let solution = solve("../tests/cases/branch_of_a_mirrored_network.toml", &[]);
-    for step in &solution.history.steps {
-        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
-        assert_eq!(step.critical_points.len(), 1);
+fn a_network_and_its_mirror_image_leave_their_plane_alike() {
+    let file = "../tests/cases/branch_of_a_mirrored_network.toml";
+    let text = std::fs::read_to_string(validation(file)).expect("the network");
+    let places = [("[-40, 50]", "[40, 50]"), ("[30, 0]", "[-30, 0]"), ("[1, 0]", "[-1, 0]"), ("[-2, 0]", "[2, 0]")];
+    let mirrored = places.iter().fold(text.clone(), |text, (place, mirrored)| text.replace(place, mirrored));
+    assert_ne!(text, mirrored);
+    let points = [text, mirrored].map(|text| {
+        let model = pennate_models::read_text("drawn.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        let solution =
+            solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"));
+        solution
+            .history
+            .steps
+            .into_iter()
+            .map(|step| {
+                assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+                let [point] = step.critical_points.as_slice() else { panic!("{:?}", step.critical_points) };
+                point.fraction
+            })
+            .collect::<Vec<_>>()
+    });
+    for (drawn, mirrored) in points[0].iter().zip(&points[1]) {
+        assert!((drawn - mirrored).abs() <= 1e-7, "{drawn} and {mirrored}");
     }
 }
 

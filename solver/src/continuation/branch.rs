@@ -5,7 +5,7 @@
 use super::arc::{ArcIncrement, ByArc};
 use super::direction::{Direction, Metric};
 use super::events::Events;
-use super::follow::{Control, Next, Ramp, Run};
+use super::follow::{Control, Next, Run};
 use super::record::{cause_of, status_of};
 use super::release::Release;
 use super::{Continuation, Count};
@@ -215,26 +215,20 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.assemble(false);
     }
 
-    /// The motion that nothing resists at a singular point, the present state.
+    /// The motion that nothing resists at a singular point, the present state; the factors are not those of increments then.
     ///
     /// The point was found with the auxiliary stiffness that this takes. With the larger one of increments the critical
     /// motion of an inextensible network may be stiffer there than other soft ones.
-    pub(super) fn critical_motion(&mut self, ramp: &Ramp) -> Vec<f64> {
+    pub(super) fn critical_motion(&mut self, run: &mut Run<'_>) -> Vec<f64> {
         let system = &mut self.system;
-        if !system.loading.holds_strains() {
-            return system.tangent.softest_motion(&system.pattern, system.size);
-        }
-        let fraction = system.loading.fraction;
-        let mut motion = Vec::new();
-        for auxiliary in [packs::EXACTING, packs::AUXILIARY] {
-            system.loading.auxiliary = auxiliary;
-            ramp.apply(system, fraction);
+        if system.loading.holds_strains() {
+            system.loading.auxiliary = packs::EXACTING;
+            run.ramp.apply(system, system.loading.fraction);
             system.assemble(false);
-            if motion.is_empty() {
-                motion = system.tangent.softest_motion(&system.pattern, system.size);
-            }
+            run.effort.factorizations += 1;
+            system.loading.auxiliary = packs::AUXILIARY;
         }
-        motion
+        system.tangent.softest_motion(&system.pattern, system.size)
     }
 
     /// From a bifurcation, the present state, onto the branch that is stable and leads on; the fraction there.
@@ -244,7 +238,7 @@ impl<const D: usize> Continuation<'_, D> {
         }
         self.system.save(&mut self.last);
         let tuning = self.tuning;
-        let mode = self.critical_motion(run.ramp);
+        let mode = self.critical_motion(run);
         let motions = self.system.pattern.motions_of(&mode);
         let metric = Metric::balanced(&motions, 0.0, self.system.size, tuning.near);
         let direction = metric.unit(Direction { motions, rate: 0.0 });

@@ -55,6 +55,7 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.apply_drives();
         let inertia = self.at_rest.take().unwrap_or_else(|| self.system.assemble(false));
         record.factorizations += 1;
+        self.first_stiffness = self.overall_stiffness();
         self.base = self.count(&inertia);
     }
 

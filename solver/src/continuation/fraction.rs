@@ -43,8 +43,6 @@ pub(super) struct ByFraction {
     overheld: Option<Why>,
     /// The overall stiffness at the last state, where it is known.
     stiffness: Option<f64>,
-    /// Whether the last assembly is of the last state still.
-    is_assembled: bool,
 }
 
 /// An increment that is tried: its length, where it leads to, what the state there is for, and how far each part of the
@@ -82,7 +80,7 @@ enum Judged {
 }
 
 impl ByFraction {
-    pub(super) fn new(fraction: f64, length: f64) -> Self {
+    pub(super) fn new(fraction: f64, length: f64, stiffness: Option<f64>) -> Self {
         Self {
             fraction,
             is_extrapolated: false,
@@ -93,8 +91,7 @@ impl ByFraction {
             failures: 0,
             foresees_buckling: false,
             overheld: None,
-            stiffness: None,
-            is_assembled: true,
+            stiffness,
         }
     }
 
@@ -266,16 +263,12 @@ impl<const D: usize> Continuation<'_, D> {
     /// Puts the system at the loads of the next increment, on the extrapolation of the last two states where there are two.
     fn predict_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Trial {
         let mut trial = by.trial(&self.options);
-        if by.is_assembled {
-            by.stiffness = self.overall_stiffness();
-        }
         if by.stiffness.is_none() && trial.target < 1.0 {
             run.ramp.apply(&mut self.system, by.fraction);
             self.system.assemble(false);
             run.effort.factorizations += 1;
             by.stiffness = self.overall_stiffness();
         }
-        by.is_assembled = false;
         run.ramp.apply(&mut self.system, trial.target);
         if by.is_extrapolated {
             self.system.predict(&self.before, &self.last, trial.length / by.last_length);
@@ -330,14 +323,6 @@ impl<const D: usize> Continuation<'_, D> {
         let missed = self.system.moves.first_own;
         let first_moves = self.system.moves.first_by_part.clone();
         let foreseen = if predicted { &trial.foreseen } else { &first_moves };
-        let mut count = self.count(&found.inertia);
-        if count.neutral
-            && trial.aim != Aim::Result
-            && let Ok(better) = self.newton.exact().solve(&mut self.system, Start::nearby())
-        {
-            run.effort.factorizations += better.factorizations;
-            count = self.count(&better.inertia);
-        }
         let stiffness = if trial.target < 1.0 { self.overall_stiffness() } else { None };
         // So near to a singular point the sign of its stiffness is noise, and which of the branches that meet there the iteration
         // came out on is chance: no place to end an increment at.
@@ -346,6 +331,14 @@ impl<const D: usize> Continuation<'_, D> {
             && step > tuning.bracket
         {
             return Judged::TooLong((tuning.shorter * step).max(0.9 * tuning.bracket));
+        }
+        let mut count = self.count(&found.inertia);
+        if count.neutral
+            && trial.aim != Aim::Result
+            && let Ok(better) = self.newton.exact().solve(&mut self.system, Start::nearby())
+        {
+            run.effort.factorizations += better.factorizations;
+            count = self.count(&better.inertia);
         }
         // A moment on a joint that supports hold about some axes may have a potential where the joint has not turned yet.
         let conservative = run.conservative && count.potential;
@@ -413,7 +406,7 @@ impl<const D: usize> Continuation<'_, D> {
     }
 
     /// The overall stiffness at the last assembly.
-    fn overall_stiffness(&mut self) -> Option<f64> {
+    pub(super) fn overall_stiffness(&mut self) -> Option<f64> {
         self.system.tangent.overall_stiffness(&self.system.pattern, self.system.size)
     }
 

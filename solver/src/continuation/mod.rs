@@ -107,6 +107,8 @@ pub struct Continuation<'a, const D: usize> {
     pub free: Vec<FreeMotion>,
     /// Pivots of the unloaded structure, as long as its assembly is the last one.
     at_rest: Option<Inertia>,
+    /// The overall stiffness where a step begins, as long as nothing was followed from there.
+    first_stiffness: Option<f64>,
     /// Whether rounding hides the sign of the lowest stiffness at the end of the last step.
     undecided: bool,
 }
@@ -173,6 +175,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             is_loose: false,
             free: Vec::new(),
             at_rest: None,
+            first_stiffness: None,
             undecided: false,
         };
         for support in &structure.supports {
@@ -308,6 +311,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         }
         so_far.counted = true;
         so_far.going = known || self.follow(&mut run);
+        self.first_stiffness = None;
         self.judge_end(&ramp, record);
         // A member that no force keeps at its length has none in halves either.
         let overheld = record.failure.as_ref().is_some_and(|failure| matches!(failure.cause, Cause::Overheld { .. }));

@@ -42,7 +42,7 @@ impl<const D: usize> Continuation<'_, D> {
         let fraction = (point.fraction + beyond).min(1.0);
         if point.kind == CriticalKind::Bifurcation {
             let amplitude = self.tuning.miss * self.tuning.amplitude;
-            let push: Vec<f64> = self.critical_motion(run.ramp).iter().map(|x| amplitude * x).collect();
+            let push: Vec<f64> = self.critical_motion(run).iter().map(|x| amplitude * x).collect();
             self.system.move_by(&push, false);
         }
         run.ramp.apply(&mut self.system, fraction);

@@ -42,7 +42,8 @@ pub struct Tuning {
     pub longer: f64,
     /// Part of what was foreseen by which a move may miss it and still point the same way.
     pub missed: f64,
-    /// Part of the ramp within which a change of stability is a singular point, and what lies beside one is looked for.
+    /// Part of the ramp within which a change of stability is a singular point, and what lies beside one is looked for; part of
+    /// its stiffness that a network has left that near to one.
     pub bracket: f64,
     /// Part of the ramp below which increments are not shortened, and distance (radians, or lengths) of states that are one.
     pub shortest: f64,

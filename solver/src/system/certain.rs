@@ -13,6 +13,7 @@ use pennate_elements::beam::Ends;
 use pennate_elements::small::norm;
 
 use super::System;
+use super::tangent::any;
 use crate::linear::Pivots;
 use crate::reduce;
 
@@ -68,7 +69,7 @@ impl<const D: usize> System<D> {
     /// That motion is looked for by iteration: x = K⁻¹ D x, with the stiffness D that may have been taken.
     fn part_in_doubt(&mut self, doubt: &[f64]) -> f64 {
         let size = self.tangent.linear.size();
-        let mut x: Vec<f64> = (0..size).map(|i| (1.3 * i as f64 + 0.7).sin()).collect();
+        let mut x: Vec<f64> = (0..size).map(any).collect();
         let mut taken = vec![0.0; size];
         self.tangent.linear.apply_values(doubt, &x, &mut taken);
         let mut part = 0.0;

@@ -8,6 +8,11 @@ use crate::linear::{Pivots, Symmetric};
 use crate::reduce::ReleaseFactor;
 use crate::structure::MemberId;
 
+/// A number between -1 and 1, another one for each component: what is made of them singles out no motion.
+pub(crate) fn any(component: usize) -> f64 {
+    (1.3 * component as f64 + 0.7).sin()
+}
+
 /// Largest residual of the joints, over the scale of its kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residual {
@@ -260,10 +265,9 @@ impl<const D: usize> Tangent<D> {
     pub(crate) fn overall_stiffness(&mut self, pattern: &Pattern<D>, size: f64) -> Option<f64> {
         let mut forces = vec![0.0; self.linear.size()];
         for (joint, own) in pattern.equations.joints.iter().enumerate() {
+            let force: [f64; 6] = std::array::from_fn(|c| any(6 * joint + c) * if c < 3 { 1.0 } else { size });
             for (e, motion) in pattern.joint_motions(joint).iter().enumerate() {
-                let scaled = (0..6).map(|c| if c < 3 { motion[c] } else { size * motion[c] });
-                let any = |i: usize| (1.3 * (6 * joint + i) as f64 + 0.7).sin();
-                forces[own.first + e] = scaled.enumerate().map(|(c, x)| any(c) * x).sum();
+                forces[own.first + e] = (0..6).map(|c| force[c] * motion[c]).sum();
             }
         }
         self.singular_test(&forces).map(f64::abs)
@@ -275,7 +279,7 @@ impl<const D: usize> Tangent<D> {
         let count = self.linear.size();
         let weight = |i: usize| self.linear.diagonal(i).abs().max(self.linear.rest[i]).max(f64::MIN_POSITIVE);
         let weights: Vec<f64> = (0..count).map(weight).collect();
-        let mut x: Vec<f64> = (0..count).map(|i| (1.3 * i as f64 + 0.7).sin() / weights[i].sqrt()).collect();
+        let mut x: Vec<f64> = (0..count).map(|i| any(i) / weights[i].sqrt()).collect();
         for _ in 0..6 {
             // The weights make the iteration indifferent to units: what it looks for is soft against the rest.
             for (x, weight) in x.iter_mut().zip(&weights) {
