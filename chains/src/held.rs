@@ -1,13 +1,13 @@
-//! The axial force of a member that cannot be stretched, a number of its own, which no strain gives; and the force that any
-//! member carries.
+//! The axial force of a member that cannot be stretched, or hardly, a number of its own, which no strain gives; and the force
+//! that any member carries.
 
-use pennate_elements::beam::Beam;
+use pennate_elements::beam::{Beam, Moduli};
 use pennate_elements::real::Real;
 use pennate_elements::small::norm;
 
 use crate::{Chain, lanes};
 
-/// The axial force of the parts of a member that cannot be stretched, in the mean over their length.
+/// The axial force of the parts of a member that cannot be stretched, or hardly, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldForce {
     /// Axial force, positive in tension.
@@ -16,28 +16,37 @@ pub struct HeldForce {
     pub auxiliary: f64,
     /// Unloaded length of these parts.
     pub length: f64,
+    /// Whether nothing but the auxiliary stiffness is behind it: the parts cannot be stretched at all.
+    pub is_rigid: bool,
+}
+
+/// Stiffness against a strain, infinite for one that is held.
+pub(crate) fn stiffness<T: Real, const D: usize>(moduli: &Moduli<T, D>, component: usize, lane: usize) -> f64 {
+    moduli.stiffness[component].lane(lane) / (1.0 - moduli.held[component].lane(lane))
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// `None` where every part of the member can be stretched.
+    /// `None` where the strain of every part of the member gives its force.
     pub(super) fn held_force_impl(&self, lane: usize) -> Option<HeldForce> {
         if self.moduli.iter().all(|moduli| moduli.held[0].lane(lane) == 0.0) {
             return None;
         }
         let (mut length, mut force, mut compliance) = (0.0, 0.0, 0.0);
+        let mut is_rigid = true;
         for (e, piece) in self.pieces.iter().enumerate() {
             let moduli = &self.moduli[self.segment_of[e]];
             if moduli.held[0].lane(lane) == 0.0 {
                 continue;
             }
             let own = piece.length.lane(lane);
+            is_rigid &= moduli.held[0].lane(lane) == 1.0;
             length += own;
             compliance += own / moduli.stiffness[0].lane(lane);
             for g in 0..P {
                 force += own * self.table.weights[g] * self.state.stress[e * P + g][0].lane(lane);
             }
         }
-        Some(HeldForce { force: force / length, auxiliary: length / compliance, length })
+        Some(HeldForce { force: force / length, auxiliary: length / compliance, length, is_rigid })
     }
 
     /// The largest force of its mixed stresses, along the axis and across.
@@ -49,7 +58,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.state.stress.iter().map(force).fold(0.0, f64::max)
     }
 
-    /// Adds the same to the axial force of all parts that cannot be stretched.
+    /// Adds the same to the axial force of all these parts.
     pub(super) fn add_held_force_impl(&mut self, lane: usize, by: f64) {
         for e in 0..self.pieces.len() {
             if self.moduli[self.segment_of[e]].held[0].lane(lane) == 0.0 {

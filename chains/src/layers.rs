@@ -12,6 +12,7 @@ use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
 use pennate_elements::small::norm;
 
+use crate::held::stiffness;
 use crate::member::Variation;
 use crate::{Chain, Pack, lanes};
 
@@ -19,11 +20,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn variations_impl(&self, lane: usize) -> Vec<Variation> {
         let one = |element: usize| {
             let moduli = &self.moduli[self.segment_of[element]];
-            // A strain that is held has no stiffness of its own.
-            let stiffness = |d: usize| match moduli.held[d].lane(lane) {
-                0.0 => moduli.stiffness[d].lane(lane),
-                _ => f64::INFINITY,
-            };
+            let stiffness = |d: usize| stiffness(moduli, d, lane);
             let square = |stress: &[T; D]| {
                 let stress = lanes::lane(stress, lane);
                 if D == 3 {

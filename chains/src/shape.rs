@@ -6,6 +6,7 @@ use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, add, apply, axpy, cross, norm, scale, sub, tapply, tmul};
 
+use crate::held::stiffness;
 use crate::lanes::{self, lane_of, lanes};
 use crate::member::{MemberShape, ShapeCell, ShapePoint};
 use crate::{Chain, Pack};
@@ -48,7 +49,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Strains<'_
     }
 }
 
-/// Largest strain that a held component has, as work in lanes.
+/// Largest strain that a held component has, beyond that which its mixed stress explains, as work in lanes.
 struct Violation<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<'_, T, B, D, P> {
@@ -65,9 +66,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<
                 continue;
             }
             let strains = Strains(chain, e).run();
+            let stress = chain.stress_of(e);
             for g in 0..P {
                 for d in 0..D {
-                    let off = moduli.held[d] * (strains[g][d] - moduli.rest[d]);
+                    let own = (T::one() - moduli.held[d]) * stress[g][d] / moduli.stiffness[d];
+                    let off = moduli.held[d] * (strains[g][d] - moduli.rest[d] - own);
                     largest = largest.max(off.abs());
                 }
             }
@@ -178,9 +181,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let strains = self.strains(e);
             let moduli = &self.moduli[self.segment_of[e]];
             for d in 0..D {
-                if moduli.held[d].lane(lane) == 0.0 {
+                if moduli.held[d].lane(lane) < 1.0 {
                     let top: f64 = (0..P).map(|g| mode[g] * strains[g][d].lane(lane)).sum();
-                    let stiffness = moduli.stiffness[d].lane(lane) * self.pieces[e].length.lane(lane);
+                    let stiffness = stiffness(moduli, d, lane) * self.pieces[e].length.lane(lane);
                     energy += 0.5 * stiffness * top * top / size;
                 }
             }

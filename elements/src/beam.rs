@@ -36,13 +36,16 @@ pub struct Piece<T> {
 }
 
 /// Stiffness and rest strain of a section; a held component has its stress as an unknown.
+///
+/// The stress is C ε + h σ, with the mixed stress σ. Where h lies between zero and one, as for a strain that is stiff and not
+/// held, it tends to C ε / (1 − h).
 #[derive(Clone, Copy, Debug)]
 pub struct Moduli<T, const D: usize> {
     /// Stiffness; for a held component the auxiliary stiffness of its multiplier.
     pub stiffness: [T; D],
     /// Induced strain.
     pub rest: [T; D],
-    /// One where the strain is held at its rest value (infinite stiffness), else zero.
+    /// Part of the mixed stress that stays: one where the strain is held at its rest value (infinite stiffness).
     pub held: [T; D],
     /// h²/12EI₃ and h²/12EI₂: what bending within a corotational element adds to its shear compliances along axes 2
     /// and 3, for a unit of the squared stretch. Other elements do not ask for it.

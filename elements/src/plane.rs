@@ -236,7 +236,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
                 stiffness[i] = weight * section[i];
                 let spring = stiffness[i] * elastic[i];
                 stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
-                out.energy = out.energy.plus(T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring, elastic[i]);
+                out.energy = out.energy.plus(T::splat(0.5) * stress[i], elastic[i]);
             }
             let n = turned(axis, [stress[0], stress[1]]);
             let mut r_v = turned([k.cos, k.sin], n);

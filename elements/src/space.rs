@@ -395,7 +395,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
                 stiffness[i] = weight * section[i];
                 let spring = stiffness[i] * elastic[i];
                 stress[i] = spring + weight * at.moduli.held[i] * at.stress[g][i];
-                out.energy = out.energy.plus(T::splat(0.5) * (T::one() - at.moduli.held[i]) * spring, elastic[i]);
+                out.energy = out.energy.plus(T::splat(0.5) * stress[i], elastic[i]);
             }
             let (n, m) = split(&stress);
             let mut r_v = tapply(&k.gamma_v, &n);

@@ -241,10 +241,16 @@ impl HeldForces {
 pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
     let mut held = HeldForces::default();
     held.begin(system);
-    let HeldForces { members, forces, .. } = held;
+    let is_rigid = |&member: &MemberId| {
+        let slot = &system.members.slots[member];
+        system.members.packs[slot.pack].held_force(slot.lane).is_some_and(|held| held.is_rigid)
+    };
+    let members: Vec<MemberId> = held.members.into_iter().filter(is_rigid).collect();
     if members.is_empty() {
         return Vec::new();
     }
+    let mut forces = Vec::new();
+    read(system, &members, &mut forces);
     let here = system.snapshot();
     let mut most = 0.0f64;
     for (index, &member) in members.iter().enumerate() {

@@ -28,12 +28,20 @@ pub struct Auxiliary {
     pub element: f64,
     /// Over the force that the member carries.
     pub carried: f64,
+    /// Whether strains that are not held, but stiffer than [`AUXILIARY`], are eased: see [`Auxiliary::easing`].
+    pub eases: bool,
 }
 
 impl Auxiliary {
     /// So many times the stiffness of the member, that of the element, and the force that the member carries.
     pub(crate) const fn new(member: f64, element: f64, carried: f64) -> Self {
-        Self { member, element, carried }
+        Self { member, element, carried, eases: false }
+    }
+
+    /// The same, in series with stiff strains too, whose stress is a number of its own then: what the tangent subtracts is no
+    /// larger than for strains that are held, and keeps as many digits.
+    pub(crate) const fn easing(self) -> Self {
+        Self { eases: true, ..self }
     }
 
     /// The stiffness for a bending stiffness and a force; `lengths` are those of the element and of the member.
@@ -210,6 +218,13 @@ impl Turn {
     }
 }
 
+/// Whether a strain that is not held is stiffer than what holds others in an unloaded member.
+pub(crate) fn is_stiff(state: &SectionState, lengths: [f64; 2]) -> bool {
+    let section = &state.section;
+    let stiff = AUXILIARY.of_bending(section.ei2.max(section.ei3), lengths);
+    [section.ea, section.ga2, section.ga3].into_iter().any(|own| own.is_finite() && own > stiff)
+}
+
 /// Stiffness, rest strains and multipliers of a section for elements of one length; `lengths` are those of the element and
 /// of the member, which carries the force `carried`.
 ///
@@ -226,16 +241,26 @@ pub(crate) fn moduli(
     let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
-    let auxiliary = auxiliary.stiffness(ei2.max(ei3), lengths, carried);
+    let bending = ei2.max(ei3);
+    let stiff = if auxiliary.eases { AUXILIARY.of_bending(bending, lengths) } else { f64::INFINITY };
+    let auxiliary = auxiliary.stiffness(bending, lengths, carried);
     let [element_length, _] = lengths;
     let curvature = turn.vector(state.curvature);
     let bends = about.sheared_by_bending;
-    let is_free = |d: usize| raw[d].is_finite() || bends && matches!(d, 1 | 2);
+    // The part of its stress that does not follow from the present strain; one where no stiffness is left beside it.
+    let held = |d: usize| match raw[d] {
+        _ if bends && matches!(d, 1 | 2) => 0.0,
+        own if own.is_infinite() => 1.0,
+        own if d < 3 && own > stiff => own / (own + auxiliary),
+        _ => 0.0,
+    };
+    let held: [f64; 6] = std::array::from_fn(held);
+    let in_series = |d: usize| if held[d] > 0.0 { auxiliary * held[d] } else { raw[d] };
     let softening = |ei: f64| if bends { element_length * element_length / (12.0 * ei) } else { 0.0 };
     Moduli {
-        stiffness: std::array::from_fn(|d| if is_free(d) { raw[d] } else { auxiliary }),
+        stiffness: std::array::from_fn(in_series),
         rest: [state.strain, 0.0, 0.0, curvature[0], curvature[1], curvature[2]],
-        held: std::array::from_fn(|d| if is_free(d) { 0.0 } else { 1.0 }),
+        held,
         softening: [softening(ei3), softening(ei2)],
     }
 }

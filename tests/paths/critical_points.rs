@@ -253,6 +253,22 @@ fn an_increment_to_a_critical_load_loses_nothing() {
     assert!(falls.error.is_some());
 }
 
+/// Members that are as good as inextensible cost no digits of a critical load, and no word where one is passed.
+#[test]
+fn slender_frames_drawn_not_quite_straight_have_their_limit_points() {
+    let limits = |file: &str, fraction: f64| {
+        let step = &solve(file, &[]).history.steps[0];
+        let first = step.critical_points.first().expect("a limit point");
+        let error = first.error.expect("an error");
+        assert_eq!((first.kind, step.stable), (CriticalKind::LimitPoint, Some(true)));
+        let apart = (first.fraction - fraction).abs();
+        assert!(apart <= 10.0 * error && error <= 1e-6, "{file}: {} ± {error}, off by {apart:e}", first.fraction);
+    };
+    // With `increments = 100` and an accuracy of 1e-9.
+    limits("../tests/cases/slender_frame.toml", 0.300_177_587_07);
+    limits("../tests/cases/slender_frame_along_the_arc.toml", 0.871_511_823_57);
+}
+
 /// A network that cannot be stretched everywhere leaves its plane along the motion that nothing resists, and so does its mirror
 /// image.
 #[test]

@@ -329,17 +329,12 @@ impl<const D: usize> Continuation<'_, D> {
         if increment.events.touched {
             return self.pass_where_branches_meet(run, by, &increment);
         }
-        if by.purpose == Purpose::Whole
-            && let Some(end) = self.arrive(run, by, ends)
-        {
-            return end;
-        }
-        if increment.events.any()
-            && let Some(next) = self.pass_events(run, by, &increment)
-        {
+        let passes =
+            increment.events.any() && !(by.purpose == Purpose::Whole && self.ends_before_events(run, by, ends));
+        if passes && let Some(next) = self.pass_events(run, by, &increment) {
             return next;
         }
-        if by.purpose == Purpose::Jump
+        if by.purpose != Purpose::Search
             && let Some(end) = self.arrive(run, by, ends)
         {
             return end;
@@ -416,9 +411,20 @@ impl<const D: usize> Continuation<'_, D> {
         false
     }
 
+    /// Whether a path reaches its end or its stop between `last` and `next`, at these fractions, before stability changes; the
+    /// state is `next`.
+    fn ends_before_events(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> bool {
+        let Some((_, count)) = self.find_end(run, by, ends) else { return false };
+        let passes = self.events_at(&count, false).any();
+        self.on_to_next(run.ramp, ends[1]);
+        !passes
+    }
+
     /// Ends a path between `last` and `next`, at these fractions, if it reaches its end or its stop there.
     fn arrive(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> Option<Next> {
-        let fraction = self.find_end(run, by, ends)?;
+        let (fraction, count) = self.find_end(run, by, ends)?;
+        self.base = count;
+        self.shift_states();
         let residual = self.system.residual();
         self.stay(fraction);
         self.accept(run.record, fraction, residual);
@@ -434,8 +440,8 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// Where the path between `last` and `next` reaches its end: the state is there then.
-    fn find_end(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> Option<f64> {
+    /// Where the path between `last` and `next` reaches its end, and the count there: the state is there then.
+    fn find_end(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> Option<(f64, Count)> {
         let crosses = |value: f64| (ends[0] - value) * (ends[1] - value) <= 0.0 && ends[0] != value;
         let target = match run.request.stop {
             Some(Stop::Fraction(value)) if crosses(value) => Some(value),
@@ -455,8 +461,7 @@ impl<const D: usize> Continuation<'_, D> {
                 });
                 run.effort.factorizations += locator.factorizations;
                 if let Some(root) = found {
-                    self.base = self.count(&root.point.inertia);
-                    return Some(root.fraction);
+                    return Some((root.fraction, self.count(&root.point.inertia)));
                 }
                 self.on_to_next(run.ramp, ends[1]);
             }
@@ -466,11 +471,7 @@ impl<const D: usize> Continuation<'_, D> {
         run.ramp.apply(&mut self.system, target);
         self.system.predict(&self.last, &self.next, s - 1.0);
         match self.solve_at(run, target) {
-            Some(found) => {
-                self.base = self.count(&found.inertia);
-                self.shift_states();
-                Some(target)
-            }
+            Some(found) => Some((target, self.count(&found.inertia))),
             None => {
                 self.system.restore(&self.next);
                 None

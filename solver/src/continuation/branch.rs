@@ -27,22 +27,14 @@ pub(super) enum Onward {
 
 impl<const D: usize> Continuation<'_, D> {
     /// Notes a loss of stability between the states `last` and `next`, at these fractions, and goes on from there where that is
-    /// possible; the state is at the last of these points, if any was located.
+    /// possible; the state is at the last of these points, or at `next` where it could not be located.
     pub(super) fn meet(
         &mut self,
         run: &mut Run<'_>,
-        mut points: Vec<CriticalPoint>,
+        (mut points, located): (Vec<CriticalPoint>, bool),
         ends: [f64; 2],
         events: &Events,
     ) -> Onward {
-        let located = !points.is_empty();
-        if !located {
-            let kind = if events.limit { CriticalKind::LimitPoint } else { CriticalKind::Bifurcation };
-            self.on_to_next(run.ramp, ends[1]);
-            // A ramp that turns back may have gone farther than both ends.
-            let since = (!events.limit).then_some(ends[0]);
-            points.push(self.rough_point(kind, (since, ends[1]), events.aside > 0 && !events.bifurcates()));
-        }
         let first = points[0].clone();
         let residual = self.system.residual();
         self.accept(run.record, self.system.loading.fraction, residual);
@@ -222,11 +214,11 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn critical_motion(&mut self, run: &mut Run<'_>) -> Vec<f64> {
         let system = &mut self.system;
         if system.loading.holds_strains() {
-            system.loading.auxiliary = packs::EXACTING;
+            system.loading.set_auxiliary(packs::EXACTING);
             run.ramp.apply(system, system.loading.fraction);
             system.assemble(false);
             run.effort.factorizations += 1;
-            system.loading.auxiliary = packs::AUXILIARY;
+            system.loading.set_auxiliary(packs::AUXILIARY);
         }
         system.tangent.softest_motion(&system.pattern, system.size)
     }
@@ -380,7 +372,7 @@ impl<const D: usize> Continuation<'_, D> {
 
 /// The fraction at which a path turns back in an increment, and the part of the way there: the top of the parabola that has the
 /// slopes of both ends.
-fn top_between(by: &ByArc, increment: &ArcIncrement) -> (f64, f64) {
+pub(super) fn top_between(by: &ByArc, increment: &ArcIncrement) -> (f64, f64) {
     let (rises, falls) = (by.rate(), increment.ahead.rate);
     let part = rises / (rises - falls);
     (by.fraction + 0.5 * rises * part * increment.length, part)

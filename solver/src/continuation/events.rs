@@ -3,7 +3,7 @@
 //! Theory: docs/theory/stability.md; docs/theory/continuation.md, Eq. 8.4.
 
 use super::arc::{ArcIncrement, ByArc, Purpose};
-use super::branch::Onward;
+use super::branch::{Onward, top_between};
 use super::follow::{Control, Next, Run};
 use super::locate::Interval;
 use super::{Continuation, Count};
@@ -149,7 +149,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn pass_events(&mut self, run: &mut Run<'_>, by: &mut ByArc, increment: &ArcIncrement) -> Option<Next> {
         let events = &increment.events;
         let ends = [by.fraction, increment.point.fraction];
-        let points = self.pinpoint(run, Interval { ends, metric: Some(by.metric), events });
+        let mut points = self.pinpoint(run, Interval { ends, metric: Some(by.metric), events });
         if points.is_empty() && by.again + 1 < self.tuning.few() {
             // A singular point that is not found lies on another path, where the increment leapt.
             by.again += 1;
@@ -162,11 +162,15 @@ impl<const D: usize> Continuation<'_, D> {
             Purpose::Jump => self.is_lost(events),
             Purpose::Whole => false,
         };
+        let found = !points.is_empty();
+        if !found {
+            points.push(self.point_between(run, by, increment));
+        }
         if stops {
-            return Some(self.stop_or_go_on(run, by, points, ends, events));
+            return Some(self.stop_or_go_on(run, by, (points, found), ends, events));
         }
         run.record.critical_points.extend(points.iter().cloned());
-        if !points.is_empty() {
+        if found {
             let residual = self.system.residual();
             self.accept(run.record, self.system.loading.fraction, residual);
         }
@@ -186,6 +190,24 @@ impl<const D: usize> Continuation<'_, D> {
         None
     }
 
+    /// What an increment along the arc passed, from `last` to `next`, where it could not be located: as far as its ends tell. The
+    /// state is the second then.
+    fn point_between(&mut self, run: &mut Run<'_>, by: &ByArc, increment: &ArcIncrement) -> CriticalPoint {
+        let (events, ends) = (&increment.events, [by.fraction, increment.point.fraction]);
+        self.on_to_next(run.ramp, ends[1]);
+        if !events.limit {
+            return self.rough_point(
+                CriticalKind::Bifurcation,
+                (Some(ends[0]), ends[1]),
+                events.aside > 0 && !events.bifurcates(),
+            );
+        }
+        // A ramp that turns back has gone farther than both ends.
+        let (top, _) = top_between(by, increment);
+        let far = if (top - ends[0]).abs() > (top - ends[1]).abs() { ends[0] } else { ends[1] };
+        self.rough_point(CriticalKind::LimitPoint, (Some(far), top), false)
+    }
+
     /// Whether stability is lost where these are passed, or the ramp turns back.
     fn is_lost(&self, events: &Events) -> bool {
         let count = &events.count;
@@ -198,7 +220,7 @@ impl<const D: usize> Continuation<'_, D> {
         &mut self,
         run: &mut Run<'_>,
         by: &mut ByArc,
-        points: Vec<CriticalPoint>,
+        (points, found): (Vec<CriticalPoint>, bool),
         ends: [f64; 2],
         events: &Events,
     ) -> Next {
@@ -210,7 +232,7 @@ impl<const D: usize> Continuation<'_, D> {
             run.ramp.apply(&mut self.system, beyond);
             self.system.assemble(false);
         }
-        match self.meet(run, points, ends, events) {
+        match self.meet(run, (points, found), ends, events) {
             Onward::Nowhere => Next::End(false),
             Onward::From { at, .. } if at >= 1.0 => Next::End(self.arrived(run)),
             Onward::From { at, next, last } => match by.suspended.take() {

@@ -272,13 +272,22 @@ impl<const D: usize> Continuation<'_, D> {
             });
         }
         let mut found = self.locate(run, interval, wanted, packs::EXACTING);
+        if found.is_none() && self.system.loading.holds_strains() {
+            // Softer ones may move the point out of a bracket as narrow as this.
+            found = self.locate(run, interval, wanted, packs::AUXILIARY);
+            if let Some((point, _)) = &mut found {
+                let moved = self.system.members.give() * point.fraction.abs();
+                point.located = point.located.map(|located| located + moved);
+            }
+            other = None;
+        }
         if let (Some((point, _)), Some((auxiliary, fraction, located))) = (&mut found, other) {
             let weight = auxiliary.member / (packs::EXACTING.member - auxiliary.member);
             point.located =
                 point.located.zip(located).map(|(this, that)| (1.0 + weight).abs() * this + weight.abs() * that);
             point.fraction += weight * (point.fraction - fraction);
         }
-        self.system.loading.auxiliary = packs::AUXILIARY;
+        self.system.loading.set_auxiliary(packs::AUXILIARY);
         run.ramp.apply(&mut self.system, found.as_ref().map_or(interval.ends[1], |&(_, near)| near));
         self.system.assemble(false);
         found.map(|(point, _)| point)
@@ -318,7 +327,7 @@ impl<const D: usize> Continuation<'_, D> {
         auxiliary: Auxiliary,
     ) -> Option<(CriticalPoint, f64)> {
         let Interval { ends, metric, events } = interval;
-        self.system.loading.auxiliary = auxiliary;
+        self.system.loading.set_auxiliary(auxiliary);
         // The mode, from the far end of the bracket.
         self.system.restore(&self.next);
         run.ramp.apply(&mut self.system, ends[1]);

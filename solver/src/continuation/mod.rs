@@ -146,7 +146,8 @@ impl Count {
 
 impl<'a, const D: usize> Continuation<'a, D> {
     /// A path from the present state of a system.
-    pub fn new(system: System<D>, options: Options) -> Self {
+    pub fn new(mut system: System<D>, options: Options) -> Self {
+        system.ease();
         let structure = Arc::clone(&system.structure);
         let tuning = options.tuning;
         let mut path = Self {
@@ -456,6 +457,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         }
         let refined = self.refined.as_mut()?;
         refined.loading.fading.clone_from(&self.system.loading.fading);
+        refined.loading.auxiliary = self.system.loading.auxiliary;
         refined.hold_like(&self.system);
         refined.prolong(&self.system);
         self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;

@@ -51,6 +51,8 @@ struct Sections {
     noise: [f64; 2],
     /// See [`Loading::slenderness`].
     slenderness: f64,
+    /// Whether a strain that is not held is stiffer than what holds others.
+    is_stiff: bool,
 }
 
 /// How far loads, pressures and prescribed motions are, and what that makes of sections and nodes.
@@ -133,9 +135,20 @@ impl Loading {
         unstressed + self.prestress * (spring.natural_length().unwrap_or_default() - unstressed)
     }
 
-    /// Whether any section has a strain that is held: rigid in shear, or not to be stretched.
+    /// Whether the stress of any strain is a number of its own: of one that is held, as in sections rigid in shear or not to be
+    /// stretched, or of a stiff one that is eased.
     pub fn holds_strains(&self) -> bool {
         self.holds_strains
+    }
+
+    /// Whether any section has a strain so stiff that it may be eased.
+    pub(super) fn is_stiff(&self) -> bool {
+        self.sections.iter().any(|sections| sections.is_stiff)
+    }
+
+    /// Takes another auxiliary stiffness; whether stiff strains are eased stays.
+    pub(crate) fn set_auxiliary(&mut self, auxiliary: Auxiliary) {
+        self.auxiliary = Auxiliary { eases: self.auxiliary.eases, ..auxiliary };
     }
 
     /// Force and moment that rounding alone may leave.
@@ -241,6 +254,7 @@ impl MadeOf {
             let section = structure.laws[of.law].at(self.control);
             let lengths = [chain.element_length(slot.lane, segment), description.length()];
             let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, self.auxiliary, self.carried);
+            sections.is_stiff |= packs::is_stiff(&section, lengths);
             if moduli.held.iter().any(|&held| held != 0.0) {
                 let own = self.auxiliary.bears(moduli.stiffness[4].max(moduli.stiffness[5]), lengths);
                 sections.bears = Some(sections.bears.map_or(own, |bears| bears.min(own)));

@@ -135,6 +135,16 @@ impl<const D: usize> Members<D> {
         self.packs.iter().map(|pack| pack.violation()).fold(0.0, f64::max)
     }
 
+    /// The largest strain by which the auxiliary stiffness of strains that are held lets them give: critical loads are too low by this
+    /// part.
+    pub(crate) fn give(&self) -> f64 {
+        let of = |member: usize| {
+            let (pack, lane) = self.chain(member);
+            pack.held_force(lane).map_or(0.0, |held| pack.carried_force(lane) / held.auxiliary)
+        };
+        (0..self.count()).map(of).fold(0.0, f64::max)
+    }
+
     /// Negative pivots of the interiors, and the smallest one of any over the largest stiffness of its component.
     pub(super) fn pivots(&self) -> (usize, f64) {
         let pivots = (0..self.count()).map(|member| {

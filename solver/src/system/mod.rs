@@ -146,6 +146,30 @@ impl<const D: usize> System<D> {
         self.loading.apply(&self.structure, &mut self.members, self.size);
     }
 
+    /// Eases stiff strains from here on, where there are any: see [`crate::packs::Auxiliary::easing`].
+    pub(crate) fn ease(&mut self) {
+        if self.loading.is_stiff() {
+            self.loading.auxiliary = self.loading.auxiliary.easing();
+            self.apply_drives();
+        }
+    }
+
+    /// Looks at the present state with strains as stiff as they are; it is linearized as it was again afterwards.
+    pub(crate) fn uneased<R>(&mut self, look: impl FnOnce(&mut Self) -> R) -> R {
+        let auxiliary = self.loading.auxiliary;
+        if !auxiliary.eases {
+            return look(self);
+        }
+        self.loading.auxiliary.eases = false;
+        self.apply_drives();
+        self.assemble(false);
+        let seen = look(self);
+        self.loading.auxiliary = auxiliary;
+        self.apply_drives();
+        self.assemble(false);
+        seen
+    }
+
     /// Brings the auxiliary stiffness of held strains up to date with the forces that members carry now; whether that changed
     /// any.
     pub fn follow_carried_forces(&mut self) -> bool {
