@@ -28,7 +28,7 @@ pub struct Auxiliary {
     pub element: f64,
     /// Over the force that the member carries.
     pub carried: f64,
-    /// Whether strains that are not held, but stiffer than [`AUXILIARY`], are eased: see [`Auxiliary::easing`].
+    /// Whether strains that are not held, but stiffer than [`AUXILIARY`], have it in series and a stress of their own.
     pub eases: bool,
 }
 
