@@ -264,7 +264,7 @@ fn slender_frames_drawn_not_quite_straight_have_their_limit_points() {
         let apart = (first.fraction - fraction).abs();
         assert!(apart <= 10.0 * error && error <= 1e-6, "{file}: {} ± {error}, off by {apart:e}", first.fraction);
     };
-    // With `increments = 100` and an accuracy of 1e-9.
+    // What a hundred increments by the fraction come to, with an accuracy of 1e-9.
     limits("../tests/cases/slender_frame.toml", 0.300_177_587_07);
     limits("../tests/cases/slender_frame_along_the_arc.toml", 0.871_511_823_57);
 }
