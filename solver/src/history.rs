@@ -342,6 +342,8 @@ pub enum Cause {
     Unbounded,
     /// Stiffness ratios exhaust double precision.
     IllConditioned,
+    /// The path that is followed along its arc turned back and leads to many times the loads the other way.
+    LeadsAway,
     /// No finite axial force of this member, which cannot be stretched, is in equilibrium: its ends cannot come as near as
     /// they would where it bends.
     Overheld {

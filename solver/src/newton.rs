@@ -71,6 +71,8 @@ pub enum Why {
     Wandered,
     /// The axial force of this member, which cannot be stretched, grows without end.
     Overheld(MemberId),
+    /// The path has left its ramp, for many times the loads the other way.
+    Away,
 }
 
 /// Where an iteration starts from.

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::accuracy::{Verdict, solve_to_accuracy};
 use pennate_analysis::solution::Solution;
 use pennate_models::read;
-use pennate_solver::history::{CriticalKind, Status, StepHistory};
+use pennate_solver::history::{Cause, CriticalKind, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::Formulation;
 use serde_json::Value;
@@ -455,4 +455,24 @@ fn the_arc_of_a_shallow_arch_under_a_force_goes_through_its_limit_points_both_wa
             assert_eq!(kinds, [LimitPoint, Bifurcation, Bifurcation, LimitPoint]);
         }
     }
+}
+
+#[test]
+fn a_path_that_leads_away_from_its_ramp_is_given_up() {
+    let step = &solve("../tests/cases/path_leads_away.toml", &[]).history.steps[0];
+    assert_eq!(step.failure.as_ref().map(|failure| failure.cause), Some(Cause::LeadsAway));
+    assert!(step.status == Status::NotConverged && step.fraction < -100.0, "ends at {}", step.fraction);
+    assert!(step.critical_points.len() >= 4, "what it passed is listed");
+}
+
+#[test]
+fn no_finer_mesh_is_tried_for_a_point_that_none_locates_better() {
+    let solution = solve("../tests/cases/branches_that_nearly_meet.toml", &[]);
+    let step = &solution.history.steps[0];
+    let first = &step.critical_points[0];
+    let error = first.error.expect("an error");
+    // Where a ramp from two increments on has its limit point, with an accuracy of 1e-9.
+    assert!((first.fraction - 0.098_728_8).abs() < error && error < 1e-3, "{} ± {error}", first.fraction);
+    assert_eq!((step.status, solution.accuracy.verdict), (Status::Converged, Verdict::Stalled));
+    assert!(solution.accuracy.rounds <= 3, "{} meshes", solution.accuracy.rounds);
 }

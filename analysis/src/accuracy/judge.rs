@@ -20,7 +20,7 @@ const CONFIRMED: f64 = 0.01;
 
 /// What to do after so many rounds, with what came of the last mesh and of the best one before it.
 pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, best: Option<&Round>) -> Next<Verdict> {
-    let Round { mesh, history, error, grading, .. } = round;
+    let Round { mesh, history, error, of_mesh, grading, .. } = round;
     let error = *error;
     let interrupted = history.steps.iter().any(|step| step.status == Status::Interrupted);
     if let Some(before) = best {
@@ -79,6 +79,10 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     if error <= asked {
         return Next::End(Verdict::Met);
     }
+    let of_mesh = of_mesh.unwrap_or(error);
+    if of_mesh <= asked {
+        return Next::End(Verdict::Stalled);
+    }
     // An error that does not count what is not known of singular points is no measure of progress.
     let before = best.filter(|before| !has_unknown_points(&before.history)).and_then(|before| before.error);
     let stalled = error < ASYMPTOTIC && before.is_some_and(|before| error > 0.5 * before);
@@ -90,7 +94,7 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     let factors = match stalled {
         // Finer members here and there were of no use.
         true => vec![2; mesh.refinement.len()],
-        false => member_factors(mesh, mesh.lowest_order(model), &missing(history), error / asked),
+        false => member_factors(mesh, mesh.lowest_order(model), &missing(history), of_mesh / asked),
     };
     let finer = mesh.refined(model, &factors);
     if finer == *mesh {
@@ -108,5 +112,5 @@ pub(super) fn every_end_is_estimated(history: &History) -> bool {
 /// How far along its steps a run came: those done, and the fraction of the next.
 fn progress_of(history: &History) -> f64 {
     let converged = history.steps.iter().take_while(|step| step.status == Status::Converged).count();
-    converged as f64 + history.steps.get(converged).map_or(0.0, |step| step.fraction)
+    converged as f64 + history.steps.get(converged).map_or(0.0, |step| step.fraction.max(0.0))
 }

@@ -52,7 +52,8 @@ pub enum Verdict {
     Forced,
     /// A finer mesh would have too many elements, or too many meshes were tried.
     TooFine,
-    /// The last refinement made it no better, on elements that resolve all layers: what is left is rounding.
+    /// The last refinement made it no better, on elements that resolve all layers, or none can: what is left is rounding, or
+    /// how near to each other branches lie where they meet.
     Stalled,
     /// The finer mesh got less far along the path.
     PathLost,
@@ -92,6 +93,8 @@ struct Round {
     probes: ProbeTable,
     /// Relative error; `None` where it is not known.
     error: Option<f64>,
+    /// Part of it that a finer mesh can take away.
+    of_mesh: Option<f64>,
     grading: Grading,
 }
 
@@ -168,11 +171,14 @@ impl Adaptive for Search<'_> {
         let probes = ProbeTable::new(model, &history);
         let known = self.options.rough || every_end_is_estimated(&history);
         let error = relative_error(model, &structure, &history, &probes);
-        let error = error.into_iter().chain(critical_error(&history)).reduce(f64::max).filter(|_| known);
+        let critical = critical_error(&history);
+        let with = |critical: Option<f64>| error.into_iter().chain(critical).reduce(f64::max).filter(|_| known);
+        let of_mesh = with(critical.map(|critical| critical.of_mesh));
+        let error = with(critical.map(|critical| critical.whole));
         self.options.rough = false;
         let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
         let grading = mesh.graded(model, &states, self.asked);
-        Ok(Round { mesh, structure, history, probes, error, grading })
+        Ok(Round { mesh, structure, history, probes, error, of_mesh, grading })
     }
 
     fn judge(&self, found: &Round, best: Option<&Round>, rounds: usize) -> Next<Verdict> {

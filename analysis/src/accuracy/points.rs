@@ -33,9 +33,21 @@ pub(super) fn estimate_critical_points(
     }
 }
 
-/// The largest error of a singular point over the largest fraction of a ramp where there is one.
-pub(super) fn critical_error(history: &History) -> Option<f64> {
+/// The errors of singular points over the largest fraction of a ramp where there is one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CriticalError {
+    /// The largest of all.
+    pub whole: f64,
+    /// The largest of what a finer mesh can take away: a point that is not located any better stays where it is.
+    pub of_mesh: f64,
+}
+
+/// The errors of the singular points of a run; `None` where no error is known.
+pub(super) fn critical_error(history: &History) -> Option<CriticalError> {
     let points = || history.steps.iter().flat_map(|step| &step.critical_points);
-    let largest = points().map(|point| point.fraction.abs()).fold(0.0, f64::max);
-    points().filter_map(|point| point.error).reduce(f64::max).map(|error| error / largest.max(f64::MIN_POSITIVE))
+    let largest = points().map(|point| point.fraction.abs()).fold(f64::MIN_POSITIVE, f64::max);
+    let errors = || points().filter_map(|point| Some((point.error?, point.error? - point.located?)));
+    let whole = errors().map(|(whole, _)| whole).reduce(f64::max)?;
+    let of_mesh = errors().map(|(_, of_mesh)| of_mesh).reduce(f64::max)?;
+    Some(CriticalError { whole: whole / largest, of_mesh: of_mesh / largest })
 }

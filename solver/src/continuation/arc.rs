@@ -197,9 +197,10 @@ impl<const D: usize> Continuation<'_, D> {
     ///
     /// An increment that passes more than one singular point is shortened as long as that separates them.
     pub(super) fn increment_by_arc(&mut self, run: &mut Run<'_>, by: &mut ByArc) -> Tried<ArcIncrement, Lost> {
-        if by.left == 0 {
-            let residual = self.system.residual();
-            return Tried::Lost(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
+        let away = by.fraction < -self.tuning.endless;
+        if away || by.left == 0 {
+            let (residual, why) = (self.system.residual(), if away { Why::Away } else { Why::Slow });
+            return Tried::Lost(Lost { iterations: 0, factorizations: 0, residual, why });
         }
         let s = by.next.min(by.longest);
         if by.begun.is_none() {
@@ -273,11 +274,6 @@ impl<const D: usize> Continuation<'_, D> {
             return None;
         }
         let count = self.count(&point.inertia);
-        if by.touches && count.neutral && !self.base.neutral && !short {
-            // So near to where branches meet the state may lie on either.
-            by.next = tuning.shorter.sqrt() * s;
-            return None;
-        }
         let turns_back = ahead.rate * by.tangent.rate < 0.0;
         let mut events = self.events_at(&count, turns_back);
         // At a fold a pivot changes its sign, though it may be small enough to pass for neutral.
@@ -381,7 +377,9 @@ impl<const D: usize> Continuation<'_, D> {
         match by.purpose {
             Purpose::Whole => Next::End(self.end_lost(run, by.fraction, &lost)),
             // Where the arc cannot be followed the ramp may be.
-            Purpose::Jump if by.left > 0 => Next::By(Control::Fraction(self.by_fraction(run, by.fraction))),
+            Purpose::Jump if by.left > 0 && lost.why != Why::Away => {
+                Next::By(Control::Fraction(self.by_fraction(run, by.fraction)))
+            }
             Purpose::Jump => Next::End(self.end_lost(run, by.fraction, &lost)),
             Purpose::Search => {
                 if let (Why::Overheld(_), Some((.., ending))) = (lost.why, &mut by.suspended) {

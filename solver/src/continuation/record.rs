@@ -36,6 +36,7 @@ impl<const D: usize> Continuation<'_, D> {
             _ if fold => Cause::LimitPoint,
             Why::Overheld(member) => Cause::Overheld { member },
             Why::Singular => Cause::IllConditioned,
+            Why::Away => Cause::LeadsAway,
             _ => Cause::StepTooSmall,
         };
         let status = if fold { Status::LimitPoint } else { Status::NotConverged };

@@ -54,7 +54,8 @@ pub struct Tuning {
     pub exact: f64,
     /// Distance (radians, or lengths) along a mode at which a branch is entered.
     pub amplitude: f64,
-    /// Displacement over the size of the network that nothing holds.
+    /// Displacement over the size of the network that nothing holds, and times that a path may bear the loads of a ramp the other
+    /// way before it is said to lead away.
     pub endless: f64,
 }
 
