@@ -106,12 +106,14 @@ pub(crate) fn multiply(matrix: &CsMat<f64>, x: &[f64], out: &mut [f64]) {
 /// The same for W columns side by side.
 pub(crate) fn multiply_columns<const W: usize>(matrix: &CsMat<f64>, x: &[[f64; W]], out: &mut [[f64; W]]) {
     for (row, out) in matrix.outer_iterator().zip(out) {
-        *out = [0.0; W];
-        for (column, value) in row.iter() {
+        let mut sum = [0.0; W];
+        for (&column, &value) in row.indices().iter().zip(row.data()) {
+            let x = &x[column];
             for w in 0..W {
-                out[w] += value * x[column][w];
+                sum[w] += value * x[w];
             }
         }
+        *out = sum;
     }
 }
 
