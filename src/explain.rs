@@ -267,7 +267,12 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
     };
     let mut notes = Vec::new();
     notes.extend(reached_values(model, index, step));
-    notes.extend(looks_like(failure.cause, &place));
+    let taut = match failure.cause {
+        Cause::LimitPoint => strains::taut(model, step),
+        _ => None,
+    };
+    let help = taut.as_ref().map_or_else(|| advice(failure, &place), |taut| Some(taut.help.clone()));
+    notes.extend(taut.map(|taut| taut.note).or_else(|| looks_like(failure.cause, &place)));
     notes.extend(worst_residual(model, failure));
     notes.extend(pushed_muscles(model, step));
     notes.extend(strains::tension(model, step));
@@ -276,13 +281,7 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
     if left > 0 {
         notes.push(format!("{left} later step{} not tried", if left == 1 { " was" } else { "s were" }));
     }
-    Message {
-        title,
-        span: model.steps.get(index).map(|step| step.span),
-        notes,
-        help: advice(failure, &place),
-        label: None,
-    }
+    Message { title, span: model.steps.get(index).map(|step| step.span), notes, help, label: None }
 }
 
 fn node_name(model: &Model, node: NodeId) -> String {

@@ -39,6 +39,27 @@ pub fn tension(model: &Model, step: &StepHistory) -> Option<String> {
     ))
 }
 
+/// What is said where a path turns back since a member is pulled straight.
+pub struct Taut {
+    pub note: String,
+    pub help: String,
+}
+
+/// What the last state of a step says of a member that cannot be stretched and is pulled straight.
+pub fn taut(model: &Model, step: &StepHistory) -> Option<Taut> {
+    let strains::Taut { member, force } = strains::taut(model, step)?;
+    let (name, unit) = (shown(&model.members[member].name), model.units.symbols()[1]);
+    Some(Taut {
+        note: format!(
+            "member '{name}' cannot be stretched and is pulled straight, by {force:.1e} {unit} by now: its ends cannot go \
+             any further apart"
+        ),
+        help: format!(
+            "ask for less of what pulls them, or let member '{name}' be stretched (leave out stretch = false, with its EA)"
+        ),
+    })
+}
+
 /// What the loads of a step that got nowhere would do to the bar that they could bend most, if one carried them alone.
 pub fn overload(model: &Model, index: usize, step: &StepHistory) -> Option<String> {
     let Overload { member, force, times } = strains::overload(model, index, step)?;

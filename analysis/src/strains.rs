@@ -99,6 +99,34 @@ pub fn tension(model: &Model, step: &StepHistory) -> Option<Tension> {
     })
 }
 
+/// A member that cannot be stretched, pulled straight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taut {
+    /// Index of the member.
+    pub member: MemberId,
+    /// Axial force, in the model's unit of forces.
+    pub force: f64,
+}
+
+/// The tautest member of the last state of a step among those that cannot be stretched, where its force leaves it no bend to be
+/// pulled out of.
+pub fn taut(model: &Model, step: &StepHistory) -> Option<Taut> {
+    /// Force over EI/L² from which all bending is within a hundredth of the length from the ends: layers are √(EI/N) long.
+    const STRAIGHT: f64 = 1e4;
+    let times = |member: usize, force: f64| {
+        let laws = model.members[member].segments.iter().map(|segment| match &segment.material {
+            SegmentLaw::Fixed(law) if !law.section.ea.is_finite() => Some(law.section.ei2.min(law.section.ei3)),
+            _ => None,
+        });
+        let stiffness = laws.reduce(|a, b| Some(a?.max(b?)))??;
+        Some(force * model.members[member].length.powi(2) / stiffness)
+    };
+    let members = last_state(step)?.members.iter().take(model.members.len()).enumerate();
+    let taut = members.filter_map(|(member, now)| Some((times(member, now.axial_force)?, member, now.axial_force)));
+    let (.., member, force) = taut.filter(|taut| taut.0 >= STRAIGHT).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Taut { member, force })
+}
+
 /// What the largest load would do to the bar that it could bend most, if that one carried it alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overload {

@@ -114,6 +114,25 @@ fn a_step_without_equilibrium_exits_1_and_keeps_what_had_converged() {
     assert!(results["steps"][2]["nodes"].as_object().unwrap().is_empty());
 }
 
+/// A path that ends where a member that cannot be stretched is straight turns back nowhere, and nothing would snap.
+#[test]
+fn a_member_that_is_pulled_straight_is_named() {
+    let place = Workplace::new();
+    let file = place.file(
+        "taut.toml",
+        "format = \"pennate/1\"\nnodes = { A = [0, 0], B = [60, 60] }\n\
+         sections.tape = { stiffness = { EA = 1, EI3 = 1e4 }, stretch = false }\n\
+         members.tape = { nodes = [\"A\", \"B\"], section = \"tape\" }\n\
+         supports.A = \"clamped\"\n[[steps]]\nname = \"pull\"\ndisplacement.B = { ux = 60 }\n",
+    );
+    let output = solve(&file).output().unwrap();
+    expect(&output, 1);
+    for word in ["step 'pull'", "member 'tape' cannot be stretched and is pulled straight", "stretch = false"] {
+        assert!(err(&output).contains(word), "{word} in\n{}", err(&output));
+    }
+    assert!(!err(&output).contains("snap"), "{}", err(&output));
+}
+
 /// The forces of a wire a thousand million times stiffer than what it hangs on are those of a motion of 1e-13 of it.
 #[test]
 fn few_digits_are_warned_of_with_their_place() {
