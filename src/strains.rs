@@ -41,7 +41,9 @@ pub fn tension(model: &Model, step: &StepHistory) -> Option<String> {
 
 /// What is said where a path turns back since a member is pulled straight.
 pub struct Taut {
+    /// Which, and with what force.
     pub note: String,
+    /// What would help.
     pub help: String,
 }
 

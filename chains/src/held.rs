@@ -3,9 +3,8 @@
 
 use pennate_elements::beam::{Beam, Moduli};
 use pennate_elements::real::Real;
-use pennate_elements::small::norm;
 
-use crate::{Chain, lanes};
+use crate::Chain;
 
 /// The axial force of the parts of a member that cannot be stretched, or hardly, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,11 +50,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// The largest force of its mixed stresses, along the axis and across.
     pub(super) fn carried_force_impl(&self, lane: usize) -> f64 {
-        let force = |stress: &[T; D]| {
-            let stress = lanes::lane(stress, lane);
-            if D == 3 { stress[0].hypot(stress[1]) } else { norm([stress[0], stress[1], stress[2]]) }
-        };
-        self.state.stress.iter().map(force).fold(0.0, f64::max)
+        let forces = if D == 3 { 2 } else { 3 };
+        let square = |stress: &[T; D]| stress[..forces].iter().map(|part| part.lane(lane).powi(2)).sum();
+        self.state.stress.iter().map(square).fold(0.0, f64::max).sqrt()
     }
 
     /// Adds the same to the axial force of all these parts.
