@@ -4,7 +4,36 @@ use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{V3, add, cross, dot, sub, tapply};
 
-use crate::{Chain, Size};
+use crate::Chain;
+
+/// The size of an increment: largest rotation (radians) and largest displacement over the member's length.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Size {
+    /// Largest rotation (radians).
+    pub rotation: f64,
+    /// Largest displacement, over the length of the member.
+    pub displacement: f64,
+}
+
+impl Size {
+    /// The larger of each.
+    pub fn join(self, other: Self) -> Self {
+        Self {
+            rotation: larger(self.rotation, other.rotation),
+            displacement: larger(self.displacement, other.displacement),
+        }
+    }
+
+    /// The larger of both.
+    pub fn largest(self) -> f64 {
+        larger(self.rotation, self.displacement)
+    }
+}
+
+/// The larger of two numbers; a NaN wins, so that it is never overlooked.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
 
 /// Sizes of an increment: largest rotation and largest displacement over the length of the member.
 #[derive(Clone, Copy, Debug, Default)]

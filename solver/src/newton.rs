@@ -22,11 +22,6 @@ const SERVES: f64 = 0.1;
 pub struct Newton {
     /// Those of the whole solve, as a rule.
     pub tuning: Tuning,
-    /// Factors serve on once increments are small, as long as the smallest of their pivots is no less than this: an increment then
-    /// costs a fraction of what it costs with new ones. `None` where every increment has factors of its own.
-    pub reuses_factors: Option<f64>,
-    /// Whether the system is linearized where the iteration starts, the motion of held components included.
-    pub starts_linearized: bool,
 }
 
 /// An equilibrium that was found.
@@ -88,6 +83,11 @@ pub struct Start<'a> {
     pub aim: Aim,
     /// An equilibrium that is not the nearest one will do.
     pub may_wander: bool,
+    /// The system is linearized at the state, the motion of held components included.
+    pub linearized: bool,
+    /// Factors serve on once increments are small, as long as the smallest of their pivots is no less than this: an increment then
+    /// costs a fraction of what it costs with new ones. `None` where every increment has factors of its own.
+    pub reuses_factors: Option<f64>,
 }
 
 /// What an equilibrium is for.
@@ -106,7 +106,15 @@ pub enum Aim {
 impl Start<'_> {
     /// To full accuracy from a state nearby.
     pub fn nearby() -> Self {
-        Self { predicted: true, rest: None, negative_limit: usize::MAX, aim: Aim::Result, may_wander: true }
+        Self {
+            predicted: true,
+            rest: None,
+            negative_limit: usize::MAX,
+            aim: Aim::Result,
+            may_wander: true,
+            linearized: false,
+            reuses_factors: None,
+        }
     }
 }
 
@@ -155,17 +163,12 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads {
 impl Newton {
     /// An iteration with these numbers.
     pub(crate) fn new(tuning: Tuning) -> Self {
-        Self { tuning, ..Self::default() }
-    }
-
-    /// The same with factors that serve on where their smallest pivot is no less than this.
-    pub fn reusing(self, smallest: f64) -> Self {
-        Self { reuses_factors: Some(smallest), ..self }
+        Self { tuning }
     }
 
     /// The same, to a smaller increment: the stiffness of a motion that needs no force is as small as the state is exact.
     pub(crate) fn exact(self) -> Self {
-        Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning }, ..self }
+        Self { tuning: Tuning { increment: self.tuning.exact, ..self.tuning } }
     }
 
     /// Brings the system to equilibrium at its present loads; every iteration is one factorization, or none where factors serve on.
@@ -217,8 +220,8 @@ impl Newton {
             let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance.sqrt();
             let serve = has_factors
                 && (small || may_end)
-                && self.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
-            if iterations == 1 && self.starts_linearized {
+                && start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
+            if iterations == 1 && start.linearized {
                 (inertia, has_factors) = (system.tangent.inertia(), true);
             } else if !(serve
                 && unknowns.refresh(system)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pennate_solver::continuation::OutOfPlane;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::Held;
-use pennate_solver::newton::{Aim, Newton, Start};
+use pennate_solver::newton::{Newton, Start};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Member, Step, Structure};
 use pennate_solver::system::{State, System};
@@ -118,7 +118,7 @@ impl<const D: usize> Track<D> {
 
     /// Iterates from the last state; true where that led to the equilibrium next to it, of the same stability.
     fn settle(&mut self) -> bool {
-        let start = Start { rest: None, predicted: false, aim: Aim::Result, may_wander: false, ..Start::nearby() };
+        let start = Start { predicted: false, may_wander: false, ..Start::nearby() };
         let Ok(found) = Newton::default().solve(&mut self.system, start) else { return false };
         if found.iterations > FEW || self.system.moves.first_own > FAR {
             return false;

@@ -289,16 +289,13 @@ impl<const D: usize> Walk<D> {
         if !system.loads_have_potential() {
             return None;
         }
-        let mut newton = Newton::default();
-        if std::mem::take(&mut self.begins) {
+        let linearized = std::mem::take(&mut self.begins);
+        if linearized {
             system.assemble(true);
             self.look_at_rest(kind)?;
-            newton.starts_linearized = true;
         }
         // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
-        if aim != Aim::Result {
-            newton = newton.reusing(WEAK * self.smallest);
-        }
+        let reuses_factors = (aim != Aim::Result).then_some(WEAK * self.smallest);
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
@@ -313,7 +310,9 @@ impl<const D: usize> Walk<D> {
         }
         self.times = times;
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
-        let start = Start { predicted, rest, negative_limit: 0, aim, may_wander: false };
+        let (negative_limit, may_wander) = (0, false);
+        let start = Start { predicted, rest, negative_limit, aim, may_wander, linearized, reuses_factors };
+        let newton = Newton::default();
         let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
         let foreseen = foreseen.as_ref().unwrap_or(&system.moves.first_by_part);

@@ -6,7 +6,7 @@
 use super::Continuation;
 use super::follow::Run;
 use crate::history::{Status, StepHistory};
-use crate::newton::{Aim, Convergence, Start};
+use crate::newton::{Convergence, Start};
 use crate::structure::{Method, Step};
 use crate::system::{State, System};
 
@@ -66,7 +66,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         run.ramp.apply(&mut self.system, 1.0);
         self.system.place_ends();
         let known = before.negative_pivots;
-        let start = Start { predicted: true, rest: None, negative_limit: known, aim: Aim::Result, may_wander: false };
+        let start = Start { negative_limit: known, may_wander: false, ..Start::nearby() };
         let outcome = self.newton.solve(&mut self.system, start);
         // How far parts swing with what carries them says little: what counts is what they move by themselves.
         let near = |found: &Convergence| {

@@ -286,6 +286,7 @@ impl<const D: usize> Continuation<'_, D> {
             negative_limit: if doubt { self.base.own } else { usize::MAX },
             aim: trial.aim,
             may_wander: trial.length <= self.tuning.near,
+            ..Start::nearby()
         };
         let again = Start { predicted: false, rest: None, ..start };
         let mut outcome = self.newton.solve(&mut self.system, start);

@@ -1,0 +1,492 @@
+//! What the solver asks of the chains of members that lie side by side, whatever their order and number of lanes.
+
+use std::any::Any;
+
+use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
+use pennate_elements::laws::{About, LocalLaw};
+use pennate_elements::real::Real;
+use pennate_elements::small::{V3, axpy};
+
+use crate::element::ElementState;
+use crate::held::HeldForce;
+use crate::measures::Measures;
+use crate::member::{MemberShape, SectionForces, Variation};
+use crate::mesh::ChainMesh;
+use crate::size::Size;
+use crate::transfer::{Field, InLanes};
+use crate::variation::SegmentVariation;
+use crate::{Chain, condense, first_of, lanes, state, unroll};
+
+/// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
+pub type MemberEnds<const D: usize> = Ends<f64, D>;
+
+/// The chains of the members that lie side by side in one `T`, whatever their order.
+pub trait Pack<const D: usize>: Send {
+    /// Members of the lanes, by index in the structure.
+    fn members(&self) -> &[usize];
+    /// Number of segments of each member.
+    fn segments(&self) -> usize;
+    /// Unloaded length of the elements of a segment.
+    fn element_length(&self, lane: usize, segment: usize) -> f64;
+    /// Sets stiffness and induced strains of a segment.
+    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
+    /// Dead force per unloaded length.
+    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>);
+    /// Where an end of the member is, 0 its start and 1 its end.
+    fn end(&self, lane: usize, end: usize) -> Placement;
+    /// Puts an end of the member somewhere.
+    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
+    /// Linearizes every element and eliminates everything between the ends.
+    fn condense(&mut self);
+    /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
+    /// brought to the ends by the factors of then, which is right to second order in what was moved since. The next
+    /// [`Pack::advance`] goes on with the same factors.
+    fn refresh(&mut self);
+    /// The same by the factors of a pack that [`Pack::like`] made this one from; stiffness and ends become those of that one.
+    fn refresh_by(&mut self, source: &dyn Pack<D>);
+    /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
+    /// own, and serve [`Pack::refresh_by`] alone.
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
+    /// Begins anew with other members of the same mesh, unloaded and at rest; false, with nothing changed, where their mesh is
+    /// another one or they are more than the lanes hold.
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
+    /// Stiffness and forces of the ends after elimination of what is between them.
+    fn condensed(&self, lane: usize) -> MemberEnds<D>;
+    /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
+    fn pivots(&self, lane: usize) -> (usize, f64);
+    /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
+    /// are held, those within the elements too: the terms that elimination subtracts from. For every member of the pack.
+    fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]>;
+    /// Strain energy of the member.
+    fn energy(&self, lane: usize) -> f64;
+    /// Largest strain that a held (rigid) component still has.
+    fn violation(&self) -> f64;
+    /// The axial force of what cannot be stretched; `None` where all of a member can.
+    fn held_force(&self, lane: usize) -> Option<HeldForce>;
+    /// Adds to that force.
+    fn add_held_force(&mut self, lane: usize, by: f64);
+    /// Sets the motion of both ends that the next advance makes: displacements, then spins.
+    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
+    /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
+    /// [`Pack::set_end`] and [`Pack::unroll`].
+    fn advance(&mut self);
+    /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
+    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
+    /// Places the nodes between the ends by the local unknowns of the elements; what these miss the ends by is shared.
+    fn unroll(&mut self);
+    /// Moves the nodes between the ends by their increments, each on its own.
+    fn shift(&mut self);
+    /// Size of the last increment.
+    fn size(&self, lane: usize) -> Size;
+    /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
+    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
+    /// The same without the motion that the member makes as a whole with its start.
+    fn own_size(&self, lane: usize) -> Size;
+    /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
+    fn set_plain(&mut self, plain: bool);
+    /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
+    /// mass; zero takes them away.
+    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
+    /// Mass of the ends for those dashpots: against displacements and against rotations.
+    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2];
+    /// Strain energy in the highest mode of the strains of all elements: what elements of an order less lack.
+    fn top_energy(&self, lane: usize) -> f64;
+    /// Work of the load along the member from the unloaded state.
+    fn load_work(&self, lane: usize) -> f64;
+    /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
+    fn save(&self, row: &mut Vec<f64>);
+    /// Takes the state in a row.
+    fn restore(&mut self, row: &[f64]);
+    /// Takes poses and local unknowns of the state in a row, and a part of the change of the mixed stresses since.
+    fn restore_shape(&mut self, row: &[f64], part: f64);
+    /// How far the element ends of every member are from the state in a row.
+    fn distances(&self, row: &[f64]) -> Vec<Size>;
+    /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
+    /// so many times what led to them from a state before; nodes follow as after [`Pack::advance`].
+    fn predict(&mut self, states: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>);
+    /// Sets the spatial moduli of a segment of a plane chain, for its lateral stiffness.
+    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
+    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state.
+    fn condense_lateral(&mut self);
+    /// What that left: components uz, φx, φy of both ends; and pivots as those of [`Pack::pivots`].
+    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64);
+    /// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of
+    /// this pack the other pack and the lane there.
+    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
+    /// Takes over the state of a member with as many elements of the same order and formulation, number by number: its
+    /// geometry may be another.
+    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize);
+    /// Takes over the state of a pack that [`Pack::like`] made this one from, lane by lane.
+    fn adopt_all(&mut self, source: &dyn Pack<D>);
+    /// What another pack may take over as it is.
+    fn in_lanes(&self) -> InLanes<'_>;
+    /// The chain itself, for another one of its kind.
+    fn as_any(&self) -> &dyn Any;
+    /// Where a member is at a unit coordinate of one of its elements.
+    fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
+    /// First element of a segment, and their number.
+    fn elements_of(&self, segment: usize) -> (usize, usize);
+    /// Where the elements of a member begin and end along its unloaded length: one more than elements, from zero on.
+    fn spans(&self, lane: usize) -> Vec<f64>;
+    /// How fast the state of a member may vary along each of its elements.
+    fn variations(&self, lane: usize) -> Vec<Variation>;
+    /// The largest force that a section of a member carries, along its axis and across.
+    fn carried_force(&self, lane: usize) -> f64;
+    /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
+    fn shed(&mut self);
+    /// Copies the state of a plane chain with the same elements and order into a spatial one.
+    fn lift(&mut self, plane: &dyn Pack<3>);
+    /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
+    /// Gauss points).
+    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
+    /// What [`Pack::sample`] is interpolated from.
+    fn field(&self, lane: usize, element: usize) -> Field<D>;
+    /// Gauss points in the unit interval.
+    fn points(&self) -> &[f64];
+    /// Where the node before an element is, and after the last one.
+    fn element_end(&self, lane: usize, index: usize) -> Placement;
+    /// An element with all that it is evaluated at.
+    fn element(&self, lane: usize, element: usize) -> ElementState<D>;
+    /// Number of elements of each member.
+    fn elements(&self) -> usize;
+    /// Their polynomial order.
+    fn order(&self) -> usize;
+    /// What is known of their law.
+    fn about(&self) -> About;
+    /// Present length and largest strains of every member.
+    fn measures(&self) -> Vec<Measures>;
+    /// Tangent at the middle of the unloaded length, and the load along the member up to there.
+    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
+    /// Sum of the load along the member.
+    fn total_load(&self, lane: usize) -> V3<f64>;
+    /// Shape and section forces; `force` and `moment` act on the start of the member, `origin` is its unloaded place.
+    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape;
+    /// Section forces at all nodes of the elements, from the actions on the start of the member.
+    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces>;
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T, B, D, P> {
+    fn members(&self) -> &[usize] {
+        &self.members
+    }
+
+    fn segments(&self) -> usize {
+        self.segments
+    }
+
+    fn element_length(&self, lane: usize, segment: usize) -> f64 {
+        self.pieces[first_of(&self.segment_of, segment)].length.lane(lane)
+    }
+
+    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+        let target = &mut self.moduli[segment];
+        for d in 0..D {
+            let from = if D == 6 { d } else { [0, 1, 5][d] };
+            target.stiffness[d].set_lane(lane, moduli.stiffness[from]);
+            target.rest[d].set_lane(lane, moduli.rest[from]);
+            target.held[d].set_lane(lane, moduli.held[from]);
+        }
+        for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
+            target.set_lane(lane, value);
+        }
+    }
+
+    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>) {
+        for (target, value) in self.loads[segment].iter_mut().zip(load) {
+            target.set_lane(lane, value);
+        }
+        // Looking at all segments for each of them would take long.
+        if load != [0.0; 3] {
+            self.loaded = true;
+        } else if self.loaded {
+            self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
+        }
+    }
+
+    fn end(&self, lane: usize, end: usize) -> Placement {
+        B::pose(&self.state.nodes[end * self.frames.len()], lane)
+    }
+
+    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement) {
+        let index = end * self.frames.len();
+        B::set_pose(&mut self.state.nodes[index], lane, placement);
+    }
+
+    fn condense(&mut self) {
+        if self.dashpots.stiffness > 0.0 {
+            self.load_dashpots();
+        }
+        T::run(condense::Condense(self));
+    }
+
+    fn refresh(&mut self) {
+        if self.dashpots.stiffness > 0.0 {
+            self.load_dashpots();
+        }
+        T::run(condense::Refresh(self, None));
+    }
+
+    fn refresh_by(&mut self, source: &dyn Pack<D>) {
+        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
+        self.ends = source.ends;
+        T::run(condense::Refresh(self, Some(source)));
+    }
+
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
+        let mut chain = Self::without_factors(meshes);
+        chain.increments = Vec::new();
+        Box::new(chain)
+    }
+
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool {
+        self.renew_impl(meshes)
+    }
+
+    fn condensed(&self, lane: usize) -> MemberEnds<D> {
+        Ends {
+            k00: lanes::lanes(&self.ends.k00, lane),
+            k01: lanes::lanes(&self.ends.k01, lane),
+            k11: lanes::lanes(&self.ends.k11, lane),
+            r0: lanes::lane(&self.ends.r0, lane),
+            r1: lanes::lane(&self.ends.r1, lane),
+        }
+    }
+
+    fn pivots(&self, lane: usize) -> (usize, f64) {
+        (self.negative.lane(lane) as usize, self.smallest.lane(lane))
+    }
+
+    fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
+        let [start, end] = T::run(condense::Bare(self));
+        (0..self.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
+    }
+
+    fn energy(&self, lane: usize) -> f64 {
+        self.energy.lane(lane)
+    }
+
+    fn violation(&self) -> f64 {
+        self.violation_impl()
+    }
+
+    fn held_force(&self, lane: usize) -> Option<HeldForce> {
+        self.held_force_impl(lane)
+    }
+
+    fn add_held_force(&mut self, lane: usize, by: f64) {
+        self.add_held_force_impl(lane, by);
+    }
+
+    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]) {
+        let last = self.increments.len() - 1;
+        for d in 0..D {
+            self.increments[0][d].set_lane(lane, ends[0][d]);
+            self.increments[last][d].set_lane(lane, ends[1][d]);
+        }
+    }
+
+    fn advance(&mut self) {
+        T::run(condense::Advance(self));
+    }
+
+    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement {
+        self.carried_impl(lane, end, from)
+    }
+
+    fn unroll(&mut self) {
+        T::run(unroll::Unroll(self));
+    }
+
+    fn shift(&mut self) {
+        let inner = 1..self.frames.len();
+        for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
+            B::advance(node, increment);
+        }
+    }
+
+    fn size(&self, lane: usize) -> Size {
+        self.sizes.whole(lane)
+    }
+
+    fn own_size(&self, lane: usize) -> Size {
+        self.sizes.own(lane)
+    }
+
+    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
+        self.variation_impl(lane, ends)
+    }
+
+    fn set_plain(&mut self, plain: bool) {
+        self.plain = plain;
+    }
+
+    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]) {
+        self.dashpots.stiffness = stiffness;
+        self.dashpots.anchor.clear();
+        self.dashpots.anchor.extend_from_slice(anchor);
+    }
+
+    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2] {
+        [self.end_mass(0, lane), self.end_mass(self.frames.len(), lane)]
+    }
+
+    fn top_energy(&self, lane: usize) -> f64 {
+        self.top_energy_impl(lane)
+    }
+
+    fn load_work(&self, lane: usize) -> f64 {
+        self.load_work_impl(lane)
+    }
+
+    fn save(&self, row: &mut Vec<f64>) {
+        self.save_impl(row);
+    }
+
+    fn restore(&mut self, row: &[f64]) {
+        self.restore_impl(row);
+    }
+
+    fn restore_shape(&mut self, row: &[f64], part: f64) {
+        self.restore_shape_impl(row, part);
+    }
+
+    fn distances(&self, row: &[f64]) -> Vec<Size> {
+        self.distances_impl(row)
+    }
+
+    fn predict(&mut self, [before, last]: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>) {
+        T::run(state::Predict { chain: self, before, last, ratio, bend });
+    }
+
+    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+        self.set_lateral_moduli_impl(lane, segment, moduli);
+    }
+
+    fn condense_lateral(&mut self) {
+        self.condense_lateral_impl();
+    }
+
+    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
+        self.lateral_impl(lane)
+    }
+
+    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
+        self.prolong_impl(sources);
+    }
+
+    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
+        self.adopt_impl(lane, source, from);
+    }
+
+    fn adopt_all(&mut self, source: &dyn Pack<D>) {
+        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
+        self.state.nodes.copy_from_slice(&source.state.nodes);
+        self.state.local.copy_from_slice(&source.state.local);
+        self.state.stress.copy_from_slice(&source.state.stress);
+    }
+
+    fn in_lanes(&self) -> InLanes<'_> {
+        self.in_lanes_impl()
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn place(&self, lane: usize, element: usize, s: f64) -> Placement {
+        self.place_impl(lane, element, s)
+    }
+
+    fn elements_of(&self, segment: usize) -> (usize, usize) {
+        let first = first_of(&self.segment_of, segment);
+        (first, first_of(&self.segment_of, segment + 1) - first)
+    }
+
+    fn spans(&self, lane: usize) -> Vec<f64> {
+        let mut ends = Vec::with_capacity(self.pieces.len() + 1);
+        let mut at = 0.0;
+        ends.push(at);
+        for piece in &self.pieces {
+            at += piece.length.lane(lane);
+            ends.push(at);
+        }
+        ends
+    }
+
+    fn variations(&self, lane: usize) -> Vec<Variation> {
+        self.variations_impl(lane)
+    }
+
+    fn carried_force(&self, lane: usize) -> f64 {
+        self.carried_force_impl(lane)
+    }
+
+    fn shed(&mut self) {
+        self.inner_own = Vec::new();
+        self.inner = Vec::new();
+        self.inner_rest = Vec::new();
+        self.inner_turn = Vec::new();
+        self.factors = Vec::new();
+        self.increments = Vec::new();
+    }
+
+    fn lift(&mut self, plane: &dyn Pack<3>) {
+        self.lift_impl(plane);
+    }
+
+    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
+        self.sample_impl(lane, element, s)
+    }
+
+    fn field(&self, lane: usize, element: usize) -> Field<D> {
+        self.field_impl(lane, element)
+    }
+
+    fn points(&self) -> &[f64] {
+        &self.table.points
+    }
+
+    fn element_end(&self, lane: usize, index: usize) -> Placement {
+        B::pose(&self.state.nodes[index], lane)
+    }
+
+    fn element(&self, lane: usize, element: usize) -> ElementState<D> {
+        self.element_impl(lane, element)
+    }
+
+    fn elements(&self) -> usize {
+        self.frames.len()
+    }
+
+    fn order(&self) -> usize {
+        P
+    }
+
+    fn about(&self) -> About {
+        B::Law::ABOUT
+    }
+
+    fn measures(&self) -> Vec<Measures> {
+        self.measures_impl()
+    }
+
+    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>) {
+        self.middle_impl(lane)
+    }
+
+    fn total_load(&self, lane: usize) -> V3<f64> {
+        let mut total = [0.0; 3];
+        for (piece, &segment) in self.pieces.iter().zip(&self.segment_of) {
+            axpy(&mut total, piece.length.lane(lane), lanes::lane_of(&self.loads[segment], lane));
+        }
+        total
+    }
+
+    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape {
+        self.shape_impl(lane, origin, force, moment)
+    }
+
+    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces> {
+        self.sections_impl(lane, origin, force, moment)
+    }
+}
