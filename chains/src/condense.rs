@@ -26,21 +26,21 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'
     }
 }
 
-/// Forces on the ends by the factors of the last elimination, or of that of another chain, as work in lanes.
-pub(super) struct Refresh<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(
+/// Forces on the ends by the factors of the last elimination, or of that of another chain, as work in lanes; with `RESTS` what is
+/// left inside as well, by the factors that this chain keeps.
+pub(super) struct Refresh<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize, const RESTS: bool>(
     pub &'a mut Chain<T, B, D, P>,
     pub Option<&'a Chain<T, B, D, P>>,
 );
 
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Refresh<'_, T, B, D, P> {
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize, const RESTS: bool> Work
+    for Refresh<'_, T, B, D, P, RESTS>
+{
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        match self.1 {
-            None => self.0.refresh_all::<true>(None),
-            source => self.0.refresh_all::<false>(source),
-        }
+        self.0.refresh_all::<RESTS>(self.1);
     }
 }
 
@@ -150,7 +150,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 }
                 self.inner_turn[nodes + i] = solved;
             }
-            self.inner_own[nodes + i] = ldl;
+            if let Some(kept) = self.kept.inner_own.get_mut(nodes + i) {
+                *kept = ldl;
+            }
             for j in i + 1..P {
                 let solved = &mut self.inner[block];
                 *solved = row[j];
@@ -207,7 +209,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for i in 0..P - 1 {
             let own = k.gradient[i];
             if RESTS {
-                self.inner_rest[nodes + i] = self.inner_own[nodes + i].solve_vector(&own);
+                self.inner_rest[nodes + i] = self.kept.inner_own[nodes + i].solve_vector(&own);
             }
             let factors = source.unwrap_or(self);
             // What couples to the turn goes with the load: without one there is none.
@@ -237,8 +239,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 rest = add(rest, self.dashpots.forces[e]);
             }
             if RESTS {
-                let factor = &mut self.factors[e - 1];
-                factor.rest = factor.own.solve_vector(&rest);
+                self.factors[e - 1].rest = self.kept.own[e - 1].solve_vector(&rest);
             }
             let factor = &source.unwrap_or(self).factors[e - 1];
             sub_tapply(&mut left, &factor.left, &rest);
@@ -317,7 +318,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             factor.next = next.k01;
             ldl.solve_in_place(&mut factor.next);
             factor.rest = ldl.solve_vector(&rest);
-            factor.own = ldl;
+            if let Some(kept) = self.kept.own.get_mut(e - 1) {
+                *kept = ldl;
+            }
             sub_tmul_symmetric(&mut left, &link, &factor.left);
             sub_tapply(&mut left_rest, &link, &factor.rest);
             here = next.k11;

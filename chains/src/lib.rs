@@ -59,13 +59,27 @@ struct ChainState<Pose, T, const D: usize> {
     stress: Vec<[T; D]>,
 }
 
-/// Factors of an element end that was eliminated.
+/// How an element end that was eliminated follows the start of the member and the end after it.
 #[derive(Clone, Copy, Debug)]
 struct NodeFactor<T, const D: usize> {
-    own: Ldl<T, D>,
     left: [[T; D]; D],
     next: [[T; D]; D],
     rest: [T; D],
+}
+
+/// Factors of the blocks themselves, which only forces that come later need; empty unless they are to be kept.
+#[derive(Clone, Debug)]
+struct KeptFactors<T, const D: usize> {
+    /// Of element ends.
+    own: Vec<Ldl<T, D>>,
+    /// Of the nodes inside the elements.
+    inner_own: Vec<Ldl<T, D>>,
+}
+
+impl<T, const D: usize> Default for KeptFactors<T, D> {
+    fn default() -> Self {
+        Self { own: Vec::new(), inner_own: Vec::new() }
+    }
 }
 
 /// Chains of equal mesh with elements of order P.
@@ -86,12 +100,13 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     plain: bool,
     state: ChainState<B::Pose, T, D>,
     frames: Vec<B::Frame>,
-    /// Elimination inside the elements: factors of blocks, blocks x_ij, j > i, right-hand sides, and turn columns.
-    inner_own: Vec<Ldl<T, D>>,
+    /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns where there are loads along the
+    /// member.
     inner: Vec<[[T; D]; D]>,
     inner_rest: Vec<[T; D]>,
     inner_turn: Vec<[[T; 3]; D]>,
     factors: Vec<NodeFactor<T, D>>,
+    kept: KeptFactors<T, D>,
     ends: Ends<T, D>,
     increments: Vec<[T; D]>,
     negative: T,
@@ -119,12 +134,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub fn new(meshes: &[ChainMesh]) -> Self {
         let mut chain = Self::without_factors(meshes);
         let (o, elements) = (T::zero(), chain.frames.len());
-        let own = Ldl::new(&zeros());
-        let factor = NodeFactor { own, left: zeros(), next: zeros(), rest: [o; D] };
-        chain.inner_own = vec![own; elements * Self::INNER_NODES];
+        let factor = NodeFactor { left: zeros(), next: zeros(), rest: [o; D] };
         chain.inner = vec![zeros(); elements * Self::INNER_BLOCKS];
         chain.inner_rest = vec![[o; D]; elements * Self::INNER_NODES];
-        chain.inner_turn = vec![zeros(); elements * Self::INNER_NODES];
         chain.factors = vec![factor; elements - 1];
         chain
     }
@@ -155,11 +167,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             plain: false,
             state,
             frames: vec![frame; elements],
-            inner_own: Vec::new(),
             inner: Vec::new(),
             inner_rest: Vec::new(),
             inner_turn: Vec::new(),
             factors: Vec::new(),
+            kept: KeptFactors::default(),
             ends: Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; D], r1: [o; D] },
             increments: vec![[o; D]; elements + 1],
             negative: o,
@@ -190,11 +202,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.moduli.fill(Moduli::default());
         self.loads.fill([o; 3]);
         (self.loaded, self.plain) = (false, false);
+        self.inner_turn.clear();
         self.state.nodes.fill(B::Pose::default());
         self.state.local.fill([o; D]);
         self.state.stress.fill([o; D]);
         self.increments.fill([o; D]);
-        self.inner_turn.fill(zeros());
         (self.negative, self.smallest, self.energy) = (o, T::one(), o);
         self.bare = [[o; D]; 2];
         self.sizes = Sizes::default();

@@ -5,7 +5,7 @@ use std::any::Any;
 use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
 use pennate_elements::laws::{About, LocalLaw};
 use pennate_elements::real::Real;
-use pennate_elements::small::{V3, axpy};
+use pennate_elements::small::{Ldl, V3, axpy, zeros};
 
 use crate::element::ElementState;
 use crate::held::HeldForce;
@@ -15,7 +15,7 @@ use crate::mesh::ChainMesh;
 use crate::size::Size;
 use crate::transfer::{Field, InLanes};
 use crate::variation::SegmentVariation;
-use crate::{Chain, condense, first_of, lanes, state, unroll};
+use crate::{Chain, KeptFactors, condense, first_of, lanes, state, unroll};
 
 /// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
@@ -38,10 +38,13 @@ pub trait Pack<const D: usize>: Send {
     fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self);
+    /// Keeps all factors from the next [`Pack::condense`] on, which [`Pack::refresh`] needs: half as much again as the way back to
+    /// the interior.
+    fn keep_factors(&mut self);
     /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
-    /// brought to the ends by the factors of then, which is right to second order in what was moved since. The next
-    /// [`Pack::advance`] goes on with the same factors.
-    fn refresh(&mut self);
+    /// brought to the ends by the factors of then, which is right to second order in what was moved since. Where factors are kept
+    /// the next [`Pack::advance`] goes on with them; that is said.
+    fn refresh(&mut self) -> bool;
     /// The same by the factors of a pack that [`Pack::like`] made this one from; stiffness and ends become those of that one.
     fn refresh_by(&mut self, source: &dyn Pack<D>);
     /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
@@ -198,6 +201,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         // Looking at all segments for each of them would take long.
         if load != [0.0; 3] {
             self.loaded = true;
+            self.inner_turn.resize(self.inner_rest.len(), zeros());
         } else if self.loaded {
             self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
         }
@@ -219,17 +223,28 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(condense::Condense(self));
     }
 
-    fn refresh(&mut self) {
+    fn keep_factors(&mut self) {
+        let (elements, zero) = (self.frames.len(), Ldl::new(&zeros()));
+        self.kept.own.resize(elements - 1, zero);
+        self.kept.inner_own.resize(elements * Self::INNER_NODES, zero);
+    }
+
+    fn refresh(&mut self) -> bool {
         if self.dashpots.stiffness > 0.0 {
             self.load_dashpots();
         }
-        T::run(condense::Refresh(self, None));
+        let keeps = self.kept.own.len() + 1 == self.frames.len() && self.kept.inner_own.len() == self.inner_rest.len();
+        match keeps {
+            true => T::run(condense::Refresh::<T, B, D, P, true>(self, None)),
+            false => T::run(condense::Refresh::<T, B, D, P, false>(self, None)),
+        }
+        keeps
     }
 
     fn refresh_by(&mut self, source: &dyn Pack<D>) {
         let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
         self.ends = source.ends;
-        T::run(condense::Refresh(self, Some(source)));
+        T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
     }
 
     fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
@@ -422,11 +437,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn shed(&mut self) {
-        self.inner_own = Vec::new();
         self.inner = Vec::new();
         self.inner_rest = Vec::new();
         self.inner_turn = Vec::new();
         self.factors = Vec::new();
+        self.kept = KeptFactors::default();
         self.increments = Vec::new();
     }
 

@@ -145,8 +145,7 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads {
 
     fn refresh(&mut self, system: &mut System<D>) -> bool {
         self.pending = system.pattern.equations.has_general();
-        system.refresh(self.pending);
-        system.tangent.has_potential()
+        system.refresh(self.pending) && system.tangent.has_potential()
     }
 
     fn are_settled(&self, _: &Tuning) -> bool {

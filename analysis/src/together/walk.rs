@@ -109,7 +109,8 @@ pub(super) fn ends<const D: usize>(
     let topology = continuation::topology(&structure, steps);
     let chains = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.chains)).unwrap_or_default();
     let chains = packs::renewed(chains, &structure, kind.packs);
-    let system = kind.build_of(structure, topology, chains);
+    let mut system = kind.build_of(structure, topology, chains);
+    system.members.keep_factors();
     let states = std::array::from_fn(|_| State::default());
     let (finer, lateral, held) = (None, None, BTreeMap::new());
     let (way, times) = (None, None);
@@ -172,7 +173,8 @@ impl<const D: usize> Walk<D> {
             let look = (asked.look)(index);
             // What is only gone on from need not be exact, unless the next step holds it where it is.
             let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
-            self.step(step, kind, if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result })?;
+            let aim = if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result };
+            self.step(step, kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
                 Look::State | Look::System => Some(End { state: self.read(), finer: None }),
@@ -274,7 +276,7 @@ impl<const D: usize> Walk<D> {
     }
 
     /// Goes to the end of a step in one increment; where loads go on as in the steps before, from what their ends foretell.
-    fn step(&mut self, step: &Step, kind: &Kind<D>, aim: Aim) -> Option<()> {
+    fn step(&mut self, step: &Step, kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in &step.targets {
@@ -294,8 +296,9 @@ impl<const D: usize> Walk<D> {
             system.assemble(true);
             self.look_at_rest(kind)?;
         }
-        // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
-        let reuses_factors = (aim != Aim::Result).then_some(WEAK * self.smallest);
+        // A state that is read is brought to rounding afterwards. Derivatives are taken with the factors themselves, and what the next
+        // step holds where it is with the state as it is: these have factors of their own to the end.
+        let reuses_factors = (aim != Aim::Result || look == Look::State).then_some(WEAK * self.smallest);
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
@@ -337,8 +340,7 @@ impl<const D: usize> Walk<D> {
         let pending = self.system.pattern.equations.has_general();
         for _ in 0..MORE {
             let Some(size) = self.system.advance(pending) else { break };
-            self.system.refresh(pending);
-            if size.largest() <= SETTLED {
+            if !self.system.refresh(pending) || size.largest() <= SETTLED {
                 break;
             }
         }

@@ -1,5 +1,7 @@
 //! The chains of all members, those of equal mesh side by side.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use pennate_elements::rotation::{exp, matrix};
 use pennate_elements::small::{V3, scale, tmul};
 use rayon::prelude::*;
@@ -88,6 +90,18 @@ impl<const D: usize> Members<D> {
     /// Eliminates the interiors of all members at the present state.
     pub(super) fn condense(&mut self) {
         self.for_packs(|pack| pack.condense());
+    }
+
+    /// Lets all packs keep the factors that [`Pack::refresh`] goes on with.
+    pub fn keep_factors(&mut self) {
+        self.packs.iter_mut().for_each(|pack| pack.keep_factors());
+    }
+
+    /// Forces at the present state, by the factors of the one before; whether all packs keep what goes on with them.
+    pub(super) fn refresh(&mut self) -> bool {
+        let keep = AtomicBool::new(true);
+        self.for_packs(|pack| _ = keep.fetch_and(pack.refresh(), Ordering::Relaxed));
+        keep.into_inner()
     }
 
     /// Puts the ends of all chains where their joints are.

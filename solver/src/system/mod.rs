@@ -207,12 +207,13 @@ impl<const D: usize> System<D> {
     }
 
     /// The forces of the present state, by the factors that members have of the one before: for a state that little was moved
-    /// since. The stiffness, its factors and its pivots are what they were.
-    pub fn refresh(&mut self, pending: bool) {
-        self.members.for_packs(|pack| pack.refresh());
+    /// since. The stiffness, its factors and its pivots are what they were; whether all members keep factors to go on with is said.
+    pub fn refresh(&mut self, pending: bool) -> bool {
+        let keep = self.members.refresh();
         self.tangent.keeps_matrix = true;
         self.collect(pending);
         self.tangent.keeps_matrix = false;
+        keep
     }
 
     /// Puts together what members, springs and loads give.
