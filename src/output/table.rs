@@ -255,7 +255,7 @@ fn remarks(solution: &Solution) -> String {
         let _ = writeln!(
             out,
             "Whether a state under loads without a potential is stable is told by small vibrations, where every member has a \
-             density and the mesh has no more than 120 unknowns."
+             density and the mesh has no more than 5,000 unknowns."
         );
     }
     for (name, step) in solution.steps() {
@@ -381,6 +381,9 @@ fn accuracy(solution: &Solution) -> String {
         Verdict::Forced => format!("{found}, {asked}: the file forces the number of elements."),
         Verdict::TooFine => format!("{found}, {asked}: it would take too fine a mesh."),
         Verdict::Stalled => format!("{found}, {asked}: elements half as long make it no better."),
+        Verdict::PathLost if error <= accuracy.asked => {
+            format!("{found}, but the finer mesh that was to confirm it got less far along the path.")
+        }
         Verdict::PathLost => format!("{found}, {asked}: the finer mesh got less far along the path."),
         Verdict::Interrupted => format!("{found}, {asked}: interrupted before the finer mesh was solved."),
     }

@@ -476,3 +476,9 @@ fn no_finer_mesh_is_tried_for_a_point_that_none_locates_better() {
     assert_eq!((step.status, solution.accuracy.verdict), (Status::Converged, Verdict::Stalled));
     assert!(solution.accuracy.rounds <= 3, "{} meshes", solution.accuracy.rounds);
 }
+
+#[test]
+fn the_end_of_the_ramp_comes_before_a_stop_beyond_it() {
+    let step = &solve("../tests/cases/stop_beyond_the_ramp.toml", &[]).history.steps[0];
+    assert_eq!((step.status, step.fraction), (Status::Converged, 1.0));
+}

@@ -177,3 +177,20 @@ fn a_step_that_ends_right_after_a_critical_load_ends_at_its_own() {
         }
     }
 }
+
+/// Thousands of elements that cannot be sheared or stretched cost the digits of a column's own stiffness: the sign of what is left
+/// is none to go by.
+#[test]
+fn a_column_of_thousands_of_rigid_elements_is_not_called_stable() {
+    for elements in [512, 4096] {
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [0, 0], T = [1, 0] }}\n\
+             sections.s = {{ stiffness = {{ EA = 1, EI2 = 2, EI3 = 1, GJ = 1 }}, stretch = false }}\n\
+             members.m = {{ nodes = [\"A\", \"T\"], section = \"s\", elements = {elements} }}\nsupports.A = \"clamped\"\n\
+             [[steps]]\nforce.T = [-4, 0, 0]\nbranch = \"primary\"\n"
+        );
+        let solved = solve(&text);
+        let step = &solved.history.steps[0];
+        assert!(step.stable != Some(true) || step.status != Status::Converged, "{elements} elements: {:?}", step.notes);
+    }
+}

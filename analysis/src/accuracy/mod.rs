@@ -79,9 +79,9 @@ impl Verdict {
 }
 
 impl Accuracy {
-    /// Whether the error is known, and no larger than asked for.
+    /// Whether the error is known, and no larger than asked for; not where the finer mesh says otherwise.
     pub fn is_met(&self) -> bool {
-        self.estimated.is_some_and(|error| error <= self.asked)
+        self.verdict != Verdict::PathLost && self.estimated.is_some_and(|error| error <= self.asked)
     }
 }
 

@@ -458,7 +458,8 @@ impl<const D: usize> Continuation<'_, D> {
                     (now * begin > 0.0, Some(now))
                 });
                 run.effort.factorizations += locator.factorizations;
-                if let Some(root) = found {
+                // Beyond the end of the ramp that comes first.
+                if let Some(root) = found.filter(|root| target.is_none() || root.fraction <= 1.0) {
                     return Some((root.fraction, self.count(&root.point.inertia)));
                 }
                 self.on_to_next(run.ramp, ends[1]);

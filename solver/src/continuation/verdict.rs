@@ -42,7 +42,7 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.restore(&here);
         ramp.apply(&mut self.system, end);
         self.system.assemble(false);
-        if hidden > free || before {
+        if hidden > free || before || self.system.may_hide_bending() {
             self.undecided = true;
             record.stable = None;
             record.notes.retain(|note| *note != Note::TouchedSingular { fraction: end });

@@ -64,6 +64,21 @@ impl<const D: usize> System<D> {
         if possible > 0 && self.certain_within() + certain(self) == 0 { possible } else { 0 }
     }
 
+    /// Whether rounding may take a part of what bends a member as a whole, as on elements by the thousand whose held strains have a
+    /// stiffness of their own: what it hides then need be no motion without stiffness.
+    pub(crate) fn may_hide_bending(&self) -> bool {
+        let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
+        let may = |member: usize| {
+            let slot = &self.members.slots[member];
+            let length = self.structure.members[member].length();
+            let section = self.section(member, 0).section;
+            let bending = section.ei2.min(section.ei3) / length.powi(3);
+            let largest = (0..D.min(3)).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(0.0, f64::max);
+            LAST_PLACE * largest > CLEAR * bending
+        };
+        (0..self.members.count()).any(may)
+    }
+
     /// The largest part of the stiffness of a motion that may have been taken from it.
     ///
     /// That motion is looked for by iteration: x = K⁻¹ D x, with the stiffness D that may have been taken.
