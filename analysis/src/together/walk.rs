@@ -173,8 +173,7 @@ impl<const D: usize> Walk<D> {
             let look = (asked.look)(index);
             // What is only gone on from need not be exact, unless the next step holds it where it is.
             let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
-            let aim = if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result };
-            self.step(step, kind, aim, look)?;
+            self.step(step, kind, if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result })?;
             ends.push(match look {
                 Look::Not => None,
                 Look::State | Look::System => Some(End { state: self.read(), finer: None }),
@@ -276,7 +275,7 @@ impl<const D: usize> Walk<D> {
     }
 
     /// Goes to the end of a step in one increment; where loads go on as in the steps before, from what their ends foretell.
-    fn step(&mut self, step: &Step, kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
+    fn step(&mut self, step: &Step, kind: &Kind<D>, aim: Aim) -> Option<()> {
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in &step.targets {
@@ -296,9 +295,8 @@ impl<const D: usize> Walk<D> {
             system.assemble(true);
             self.look_at_rest(kind)?;
         }
-        // A state that is read is brought to rounding afterwards. Derivatives are taken with the factors themselves, and what the next
-        // step holds where it is with the state as it is: these have factors of their own to the end.
-        let reuses_factors = (aim != Aim::Result || look == Look::State).then_some(WEAK * self.smallest);
+        // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
+        let reuses_factors = (aim != Aim::Result).then_some(WEAK * self.smallest);
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
