@@ -67,14 +67,14 @@ impl<const D: usize> System<D> {
     /// Whether rounding may take a part of what bends a member as a whole, as on elements by the thousand whose held strains have a
     /// stiffness of their own: what it hides then need be no motion without stiffness.
     pub(crate) fn may_hide_bending(&self) -> bool {
+        let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
         let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
         let may = |member: usize| {
-            let slot = &self.members.slots[member];
-            let length = self.structure.members[member].length();
-            let section = self.section(member, 0).section;
-            let bending = section.ei2.min(section.ei3) / length.powi(3);
-            let largest = (0..D.min(3)).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(0.0, f64::max);
-            LAST_PLACE * largest > CLEAR * bending
+            let (slot, own) = (&self.members.slots[member], &self.structure.members[member]);
+            let sections = (0..own.segments.len()).map(|segment| self.section(member, segment).section);
+            let softest = sections.map(|section| section.ei2.min(section.ei3)).fold(f64::INFINITY, f64::min);
+            let stiffest = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(0.0, f64::max);
+            LAST_PLACE * stiffest > CLEAR * softest / own.length().powi(3)
         };
         (0..self.members.count()).any(may)
     }
