@@ -250,6 +250,7 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
             format!("step '{name}' ends at a bifurcation, at {reached} of its ramp")
         }
         Cause::Interrupted => format!("step '{name}' was interrupted at {reached} of its ramp"),
+        Cause::Endless => format!("step '{name}' does not come to its end: its path is left at {reached} of its ramp"),
         Cause::LeadsAway => format!("the path of step '{name}' leads away from its ramp, to {reached} of it"),
         Cause::StepTooSmall | Cause::IllConditioned | Cause::Overheld { .. } => {
             format!("step '{name}' finds no equilibrium beyond {reached} of its ramp")
@@ -307,6 +308,10 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
              sharply there, as when a muscle kinks"
                 .to_owned()
         }
+        Cause::Endless => {
+            "thousands of increments along the path do not lead there: it winds on, or closes to a loop; what it passed is listed"
+                .to_owned()
+        }
         Cause::LeadsAway => {
             "the path turned back at a limit point and only bears the loads the other way since: what it passed is \
                              listed, but it does not come to the end of the ramp"
@@ -354,7 +359,7 @@ fn advice(failure: &Failure, place: &str) -> Option<String> {
         Cause::Overheld { .. } => {
             format!("let {place} be stretched (leave out stretch = false), or let one of its ends slide along it")
         }
-        Cause::LeadsAway => {
+        Cause::Endless | Cause::LeadsAway => {
             "method = \"jump\" goes on from each limit point to the next stable equilibrium; the last limit \
                              points say what the network carries along this path"
                 .to_owned()

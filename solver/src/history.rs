@@ -344,6 +344,8 @@ pub enum Cause {
     IllConditioned,
     /// The path that is followed along its arc turned back and leads to many times the loads the other way.
     LeadsAway,
+    /// The path that is followed along its arc does not come to the end of its ramp after thousands of increments.
+    Endless,
     /// No finite axial force of this member, which cannot be stretched, is in equilibrium: its ends cannot come as near as
     /// they would where it bends.
     Overheld {

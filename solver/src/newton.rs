@@ -68,6 +68,8 @@ pub enum Why {
     Overheld(MemberId),
     /// The path has left its ramp, for many times the loads the other way.
     Away,
+    /// The path has not come to the end of its ramp after as many increments as are made at most.
+    Long,
 }
 
 /// Where an iteration starts from.

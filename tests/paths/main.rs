@@ -9,6 +9,7 @@ mod guide;
 mod held;
 mod increments;
 mod modes;
+mod toggles;
 mod tuning;
 mod verdict;
 mod verdicts;

@@ -41,9 +41,12 @@ pub(super) struct ByArc {
     pub next: f64,
     last: Option<f64>,
     first: f64,
-    /// The longest increment for now, and that which is asked for.
+    /// The longest increment for now, and that which is asked for: a part of the ramp, or the same part of what lies behind, since a
+    /// path that turns back is longer than its ramp was expected to be.
     pub longest: f64,
     longest_asked: f64,
+    part_asked: f64,
+    behind: f64,
     /// Length that the next increment was tried with first, and how many others were tried for a state too near to a singular one.
     begun: Option<f64>,
     others: usize,
@@ -53,6 +56,8 @@ pub(super) struct ByArc {
     pub top: Option<f64>,
     /// Negative pivots at the last state, those of motions that pass for neutral among them.
     negative: usize,
+    /// What passes zero at a singular tangent, at the last state and at the one before it, where that is known.
+    tests: [Option<f64>; 2],
     /// How often an increment was made again because no singular point was found between its ends.
     pub again: usize,
     /// Increments that are left.
@@ -68,6 +73,8 @@ pub(super) struct ArcIncrement {
     pub events: Events,
     /// Unit tangent at its end, forward.
     pub ahead: Direction,
+    /// What passes zero at a singular tangent.
+    test: Option<f64>,
 }
 
 impl ByArc {
@@ -88,17 +95,37 @@ impl ByArc {
     }
 
     fn advance(&mut self, increment: ArcIncrement, tuning: &Tuning) {
-        let ArcIncrement { length, point, ahead, .. } = increment;
+        let ArcIncrement { length, point, ahead, test, .. } = increment;
         self.next = tuning.next_length(length, point.iterations, None);
         self.last = Some(length);
         self.before = self.fraction;
         self.fraction = point.fraction;
         self.tangent = ahead;
+        self.tests = [test, self.tests[0]];
         self.negative = point.inertia.negative;
         self.begun = None;
         self.again = 0;
         self.touches = true;
+        self.behind += length;
+        self.longest_asked = self.longest_asked.max(self.part_asked * self.behind);
         self.longest = (tuning.longer.sqrt() * self.longest).min(self.longest_asked);
+    }
+
+    /// Whether the tangent seems to be nearly singular between the last state and one at the distance `s`, and is not at either:
+    /// two branches come near each other there, and an increment that is longer than their distance changes over.
+    ///
+    /// What passes zero at a singular tangent goes with a parabola through its last three values.
+    fn nears_a_singular_tangent(&self, s: f64, test: Option<f64>, tuning: &Tuning) -> bool {
+        let ([Some(here), Some(before)], Some(ahead), Some(last)) = (self.tests, test, self.last) else { return false };
+        if here * before <= 0.0 || here * ahead <= 0.0 {
+            return false;
+        }
+        let slopes = [(here - before) / last, (ahead - here) / s];
+        let curvature = (slopes[1] - slopes[0]) / (last + s);
+        let slope = slopes[1] - curvature * s;
+        let place = -0.5 * slope / curvature;
+        let extreme = here + 0.5 * slope * place;
+        0.0 < place && place < s && extreme / here < tuning.contraction * (ahead / here).min(1.0)
     }
 
     /// Shortens an increment whose end is not to be believed. One that would be too short comes too near to a singular
@@ -128,7 +155,8 @@ impl<const D: usize> Continuation<'_, D> {
         let reach = self.options.first_increment.min(run.ramp.longest).min(most);
         let mut by = self.arc_from_last(run, 0.0, reach, purpose)?;
         if run.ramp.longest < 1.0 {
-            by.longest_asked = run.ramp.longest / reach * by.next;
+            by.part_asked = run.ramp.longest;
+            by.longest_asked = by.part_asked / reach * by.next;
             by.longest = by.longest_asked;
         }
         if let Some(Stop::Increments(count)) = run.request.stop {
@@ -171,11 +199,14 @@ impl<const D: usize> Continuation<'_, D> {
             first,
             longest: f64::INFINITY,
             longest_asked: f64::INFINITY,
+            part_asked: 1.0,
+            behind: 0.0,
             begun: None,
             others: 0,
             touches: true,
             top: None,
             negative: self.system.tangent.inertia().negative,
+            tests: [None; 2],
             again: 0,
             left,
             suspended: None,
@@ -189,6 +220,7 @@ impl<const D: usize> Continuation<'_, D> {
             onward.tangent.reverse();
         }
         (onward.longest, onward.longest_asked) = (by.longest, by.longest_asked);
+        (onward.part_asked, onward.behind) = (by.part_asked, by.behind);
         (onward.touches, onward.left) = (by.touches, by.left);
         Some(onward)
     }
@@ -199,7 +231,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn increment_by_arc(&mut self, run: &mut Run<'_>, by: &mut ByArc) -> Tried<ArcIncrement, Lost> {
         let away = by.fraction < -self.tuning.endless;
         if away || by.left == 0 {
-            let (residual, why) = (self.system.residual(), if away { Why::Away } else { Why::Slow });
+            let (residual, why) = (self.system.residual(), if away { Why::Away } else { Why::Long });
             return Tried::Lost(Lost { iterations: 0, factorizations: 0, residual, why });
         }
         let s = by.next.min(by.longest);
@@ -259,17 +291,18 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let chord = Direction { motions: self.system.motions_since(&self.last), rate: point.fraction - by.fraction };
         let tangents = [&by.tangent, &ahead];
-        // States that are one lie on one path, whatever the tangents say: those of members that cannot be stretched give way a
-        // little, as the auxiliary stiffness does, and near a bifurcation that sways a frame which in truth does not move.
+        // States that are one lie on one path, whatever the tangents and the number of iterations say: those of members that cannot
+        // be stretched give way a little, as the auxiliary stiffness does, and near a bifurcation that sways a frame which in truth
+        // does not move.
         let one = self.system.distance(&self.last).largest() <= tuning.shortest;
         if !short && !one && !by.metric.bends_evenly(&chord, tangents, &tuning) {
             by.next = tuning.shorter * s;
             return None;
         }
-        let parallel = one || by.metric.is_chord(&chord, tangents, &tuning);
+        let aside = !by.metric.is_chord(&chord, tangents, &tuning);
         let bent = by.metric.inner(&ahead, &by.tangent) < tuning.straight;
         let shortest = tuning.increment * by.first;
-        if !parallel && s > shortest || (bent || point.iterations > tuning.many) && !short {
+        if !one && (aside && s > shortest || (bent || point.iterations > tuning.many) && !short) {
             by.shorten(s, &tuning);
             return None;
         }
@@ -280,42 +313,24 @@ impl<const D: usize> Continuation<'_, D> {
         let same = point.inertia.negative == by.negative;
         let touched = events.turns_back_alone() && events.aside == 0 && by.touches && same;
         let together = |path: &mut Self, run: &mut Run<'_>| {
-            events.conservative && events.aside == 0 && path.are_together(run, by, &point, s)
+            let ends = [by.fraction, point.fraction];
+            let part = tuning.beside() * by.first / s;
+            events.conservative
+                && events.aside == 0
+                && path.are_together(run, ends, [by.negative, point.inertia.negative], part)
         };
         if !short && !touched && (events.turns_back_alone() || events.number() > 1 && !together(self, run)) {
             by.next = tuning.shorter * s;
             return None;
         }
-        events.touched = touched;
-        Some(ArcIncrement { length: s, point, events, ahead })
-    }
-
-    /// Whether all pivots that change their signs between the state `last` and the present one, an increment `s` away, do so at one
-    /// place, as those of equal parts of a network do.
-    ///
-    /// Shorter increments would not separate them, and lead to where every tangent is singular. The states in between are
-    /// interpolated, which keeps what is equal.
-    fn are_together(&mut self, run: &mut Run<'_>, by: &ByArc, point: &Point, s: f64) -> bool {
-        let far = point.inertia.negative;
-        self.system.save(&mut self.next);
-        let mut bracket = [0.0, 1.0];
-        let mut together = true;
-        while together && (bracket[1] - bracket[0]) * s > self.tuning.beside() * by.first {
-            let middle = 0.5 * (bracket[0] + bracket[1]);
-            run.ramp.apply(&mut self.system, by.fraction + middle * (point.fraction - by.fraction));
-            self.system.predict(&self.last, &self.next, middle - 1.0);
-            run.effort.factorizations += 1;
-            let negative = self.system.assemble(false).negative;
-            if negative == far {
-                bracket[1] = middle;
-            } else {
-                bracket[0] = middle;
-                together = negative == by.negative;
-            }
+        let test = self.system.tangent.singular_test_of_all(&self.system.pattern, self.system.size);
+        let hidden = || turns_twice(by, &chord, &ahead) || by.nears_a_singular_tangent(s, test, &tuning);
+        if !short && !touched && !turns_back && hidden() {
+            by.next = tuning.shorter * s;
+            return None;
         }
-        self.on_to_next(run.ramp, point.fraction);
-        run.effort.factorizations += 1;
-        together
+        events.touched = touched;
+        Some(ArcIncrement { length: s, point, events, ahead, test })
     }
 
     /// Takes an increment that was accepted, and does what is due at what it passed.
@@ -477,4 +492,16 @@ impl<const D: usize> Continuation<'_, D> {
             }
         }
     }
+}
+
+/// Whether the ramp turns back twice between the last state and one at the end of a chord, by the cubic that has the tangents of
+/// both.
+fn turns_twice(by: &ByArc, chord: &Direction, ahead: &Direction) -> bool {
+    let mean = chord.rate / by.metric.inner(chord, chord).sqrt();
+    let [first, second] = [by.tangent.rate, ahead.rate];
+    // The slope is first + 2 t linear + t² square.
+    let linear = 3.0 * mean - 2.0 * first - second;
+    let square = 3.0 * (first + second - 2.0 * mean);
+    let place = -linear / square;
+    first * second > 0.0 && 0.0 < place && place < 1.0 && first * (first + linear * place) < 0.0
 }

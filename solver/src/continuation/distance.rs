@@ -27,6 +27,13 @@ pub(super) struct Point {
     pub gain: f64,
 }
 
+impl Point {
+    /// Change of the fraction for a unit of the functional: zero at a limit point.
+    pub(super) fn rate_of_fraction(&self) -> f64 {
+        1.0 / self.gain
+    }
+}
+
 /// The state and the fraction, at a distance along a path.
 struct AtDistance<'a> {
     ramp: &'a Ramp,

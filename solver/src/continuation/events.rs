@@ -104,6 +104,40 @@ impl<const D: usize> Continuation<'_, D> {
         Events { count: *count, limit: turns_back, changed, aside, conservative, touched: false }
     }
 
+    /// Whether all pivots that change their signs between the state `last` and the present one, at these fractions, do so at one
+    /// place, as those of equal parts of a network do: within this part of the way. `negative` are their numbers at both.
+    ///
+    /// Shorter increments would not separate them, and lead to where every tangent is singular. The states in between are
+    /// interpolated, which keeps what is equal.
+    pub(super) fn are_together(
+        &mut self,
+        run: &mut Run<'_>,
+        [from, to]: [f64; 2],
+        negative: [usize; 2],
+        part: f64,
+    ) -> bool {
+        let [near, far] = negative;
+        self.system.save(&mut self.next);
+        let mut bracket = [0.0, 1.0];
+        let mut together = true;
+        while together && bracket[1] - bracket[0] > part {
+            let middle = 0.5 * (bracket[0] + bracket[1]);
+            run.ramp.apply(&mut self.system, from + middle * (to - from));
+            self.system.predict(&self.last, &self.next, middle - 1.0);
+            run.effort.factorizations += 1;
+            let negative = self.system.assemble(false).negative;
+            if negative == far {
+                bracket[1] = middle;
+            } else {
+                bracket[0] = middle;
+                together = negative == near;
+            }
+        }
+        self.on_to_next(run.ramp, to);
+        run.effort.factorizations += 1;
+        together
+    }
+
     /// Singular points that the present state has passed since the last one, at these fractions; `None` where stability is as it
     /// was.
     pub(super) fn locate_changes(
@@ -168,6 +202,9 @@ impl<const D: usize> Continuation<'_, D> {
         }
         if stops {
             return Some(self.stop_or_go_on(run, by, (points, found), ends, events));
+        }
+        if found && points[0].fraction > 1.0 && ends[0] < 1.0 && self.reach_end(run) {
+            return Some(Next::End(self.arrived(run)));
         }
         run.record.critical_points.extend(points.iter().cloned());
         if found {

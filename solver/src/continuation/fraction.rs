@@ -393,6 +393,14 @@ impl<const D: usize> Continuation<'_, D> {
         if passed.is_none() {
             passed = self.locate_changes(run, &count, ends);
         }
+        let several =
+            passed.as_ref().is_some_and(|points| self.events_at(&count, false).number() > points.len().max(1));
+        if several && step > tuning.bracket {
+            let negative = [self.base.own, found.inertia.negative];
+            if !conservative || !self.are_together(run, ends, negative, tuning.bracket / step) {
+                return shorter(tuning.bracket);
+            }
+        }
         let rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
         Judged::Accepted(Increment {
             length: step,

@@ -15,6 +15,8 @@ use crate::system::System;
 
 /// Times in a row that a bracket is closed in by the secant before it is halved.
 const SECANTS: usize = 4;
+/// Part of a critical load by which held strains that give move it, at most: 10⁻⁸ to 10⁻⁶ for columns and frames.
+const GIVEN: f64 = 1e-5;
 
 /// A root of a test function, and the path there.
 pub(super) struct Root {
@@ -28,6 +30,11 @@ pub(super) struct Root {
 
 /// Whether a point is still on the near side of a singular point, and the value of a test function.
 pub(super) type Judge<'a, const D: usize> = dyn FnMut(&mut System<D>, &Point) -> (bool, Option<f64>) + 'a;
+
+/// Where a point would lie with an infinite auxiliary stiffness, by where it lies with two: it moves with one over that.
+fn extrapolated((stiffer, with_stiffer): (Auxiliary, f64), (softer, with_softer): (Auxiliary, f64)) -> f64 {
+    with_stiffer + softer.member / (stiffer.member - softer.member) * (with_stiffer - with_softer)
+}
 
 /// Two points of a path and what lies between them: index 0 is the near side.
 struct Bracket {
@@ -281,11 +288,27 @@ impl<const D: usize> Continuation<'_, D> {
             }
             other = None;
         }
-        if let (Some((point, _)), Some((auxiliary, fraction, located))) = (&mut found, other) {
-            let weight = auxiliary.member / (packs::EXACTING.member - auxiliary.member);
+        if let (Some((point, near)), Some((auxiliary, fraction, located))) = (&mut found, other) {
+            let exact = point.fraction;
+            point.fraction = extrapolated((packs::EXACTING, exact), (auxiliary, fraction));
+            let weight = ((point.fraction - exact) / (exact - fraction)).abs();
+            let mut doubt = 0.0;
+            // A point that moves by more may not go with their stiffness: where a buckled branch crosses the straight one bending
+            // alone makes a member shorter, and by next to nothing. Another pair of stiffnesses tells.
+            if (point.fraction - exact).abs() > GIVEN * exact.abs() {
+                let third = if auxiliary == packs::MODERATE {
+                    self.locate(run, interval, wanted, packs::AUXILIARY)
+                } else {
+                    None
+                };
+                doubt = (exact - fraction).abs();
+                if let Some((third, at)) = third {
+                    let again = extrapolated((packs::AUXILIARY, third.fraction), (packs::EXACTING, exact));
+                    (doubt, *near) = ((again - point.fraction).abs(), at);
+                }
+            }
             point.located =
-                point.located.zip(located).map(|(this, that)| (1.0 + weight).abs() * this + weight.abs() * that);
-            point.fraction += weight * (point.fraction - fraction);
+                point.located.zip(located).map(|(this, that)| (1.0 + weight) * this + weight * that + doubt);
         }
         self.system.loading.set_auxiliary(packs::AUXILIARY);
         run.ramp.apply(&mut self.system, found.as_ref().map_or(interval.ends[1], |&(_, near)| near));
@@ -339,13 +362,14 @@ impl<const D: usize> Continuation<'_, D> {
         let conservative = base.potential && count.potential;
         let far = inertia.negative;
         let tests = if wanted == Wanted::Bifurcation { self.tests(run, ends[0], &mode) } else { &[Test::Mode] };
-        let mut near_gain = None;
+        let mut near_rate = None;
+        // The least rate of the fraction at both ends.
+        let mut least_rate = f64::INFINITY;
         let mut locator = self.locator(run.ramp);
         let mut judge = |test: Test, system: &mut System<D>, point: &Point| match wanted {
             Wanted::Limit => {
-                let gain = 1.0 / point.gain;
-                let first = *near_gain.get_or_insert(gain);
-                (gain * first > 0.0, Some(gain))
+                let first = *near_rate.get_or_insert(point.rate_of_fraction());
+                (point.rate_of_fraction() * first > 0.0, Some(point.rate_of_fraction()))
             }
             Wanted::Sideways => match &mut lateral {
                 Some(lateral) => {
@@ -357,6 +381,9 @@ impl<const D: usize> Continuation<'_, D> {
                 None => (false, None),
             },
             Wanted::Bifurcation => {
+                if !(0.0 < point.distance && point.distance < 1.0) {
+                    least_rate = least_rate.min(point.rate_of_fraction().abs());
+                }
                 let near = if !conservative {
                     point.inertia.is_odd() == base.odd
                 } else if count.own > base.own {
@@ -375,6 +402,9 @@ impl<const D: usize> Continuation<'_, D> {
         let mut find = |&test: &Test| locator.root(ends, metric, &mut |system, point| judge(test, system, point));
         let found = tests.iter().find_map(&mut find);
         run.effort.factorizations += locator.factorizations;
+        // A ramp that turns back there and not between both ends does so on another path, which the increment went over to.
+        let turns = |root: &Root| !events.limit && root.point.rate_of_fraction().abs() < self.tuning.near * least_rate;
+        let found = found.filter(|root| wanted != Wanted::Bifurcation || !turns(root));
         let found = found.filter(|root| wanted == Wanted::Limit || self.lies_between(root.point.distance));
         // Along the ramp itself the fraction does not turn back: what lies outside of the bracket is of another path.
         let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];

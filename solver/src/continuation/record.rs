@@ -37,6 +37,7 @@ impl<const D: usize> Continuation<'_, D> {
             Why::Overheld(member) => Cause::Overheld { member },
             Why::Singular => Cause::IllConditioned,
             Why::Away => Cause::LeadsAway,
+            Why::Long => Cause::Endless,
             _ => Cause::StepTooSmall,
         };
         let status = if fold { Status::LimitPoint } else { Status::NotConverged };

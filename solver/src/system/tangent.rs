@@ -263,6 +263,11 @@ impl<const D: usize> Tangent<D> {
     /// The stiffness against forces, and moments of `size` times as much, that single out no motion; `None` where there are no
     /// factors. It is small against that of another state where the tangent is nearly singular.
     pub(crate) fn overall_stiffness(&mut self, pattern: &Pattern<D>, size: f64) -> Option<f64> {
+        self.singular_test_of_all(pattern, size).map(f64::abs)
+    }
+
+    /// The same with its sign, which changes where the tangent is singular, and where the stiffness is beyond all bounds.
+    pub(crate) fn singular_test_of_all(&mut self, pattern: &Pattern<D>, size: f64) -> Option<f64> {
         let mut forces = vec![0.0; self.linear.size()];
         for (joint, own) in pattern.equations.joints.iter().enumerate() {
             let force: [f64; 6] = std::array::from_fn(|c| any(6 * joint + c) * if c < 3 { 1.0 } else { size });
@@ -270,7 +275,7 @@ impl<const D: usize> Tangent<D> {
                 forces[own.first + e] = (0..6).map(|c| force[c] * motion[c]).sum();
             }
         }
-        self.singular_test(&forces).map(f64::abs)
+        self.singular_test(&forces)
     }
 
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
