@@ -289,8 +289,8 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
         Some(member) => format!("member {}", shown(&model.members[member].name)),
         None => format!("node {}", shown(&model.nodes[point.node].name)),
     };
-    let error = point.error.map_or_else(String::new, |error| format!(" (error {})", estimate(error)));
-    format!("{kind}{sideways} at fraction {:.9}{error}, where {place} moves most.", point.fraction)
+    let error = point.error.map_or_else(|| "not known".to_owned(), estimate);
+    format!("{kind}{sideways} at fraction {:.9} (error {error}), where {place} moves most.", point.fraction)
 }
 
 fn jump_in_words(model: &Model, jump: &Jump) -> String {
@@ -378,6 +378,7 @@ fn accuracy(solution: &Solution) -> String {
     let asked = format!("more than the {} asked for", estimate(accuracy.asked));
     match accuracy.verdict {
         Verdict::Met | Verdict::NotEstimated => format!("{found}."),
+        Verdict::UnknownPoints => format!("{found}, but for singular points, whose errors are not all known."),
         Verdict::Forced => format!("{found}, {asked}: the file forces the number of elements."),
         Verdict::TooFine => format!("{found}, {asked}: it would take too fine a mesh."),
         Verdict::Stalled => format!("{found}, {asked}: elements half as long make it no better."),

@@ -4,13 +4,15 @@ use pennate_models::Model;
 use pennate_solver::history::StepHistory;
 use pennate_solver::options::{Options, Progress};
 
+use super::points::compare_points;
 use super::{Round, solve_to_accuracy};
 use crate::solution::last_state;
 
 /// Takes the ends of the steps on the mesh that the accuracy needs as what those on elements forced by the file are
-/// compared with; false where there is no such mesh.
+/// compared with, and their singular points; false where there is no such mesh.
 ///
-/// Elements of the next order tell nothing where they are as much too long as those that they are compared with.
+/// Elements of the next order tell nothing where they are as much too long as those that they are compared with, and where the
+/// file forces all elements no other mesh tells how far singular points move.
 pub(super) fn compare_with_free(
     model: &Model,
     round: &mut Round,
@@ -26,6 +28,7 @@ pub(super) fn compare_with_free(
         let Ok(solution) = solve_to_accuracy(free, asked, &options, observe) else { return false };
         let alike = |(own, free): (&StepHistory, &StepHistory)| own.status == free.status;
         if solution.accuracy.estimated.is_some() && round.history.steps.iter().zip(&solution.history.steps).all(alike) {
+            compare_points(&solution.history, &mut round.history, 1.0);
             for (own, free) in round.history.steps.iter_mut().zip(&solution.history.steps) {
                 own.refined = last_state(free).cloned();
             }

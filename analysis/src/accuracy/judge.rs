@@ -64,7 +64,7 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
         }
     }
     // A singular point is known as well as the last mesh moved it, where the mesh before it found it too.
-    if has_unknown_points(history) && rounds < 4 {
+    if has_unknown_points(history) && rounds < ROUNDS {
         let finer = halved(model, mesh);
         if finer != *mesh {
             return Next::Refine(finer);

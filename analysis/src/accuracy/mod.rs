@@ -25,7 +25,7 @@ use crate::solution::{ProbeTable, Solution, Timing};
 use self::error::{relative_error, state_least_errors};
 use self::free::compare_with_free;
 use self::judge::{every_end_is_estimated, judge};
-use self::points::{critical_error, estimate_critical_points};
+use self::points::{critical_error, estimate_critical_points, has_unknown_points};
 
 pub use self::together::Shared;
 pub(crate) use self::together::solve_together;
@@ -57,6 +57,8 @@ pub enum Verdict {
     Stalled,
     /// The finer mesh got less far along the path.
     PathLost,
+    /// The error is no larger than asked for, but for singular points that were found on one mesh alone.
+    UnknownPoints,
     /// The user did not want to wait for the finer mesh.
     Interrupted,
     /// Nothing to compare with was found for the end of a step, or none has come to its end.
@@ -72,6 +74,7 @@ impl Verdict {
             Self::TooFine => "too_fine_a_mesh",
             Self::Stalled => "rounding",
             Self::PathLost => "path_lost",
+            Self::UnknownPoints => "unknown_points",
             Self::Interrupted => "interrupted",
             Self::NotEstimated => "no_estimate",
         }
@@ -79,9 +82,11 @@ impl Verdict {
 }
 
 impl Accuracy {
-    /// Whether the error is known, and no larger than asked for; not where the finer mesh says otherwise.
+    /// Whether the error is known, and no larger than asked for; not where the finer mesh says otherwise, nor where it knows nothing
+    /// of a singular point.
     pub fn is_met(&self) -> bool {
-        self.verdict != Verdict::PathLost && self.estimated.is_some_and(|error| error <= self.asked)
+        !matches!(self.verdict, Verdict::PathLost | Verdict::UnknownPoints)
+            && self.estimated.is_some_and(|error| error <= self.asked)
     }
 }
 
@@ -124,6 +129,8 @@ pub fn solve_to_accuracy(
     let Adapted { found: mut round, end: mut verdict, rounds } = adapted;
     if round.grading.unresolved || round.error.is_none() {
         verdict = search.compare(&mut round, verdict);
+    } else if has_unknown_points(&round.history) {
+        verdict = search.compare_points(&mut round, verdict);
     }
     let timing = search.timing;
     let Round { mesh, structure, history, mut probes, error: estimated, .. } = round;
@@ -171,10 +178,7 @@ impl Adaptive for Search<'_> {
         let probes = ProbeTable::new(model, &history);
         let known = self.options.rough || every_end_is_estimated(&history);
         let error = relative_error(model, &structure, &history, &probes);
-        let critical = critical_error(&history);
-        let with = |critical: Option<f64>| error.into_iter().chain(critical).reduce(f64::max).filter(|_| known);
-        let of_mesh = with(critical.map(|critical| critical.of_mesh));
-        let error = with(critical.map(|critical| critical.whole));
+        let [error, of_mesh] = with_points(error, &history).map(|error| error.filter(|_| known));
         self.options.rough = false;
         let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
         let grading = mesh.graded(model, &states, self.asked);
@@ -195,13 +199,8 @@ impl Search<'_> {
     /// of the verdict.
     fn compare(&mut self, round: &mut Round, verdict: Verdict) -> Verdict {
         round.error = None;
-        let start = (self.options.clock)();
         let interrupted = verdict == Verdict::Interrupted;
-        if !interrupted && compare_with_free(self.model, round, self.asked, &self.options, self.observe) {
-            round.probes = ProbeTable::new(self.model, &round.history);
-            round.error = relative_error(self.model, &round.structure, &round.history, &round.probes);
-        }
-        self.timing.estimate += (self.options.clock)().saturating_sub(start);
+        self.compare_with_free(round, interrupted);
         match round.error {
             Some(error) if error <= self.asked => Verdict::Met,
             Some(_) => verdict,
@@ -209,4 +208,36 @@ impl Search<'_> {
             None => Verdict::NotEstimated,
         }
     }
+
+    /// The errors of singular points that one mesh alone has found, against elements that the file does not force, and what
+    /// becomes of the verdict.
+    fn compare_points(&mut self, round: &mut Round, verdict: Verdict) -> Verdict {
+        let before = round.error;
+        self.compare_with_free(round, verdict == Verdict::Interrupted);
+        // What finer elements of the same mesh say of all else is no less than what those of another one say.
+        round.error = before.into_iter().chain(round.error).reduce(f64::max);
+        match verdict {
+            Verdict::Met if round.error.is_some_and(|error| error > self.asked) => Verdict::Forced,
+            Verdict::Met if has_unknown_points(&round.history) => Verdict::UnknownPoints,
+            _ => verdict,
+        }
+    }
+
+    /// Compares a round with elements that the file does not force, where it forces any.
+    fn compare_with_free(&mut self, round: &mut Round, interrupted: bool) {
+        let start = (self.options.clock)();
+        if !interrupted && compare_with_free(self.model, round, self.asked, &self.options, self.observe) {
+            round.probes = ProbeTable::new(self.model, &round.history);
+            let error = relative_error(self.model, &round.structure, &round.history, &round.probes);
+            [round.error, round.of_mesh] = with_points(error, &round.history);
+        }
+        self.timing.estimate += (self.options.clock)().saturating_sub(start);
+    }
+}
+
+/// The largest of an error and those of the singular points of a run, and of what a finer mesh can take away of it.
+fn with_points(error: Option<f64>, history: &History) -> [Option<f64>; 2] {
+    let critical = critical_error(history);
+    let with = |critical: Option<f64>| error.into_iter().chain(critical).reduce(f64::max);
+    [with(critical.map(|critical| critical.whole)), with(critical.map(|critical| critical.of_mesh))]
 }

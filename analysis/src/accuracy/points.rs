@@ -1,7 +1,7 @@
 //! The errors of singular points: how far a finer mesh moves them along the ramp.
 
 use pennate_models::Mesh;
-use pennate_solver::history::History;
+use pennate_solver::history::{CriticalPoint, History};
 
 /// Part of itself by which a singular point is found at best.
 const LOCATED: f64 = 1e-9;
@@ -21,16 +21,38 @@ pub(super) fn estimate_critical_points(
 ) {
     let ratio = mesh.elements() as f64 / elements.max(1) as f64;
     let gain = ratio.powi(2 * i32::try_from(order).unwrap_or(1)) - 1.0;
-    for (before, now) in coarse.steps.iter().zip(&mut fine.steps) {
-        if before.critical_points.len() != now.critical_points.len() || gain <= 0.0 {
-            continue;
-        }
-        for (before, now) in before.critical_points.iter().zip(&mut now.critical_points) {
-            let moved = (now.fraction - before.fraction).abs() / gain;
-            let located = now.located.map(|located| located.max(LOCATED * now.fraction.abs()));
-            now.error = located.filter(|_| before.kind == now.kind).map(|located| moved + located);
+    if gain > 0.0 {
+        compare_points(coarse, fine, gain);
+    }
+}
+
+/// Takes a part, one over `gain`, of the distance between the singular points of a run and those of another one for their errors;
+/// a point that the other run has not keeps its error.
+pub(super) fn compare_points(other: &History, own: &mut History, gain: f64) {
+    for (other, own) in other.steps.iter().zip(&mut own.steps) {
+        let partners: Vec<_> = (0..own.critical_points.len())
+            .map(|index| partner(&own.critical_points, index, &other.critical_points))
+            .collect();
+        for (point, partner) in own.critical_points.iter_mut().zip(partners) {
+            let (Some(partner), Some(located)) = (partner, point.located) else { continue };
+            let moved = (point.fraction - partner).abs() / gain;
+            point.error = Some(moved + located.max(LOCATED * point.fraction.abs()));
         }
     }
+}
+
+/// The fraction of the point among others that is the same one: the nearest of its kind, to which it is the nearest.
+fn partner(own: &[CriticalPoint], index: usize, others: &[CriticalPoint]) -> Option<f64> {
+    let other = &others[nearest(&own[index], others)?];
+    (nearest(other, own) == Some(index)).then_some(other.fraction)
+}
+
+/// The nearest of the same kind.
+fn nearest(to: &CriticalPoint, among: &[CriticalPoint]) -> Option<usize> {
+    let alike = |(_, other): &(usize, &CriticalPoint)| other.kind == to.kind && other.sideways == to.sideways;
+    let distance = |(_, other): &(usize, &CriticalPoint)| (other.fraction - to.fraction).abs();
+    let found = among.iter().enumerate().filter(alike).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    Some(found.0)
 }
 
 /// The errors of singular points over the largest fraction of a ramp where there is one.
