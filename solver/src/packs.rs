@@ -24,8 +24,8 @@ use crate::structure::{Dimension, Fibres, Formulation, Member, SectionState, Str
 pub struct Auxiliary {
     /// Over EI per squared length of the member.
     pub member: f64,
-    /// Over EI per squared length of the element: what bends within one of a hundred or more is not to outweigh it, and more costs the
-    /// digits of what the member does as a whole.
+    /// Over EI per squared length of the element: none for states, since elements that are graded into a layer may be a thousandth of
+    /// the member, and so much more would cost the digits of what it does as a whole.
     pub element: f64,
     /// Over the force that the member carries.
     pub carried: f64,
@@ -63,11 +63,11 @@ impl Auxiliary {
 }
 
 /// What states are found with.
-pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 1e2, 1e4);
+pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 0.0, 1e4);
 /// Two of the same kind, from which what an infinite one would give is extrapolated.
-pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 1e1, 1e3);
+pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 0.0, 1e3);
 /// The other one.
-pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 1e0, 1e2);
+pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 0.0, 1e2);
 
 /// Order of the elements that converge fastest.
 pub const HIGHEST: usize = 5;

@@ -482,3 +482,42 @@ fn the_end_of_the_ramp_comes_before_a_stop_beyond_it() {
     let step = &solve("../tests/cases/stop_beyond_the_ramp.toml", &[]).history.steps[0];
     assert_eq!((step.status, step.fraction), (Status::Converged, 1.0));
 }
+
+/// Far from the point where both sways are lost the twist is the softest motion, and the smallest pivot is zero beside it.
+#[test]
+fn motions_that_are_lost_together_are_located_alike_by_all_methods() {
+    let path = validation("../tests/cases/plate_on_columns.toml");
+    let text = std::fs::read_to_string(path).expect("a file");
+    for method in ["newton", "arc_length", "jump"] {
+        let text = text.replace("\"jump\"", &format!("\"{method}\""));
+        let model = pennate_models::read_text("plate.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        let solution =
+            solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"));
+        let first = &solution.history.steps[0].critical_points[0];
+        let error = first.error.expect("an error");
+        assert_eq!(first.kind, CriticalKind::Bifurcation);
+        // From 100 increments on the straight path, with elements of a sixteenth of a column.
+        assert!((first.fraction - 0.492_438_071).abs() < 1e-8, "{method}: {} ± {error}", first.fraction);
+        assert!(error < 1e-7, "{method}: {error}");
+    }
+}
+
+/// Long elements have limit points there that short ones have not; two meshes that share the elements at the turned end agree.
+#[test]
+fn taut_rods_are_turned_without_a_limit_point() {
+    let step = &solve("../tests/cases/turned_taut_rods.toml", &[]).history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{}", step.fraction);
+    assert!(step.critical_points.is_empty());
+}
+
+#[test]
+fn a_later_step_that_pulls_members_taut_costs_no_digits_of_a_critical_load() {
+    let history = solve("../tests/cases/taut_in_a_later_step.toml", &[]).history;
+    let step = &history.steps[1];
+    let point = &step.critical_points[0];
+    let error = point.error.expect("an error");
+    assert_eq!((step.status, point.kind), (Status::Converged, CriticalKind::Bifurcation));
+    // The same without the later steps, on up to 256 elements a member.
+    assert!((point.fraction - 0.310_480_926).abs() < (10.0 * error).min(1e-5), "{} ± {error}", point.fraction);
+}

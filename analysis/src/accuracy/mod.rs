@@ -15,7 +15,7 @@ use pennate_models::grading::Grading;
 use pennate_models::{Mesh, Model, discretize};
 use pennate_solver::CoarseSolve;
 use pennate_solver::error::SolveError;
-use pennate_solver::history::History;
+use pennate_solver::history::{History, Status, StepHistory};
 use pennate_solver::options::{Options, Progress};
 use pennate_solver::structure::Structure;
 
@@ -29,6 +29,10 @@ use self::points::{critical_error, estimate_critical_points, has_unknown_points}
 
 pub use self::together::Shared;
 pub(crate) use self::together::solve_together;
+
+/// Meshes that are graded for the sake of a step that ends short: where a member is pulled taut its force grows without end, and
+/// its layers are as thin as the end is near.
+const GRADINGS: usize = 2;
 
 /// The accuracy asked for, and what came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +125,7 @@ pub fn solve_to_accuracy(
     let timing = Timing { mesh: (options.clock)().saturating_sub(start), ..Timing::default() };
     let way = mesh.of_the_way(&model, asked);
     let rough = Options { rough: way.is_some(), ..options.clone() };
-    let mut search = Search { model: &model, asked, options: rough, observe, coarse_solve: None, timing };
+    let mut search = Search { model: &model, asked, options: rough, observe, coarse_solve: None, gradings: 0, timing };
     let adapted = match adapt(&mut search, way.unwrap_or(mesh)) {
         Ok(adapted) => adapted,
         Err(error) => return Err((Box::new(model), error)),
@@ -147,6 +151,8 @@ struct Search<'a> {
     observe: &'a mut dyn FnMut(&Progress) -> bool,
     /// Way of the solve on the last mesh.
     coarse_solve: Option<CoarseSolve>,
+    /// Meshes that were graded anew.
+    gradings: usize,
     timing: Timing,
 }
 
@@ -171,6 +177,8 @@ impl Adaptive for Search<'_> {
         mesh.name_segments(model, &mut history);
         if let Some(before) = best
             && before.mesh.order == mesh.order
+            // Elements that were graded anew are the same elsewhere, and where they are, points move by chance.
+            && before.mesh.grading == mesh.grading
         {
             let elements = before.mesh.elements();
             estimate_critical_points(&before.history, &mut history, elements, &mesh, mesh.lowest_order(model));
@@ -180,7 +188,9 @@ impl Adaptive for Search<'_> {
         let error = relative_error(model, &structure, &history, &probes);
         let [error, of_mesh] = with_points(error, &history).map(|error| error.filter(|_| known));
         self.options.rough = false;
-        let states: Vec<_> = history.steps.iter().map(|step| step.variations.as_slice()).collect();
+        self.gradings += usize::from(best.is_some_and(|before| before.mesh.grading != mesh.grading));
+        let counts = |step: &&StepHistory| step.status == Status::Converged || self.gradings < GRADINGS;
+        let states: Vec<_> = history.steps.iter().filter(counts).map(|step| step.variations.as_slice()).collect();
         let grading = mesh.graded(model, &states, self.asked);
         Ok(Round { mesh, structure, history, probes, error, of_mesh, grading })
     }

@@ -10,6 +10,7 @@ use super::distance::{Locator, Point};
 use super::events::Events;
 use super::follow::{Control, Next, Ramp, Run, Tried};
 use super::fraction::ByFraction;
+use super::locate::Value;
 use super::record::Ending;
 use super::{Continuation, Count, Tuning};
 use crate::history::Status;
@@ -468,7 +469,7 @@ impl<const D: usize> Continuation<'_, D> {
             self.system.restore(&self.next);
             if begin != 0.0 && begin * read(&self.system) <= 0.0 {
                 let mut locator = self.locator(run.ramp);
-                let found = locator.root(ends, Some(by.metric), &mut |system, _| {
+                let found = locator.root(ends, Some(by.metric), Value::Smooth, &mut |system, _| {
                     let now = read(system);
                     (now * begin > 0.0, Some(now))
                 });

@@ -11,7 +11,7 @@ use super::follow::Run;
 use super::{Continuation, OutOfPlane};
 use crate::history::{CriticalKind, CriticalPoint};
 use crate::packs::{self, Auxiliary};
-use crate::system::System;
+use crate::system::{Inertia, System};
 
 /// Times in a row that a bracket is closed in by the secant before it is halved.
 const SECANTS: usize = 4;
@@ -34,6 +34,15 @@ pub(super) type Judge<'a, const D: usize> = dyn FnMut(&mut System<D>, &Point) ->
 /// Where a point would lie with an infinite auxiliary stiffness, by where it lies with two: it moves with one over that.
 fn extrapolated((stiffer, with_stiffer): (Auxiliary, f64), (softer, with_softer): (Auxiliary, f64)) -> f64 {
     with_stiffer + softer.member / (stiffer.member - softer.member) * (with_stiffer - with_softer)
+}
+
+/// What the value of a test function is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Value {
+    /// Zero at the root alone.
+    Smooth,
+    /// That of a pivot, which may be zero near the root already: the side that a point is on tells where the root is.
+    Side,
 }
 
 /// Two points of a path and what lies between them: index 0 is the near side.
@@ -104,7 +113,13 @@ impl<const D: usize> Locator<'_, D> {
     ///
     /// `judge` tells for a point whether it is still on the near side, and the value of a test function that is zero
     /// at the singular point. Where the value has different signs at both ends it decides, else the side does.
-    pub(crate) fn root(&mut self, ends: [f64; 2], metric: Option<Metric>, judge: &mut Judge<'_, D>) -> Option<Root> {
+    pub(crate) fn root(
+        &mut self,
+        ends: [f64; 2],
+        metric: Option<Metric>,
+        value_is: Value,
+        judge: &mut Judge<'_, D>,
+    ) -> Option<Root> {
         let tuning = self.newton.tuning;
         let (exact, nearly) = (tuning.exact, tuning.residual.sqrt());
         self.system.restore(self.next);
@@ -157,7 +172,7 @@ impl<const D: usize> Locator<'_, D> {
                 continue;
             };
             let near = signs.zip(value).map_or(near, |((a, _), v)| v * a > 0.0);
-            let settled = value.is_some_and(|v| v.abs() <= small);
+            let settled = value_is == Value::Smooth && value.is_some_and(|v| v.abs() <= small);
             bracket.close(usize::from(!near), s, point.fraction, value);
             best = point;
             if settled {
@@ -197,6 +212,13 @@ impl<const D: usize> Locator<'_, D> {
         let (point, ..) = at(self, bracket.at[0])?;
         Some(Root { point, fraction: from + part * (to - from), scatter: apart, slope: None })
     }
+}
+
+/// A state that was saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Saved {
+    Last,
+    Next,
 }
 
 /// The tangent out of the plane, where stability is judged there.
@@ -324,20 +346,49 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// What is zero at a bifurcation, and tells on which side of it a state is; `mode` is the softest motion at the far end, where
-    /// the present state is.
-    ///
-    /// That may be another one than the motion of the point: what is lost within a member moves no joint. Then the smallest pivot
-    /// tells.
-    fn tests(&mut self, run: &mut Run<'_>, begin: f64, mode: &[f64]) -> &'static [Test] {
-        let value = self.system.tangent.singular_test(mode);
-        self.system.restore(&self.last);
-        run.ramp.apply(&mut self.system, begin);
+    /// The stiffness of a motion at a state that was saved, at this fraction.
+    fn stiffness_at(&mut self, run: &mut Run<'_>, state: Saved, fraction: f64, mode: &[f64]) -> Option<f64> {
+        self.system.restore(if state == Saved::Last { &self.last } else { &self.next });
+        run.ramp.apply(&mut self.system, fraction);
         self.system.assemble(false);
         run.effort.factorizations += 1;
-        let before = self.system.tangent.singular_test(mode);
-        let sees = value.zip(before).is_some_and(|(value, before)| value * before < 0.0);
-        if sees { &[Test::Mode, Test::Pivot] } else { &[Test::Pivot] }
+        self.system.tangent.singular_test(mode)
+    }
+
+    /// The motion that is lost at a bifurcation, and what is zero there; `softest` is the softest motion at the far end, where the
+    /// present state is.
+    ///
+    /// Far from the point that may be another one: then the softest motion near to it is looked at. What is lost within a member moves
+    /// no joint, and the smallest pivot tells.
+    fn critical_mode(
+        &mut self,
+        run: &mut Run<'_>,
+        interval: Interval<'_>,
+        softest: Vec<f64>,
+        is_near: &dyn Fn(&Inertia) -> bool,
+    ) -> (Vec<f64>, &'static [Test]) {
+        const BOTH: &[Test] = &[Test::Mode, Test::Pivot];
+        let [from, to] = interval.ends;
+        let is_lost = |before: Option<f64>, after: Option<f64>| before.zip(after).is_some_and(|(a, b)| a * b < 0.0);
+        let after = self.system.tangent.singular_test(&softest);
+        let before = self.stiffness_at(run, Saved::Last, from, &softest);
+        if is_lost(before, after) {
+            return (softest, BOTH);
+        }
+        let mut locator = self.locator(run.ramp);
+        locator.newton.tuning.exact = locator.newton.tuning.near;
+        let found =
+            locator.root(interval.ends, interval.metric, Value::Side, &mut |_, point| (is_near(&point.inertia), None));
+        run.effort.factorizations += locator.factorizations;
+        if found.is_some() {
+            let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
+            let before = self.stiffness_at(run, Saved::Last, from, &mode);
+            let after = self.stiffness_at(run, Saved::Next, to, &mode);
+            if is_lost(before, after) {
+                return (mode, BOTH);
+            }
+        }
+        (softest, &[Test::Pivot])
     }
 
     /// The singular point of one kind in an increment, with an auxiliary stiffness of held strains; the state is left there, or
@@ -357,11 +408,23 @@ impl<const D: usize> Continuation<'_, D> {
         let inertia = self.system.assemble(false);
         let mut lateral = self.lateral.take();
         let lateral_far = lateral.as_mut().map_or(0, |lateral| lateral.inertia(&mut self.system).0.negative);
-        let mode = self.softest(&mut lateral, wanted);
+        let softest = self.softest(&mut lateral, wanted);
         let (base, count) = (self.base, events.count);
         let conservative = base.potential && count.potential;
         let far = inertia.negative;
-        let tests = if wanted == Wanted::Bifurcation { self.tests(run, ends[0], &mode) } else { &[Test::Mode] };
+        let is_near = move |inertia: &Inertia| {
+            if !conservative {
+                inertia.is_odd() == base.odd
+            } else if count.own > base.own {
+                inertia.negative < far
+            } else {
+                inertia.negative > far
+            }
+        };
+        let (mode, tests) = match wanted {
+            Wanted::Bifurcation => self.critical_mode(run, interval, softest, &is_near),
+            Wanted::Limit | Wanted::Sideways => (softest, [Test::Mode].as_slice()),
+        };
         let mut near_rate = None;
         // The least rate of the fraction at both ends.
         let mut least_rate = f64::INFINITY;
@@ -384,13 +447,7 @@ impl<const D: usize> Continuation<'_, D> {
                 if !(0.0 < point.distance && point.distance < 1.0) {
                     least_rate = least_rate.min(point.rate_of_fraction().abs());
                 }
-                let near = if !conservative {
-                    point.inertia.is_odd() == base.odd
-                } else if count.own > base.own {
-                    point.inertia.negative < far
-                } else {
-                    point.inertia.negative > far
-                };
+                let near = is_near(&point.inertia);
                 let smallest = point.inertia.smallest;
                 let value = match test {
                     Test::Mode => system.tangent.singular_test(&mode),
@@ -399,7 +456,11 @@ impl<const D: usize> Continuation<'_, D> {
                 (near, value)
             }
         };
-        let mut find = |&test: &Test| locator.root(ends, metric, &mut |system, point| judge(test, system, point));
+        let mut find = |&test: &Test| {
+            let value = if matches!(test, Test::Mode) { Value::Smooth } else { Value::Side };
+            let root = locator.root(ends, metric, value, &mut |system, point| judge(test, system, point))?;
+            Some(Root { slope: root.slope.filter(|_| matches!(test, Test::Mode)), ..root })
+        };
         let found = tests.iter().find_map(&mut find);
         run.effort.factorizations += locator.factorizations;
         // A ramp that turns back there and not between both ends does so on another path, which the increment went over to.
@@ -411,11 +472,14 @@ impl<const D: usize> Continuation<'_, D> {
         let room = self.tuning.shortest * to.abs();
         let found = found.filter(|root| metric.is_some() || (from - room..=to + room).contains(&root.fraction));
         let located = found.map(|root| {
-            // What rounding moves the root of the test function by.
-            let slope = root.slope.filter(|_| wanted == Wanted::Bifurcation);
-            let doubt =
-                slope.map_or(0.0, |slope| self.system.doubt(&mode).map_or(0.0, |change| (change / slope).abs()));
-            let mode = self.softest(&mut lateral, wanted);
+            let slope = root.slope;
+            let found = self.softest(&mut lateral, wanted);
+            let doubt = match (wanted, slope) {
+                (Wanted::Bifurcation, Some(_)) => self.moved_by_rounding(run, ends, &root, (&mode, slope)),
+                (Wanted::Bifurcation, None) => self.moved_by_rounding(run, ends, &root, (&found, None)),
+                (Wanted::Limit | Wanted::Sideways, _) => 0.0,
+            };
+            let mode = found;
             let motions = match &lateral {
                 Some(lateral) if wanted == Wanted::Sideways => lateral.motions_of(&mode),
                 _ => self.system.pattern.motions_of(&mode),
@@ -435,6 +499,31 @@ impl<const D: usize> Continuation<'_, D> {
         });
         self.lateral = lateral;
         located
+    }
+
+    /// How far rounding may move a root along the ramp, the present state between `last` and `next` at the fractions `ends`: what it
+    /// may change the stiffness of a motion by, over the slope of that with the fraction, where it is not known from the root to the
+    /// farther end.
+    fn moved_by_rounding(
+        &mut self,
+        run: &mut Run<'_>,
+        ends: [f64; 2],
+        root: &Root,
+        (mode, slope): (&[f64], Option<f64>),
+    ) -> f64 {
+        let Some(change) = self.system.doubt(mode) else { return 0.0 };
+        let slope = slope.or_else(|| {
+            let here = self.system.snapshot();
+            let apart = ends.map(|end| (end - root.fraction).abs());
+            let (state, end) = if apart[0] > apart[1] { (Saved::Last, ends[0]) } else { (Saved::Next, ends[1]) };
+            let there = self.stiffness_at(run, state, end, mode);
+            self.system.restore(&here);
+            run.ramp.apply(&mut self.system, root.point.fraction);
+            self.system.assemble(false);
+            run.effort.factorizations += 1;
+            there.map(|there| there / (end - root.fraction))
+        });
+        slope.map_or(0.0, |slope| (change / slope).abs())
     }
 
     /// Whether the present state, a bifurcation at this part of the way from `last` to `next`, is about where that leads.
