@@ -147,9 +147,15 @@ macro_rules! lanes {
 
         impl $lanes {
             #[inline(always)]
-            fn numbers(self) -> [f64; $count] {
+            fn numbers(&self) -> &[f64; $count] {
                 // SAFETY: both are so many numbers in a row.
-                unsafe { std::mem::transmute(self.0) }
+                unsafe { &*(&raw const self.0).cast() }
+            }
+
+            #[inline(always)]
+            fn numbers_mut(&mut self) -> &mut [f64; $count] {
+                // SAFETY: both are so many numbers in a row.
+                unsafe { &mut *(&raw mut self.0).cast() }
             }
         }
 
@@ -234,18 +240,16 @@ mod avx2 {
             Self(unsafe { _mm256_set1_pd(value) })
         }
         #[inline(always)]
-        fn lane(self, index: usize) -> f64 {
+        fn lane(&self, index: usize) -> f64 {
             self.numbers()[index]
         }
         #[inline(always)]
         fn set_lane(&mut self, index: usize, value: f64) {
-            let mut numbers = self.numbers();
-            numbers[index] = value;
-            *self = Self::from(numbers);
+            self.numbers_mut()[index] = value;
         }
         #[inline(always)]
-        fn store(self, row: &mut [f64]) {
-            row.copy_from_slice(&self.numbers());
+        fn store(&self, row: &mut [f64]) {
+            row.copy_from_slice(self.numbers());
         }
         #[inline(always)]
         fn load(row: &[f64]) -> Self {
@@ -356,18 +360,16 @@ mod avx512 {
             Self(unsafe { _mm512_set1_pd(value) })
         }
         #[inline(always)]
-        fn lane(self, index: usize) -> f64 {
+        fn lane(&self, index: usize) -> f64 {
             self.numbers()[index]
         }
         #[inline(always)]
         fn set_lane(&mut self, index: usize, value: f64) {
-            let mut numbers = self.numbers();
-            numbers[index] = value;
-            *self = Self::from(numbers);
+            self.numbers_mut()[index] = value;
         }
         #[inline(always)]
-        fn store(self, row: &mut [f64]) {
-            row.copy_from_slice(&self.numbers());
+        fn store(&self, row: &mut [f64]) {
+            row.copy_from_slice(self.numbers());
         }
         #[inline(always)]
         fn load(row: &[f64]) -> Self {

@@ -26,13 +26,13 @@ pub trait Real:
 
     /// The same number in every lane.
     fn splat(value: f64) -> Self;
-    /// The number in one lane.
-    fn lane(self, index: usize) -> f64;
-    /// Puts a number into one lane.
+    /// The number in one lane. It is read where it is: a copy of all lanes would cost more than most of what is done with it.
+    fn lane(&self, index: usize) -> f64;
+    /// Puts a number into one lane, and leaves the others where they are.
     fn set_lane(&mut self, index: usize, value: f64);
     /// Puts the numbers of all lanes in a row of [`Real::LANES`].
     #[inline(always)]
-    fn store(self, row: &mut [f64]) {
+    fn store(&self, row: &mut [f64]) {
         for (lane, number) in row.iter_mut().enumerate() {
             *number = self.lane(lane);
         }
@@ -121,8 +121,8 @@ impl Real for f64 {
         value
     }
     #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
-        self
+    fn lane(&self, _: usize) -> f64 {
+        *self
     }
     #[inline(always)]
     fn set_lane(&mut self, _: usize, value: f64) {
