@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory/condensation.md, Eq. 4.1 to 4.5.
 
-use pennate_elements::beam::{At, Beam, Condensed, Ends, Local, Moduli, Turn};
+use pennate_elements::beam::{Beam, Condensed, Ends, Local, Turn};
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{
     Ldl, add, axpy, madd, scale, sub_apply, sub_tapply, sub_tmul, sub_tmul_symmetric, transpose, zeros,
@@ -85,19 +85,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
-        let moduli = self.moduli[self.segment_of[e]];
         if self.plain {
-            self.reset_stress(e, &local, &moduli);
+            self.reset_stress(e, &local);
         }
-        let stress = self.stress_of(e);
-        let at = At {
-            table: &self.table,
-            piece: &self.pieces[e],
-            curved: self.curved(e),
-            moduli: &moduli,
-            local: &local,
-            stress: &stress,
-        };
+        let at = self.at(e, &local);
         B::local::<P, TANGENT>(&at, k);
         self.energy += k.energy;
 
@@ -138,7 +129,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let row = &above[i];
             let ldl = Ldl::with_noise(&row[i], T::splat(ROUNDING));
             self.negative += ldl.negative;
-            self.smallest = -((-self.smallest).max(-ldl.smallest));
+            self.softest = self.softest.max(ldl.largest);
             let rest = ldl.solve_vector(&k.gradient[i]);
             if let (Some((t, _)), Some(coupling)) = (&mut turn, &mut coupling) {
                 let solved = ldl.solve(&coupling[i]);
@@ -155,8 +146,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
             for j in i + 1..P {
                 let solved = &mut self.inner[block];
-                *solved = row[j];
-                ldl.solve_in_place(solved);
+                ldl.solve_into(&row[j], solved);
                 block += 1;
                 sub_tapply(&mut k.gradient[j], &row[j], &rest);
                 for l in i + 1..j {
@@ -252,11 +242,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Stresses of the present strains in place of mixed ones; multipliers stay.
     #[inline(always)]
-    fn reset_stress(&mut self, e: usize, local: &[[T; D]; P], moduli: &Moduli<T, D>) {
-        let stress = self.stress_of(e);
-        let at =
-            At { table: &self.table, piece: &self.pieces[e], curved: self.curved(e), moduli, local, stress: &stress };
-        let stress = B::extrapolate(&at, &[[T::zero(); D]; P]);
+    fn reset_stress(&mut self, e: usize, local: &[[T; D]; P]) {
+        let stress = B::extrapolate(&self.at(e, local), &[[T::zero(); D]; P]);
         self.state.stress[e * P..(e + 1) * P].copy_from_slice(&stress);
     }
 
@@ -290,7 +277,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     #[inline(always)]
     fn condense_all(&mut self) {
         self.negative = T::zero();
-        self.smallest = T::one();
+        self.softest = T::one();
         self.energy = T::zero();
         // One place for the tangents of all elements.
         let mut k = Local::zero();
@@ -311,12 +298,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
             let ldl = Ldl::with_noise(&pivot, T::splat(ROUNDING));
             self.negative += ldl.negative;
-            self.smallest = -((-self.smallest).max(-ldl.smallest));
+            self.softest = self.softest.max(ldl.largest);
             let factor = &mut self.factors[e - 1];
-            factor.left = link;
-            ldl.solve_in_place(&mut factor.left);
-            factor.next = next.k01;
-            ldl.solve_in_place(&mut factor.next);
+            ldl.solve_into(&link, &mut factor.left);
+            ldl.solve_into(&next.k01, &mut factor.next);
             factor.rest = ldl.solve_vector(&rest);
             if let Some(kept) = self.kept.own.get_mut(e - 1) {
                 *kept = ldl;
@@ -380,17 +365,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let frame = self.frames[e];
             let change = self.interior_change::<true>(e, &self.increments[e], &self.increments[e + 1]);
             let local = self.local_of(e, &frame);
-            let stress = self.stress_of(e);
-            let moduli = self.moduli[self.segment_of[e]];
-            let at = At {
-                table: &self.table,
-                piece: &self.pieces[e],
-                curved: self.curved(e),
-                moduli: &moduli,
-                local: &local,
-                stress: &stress,
-            };
-            let stress = B::extrapolate(&at, &change);
+            let stress = B::extrapolate(&self.at(e, &local), &change);
             for i in 0..P {
                 self.state.stress[e * P + i] = stress[i];
                 self.state.local[e * P + i] = add(local[i], change[i]);

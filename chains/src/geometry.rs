@@ -99,14 +99,16 @@ impl<T: Real, const P: usize> Geometry<T, P> {
             for &SegmentMesh { length, elements, curvature, .. } in &mesh.segments {
                 let length = length / elements as f64;
                 let bent = Bent { length, curvature };
-                // All elements of a segment are the same but for their axes.
+                // All elements of a segment are the same but for their axes, and those of straight members have the same.
                 let own = bent.piece::<P>(&axes);
                 let curve = curved.then(|| bent.curve::<P>());
                 let turn = (curvature != [0.0; 3]).then(|| bent.frame(length));
-                for (piece, e) in all.by_ref().take(elements) {
+                for (index, (piece, e)) in all.by_ref().take(elements).enumerate() {
                     total += length;
                     end = add(end, tapply(&axes, &own.chord));
-                    set_piece(piece, lane, &Piece { axes, ..own });
+                    if curved || index == 0 {
+                        set_piece(piece, lane, &Piece { axes, ..own });
+                    }
                     if let Some(curve) = &curve {
                         set_curve(&mut curves[e], lane, curve);
                     }
@@ -118,6 +120,13 @@ impl<T: Real, const P: usize> Geometry<T, P> {
             total_length.set_lane(lane, total);
             for (chord, end) in chord.iter_mut().zip(end) {
                 chord.set_lane(lane, end);
+            }
+        }
+        if !curved {
+            for e in 1..elements {
+                if segment_of[e] == segment_of[e - 1] {
+                    pieces[e] = pieces[e - 1];
+                }
             }
         }
         Self { pieces, curves, segment_of, fibres, total_length, chord }

@@ -2,9 +2,9 @@
 //! that any member carries.
 
 use pennate_elements::beam::{Beam, Moduli};
-use pennate_elements::real::Real;
+use pennate_elements::real::{Real, Work};
 
-use crate::Chain;
+use crate::{Chain, MOST_LANES};
 
 /// The axial force of the parts of a member that cannot be stretched, or hardly, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,26 @@ pub struct HeldForce {
 /// Stiffness against a strain, infinite for one that is held.
 pub(crate) fn stiffness<T: Real, const D: usize>(moduli: &Moduli<T, D>, component: usize, lane: usize) -> f64 {
     moduli.stiffness[component].lane(lane) / (1.0 - moduli.held[component].lane(lane))
+}
+
+/// The largest force of the mixed stresses, along the axis and across, as work in lanes.
+struct Carried<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Carried<'_, T, B, D, P> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let mut largest = T::zero();
+        for stress in &self.0.state.stress {
+            let mut square = T::zero();
+            for part in &stress[..Chain::<T, B, D, P>::TRANSLATIONS] {
+                square += *part * *part;
+            }
+            largest = largest.max(square);
+        }
+        largest.sqrt()
+    }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
@@ -48,11 +68,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         Some(HeldForce { force: force / length, auxiliary: length / compliance, length, is_rigid })
     }
 
-    /// The largest force of its mixed stresses, along the axis and across.
-    pub(super) fn carried_force_impl(&self, lane: usize) -> f64 {
-        let forces = if D == 3 { 2 } else { 3 };
-        let square = |stress: &[T; D]| stress[..forces].iter().map(|part| part.lane(lane).powi(2)).sum();
-        self.state.stress.iter().map(square).fold(0.0, f64::max).sqrt()
+    pub(super) fn carried_forces_impl(&self) -> [f64; MOST_LANES] {
+        let largest = T::run(Carried(self));
+        let mut forces = [0.0; MOST_LANES];
+        largest.store(&mut forces[..T::LANES]);
+        forces
     }
 
     /// Adds the same to the axial force of all these parts.

@@ -8,10 +8,7 @@ use pennate_elements::small::{
     Ldl, V3, axpy, madd, mscale, scale, sub_tmul, sub_tmul_symmetric, tmul, transpose, zeros,
 };
 
-use crate::{Chain, lanes};
-
-/// No number has more lanes.
-const MOST_LANES: usize = 8;
+use crate::{Chain, MOST_LANES, lanes};
 
 /// The tangent of a plane chain out of its plane: components uz, φx, φy.
 #[derive(Debug)]
@@ -20,16 +17,16 @@ pub(super) struct Lateral<T> {
     moduli: Vec<Moduli<T, 6>>,
     /// Of the ends; it has no forces.
     ends: Ends<T, 3>,
-    /// Pivots of the interior that are negative, and the smallest ratio of all.
+    /// Pivots of the interior that are negative, and the largest diagonal entry over the pivot that is left of it.
     negative: T,
-    smallest: T,
+    softest: T,
 }
 
 impl<T: Real> Default for Lateral<T> {
     fn default() -> Self {
         let o = T::zero();
         let ends = Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; 3], r1: [o; 3] };
-        Self { moduli: Vec::new(), ends, negative: o, smallest: T::one() }
+        Self { moduli: Vec::new(), ends, negative: o, softest: T::one() }
     }
 }
 
@@ -65,7 +62,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     pub(super) fn lateral_impl(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
-        let Lateral { ends, negative, smallest, .. } = &self.lateral;
+        let Lateral { ends, negative, softest, .. } = &self.lateral;
         let ends = Ends {
             k00: lanes::lanes(&ends.k00, lane),
             k01: lanes::lanes(&ends.k01, lane),
@@ -73,7 +70,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             r0: [0.0; 3],
             r1: [0.0; 3],
         };
-        (ends, negative.lane(lane) as usize, smallest.lane(lane))
+        (ends, negative.lane(lane) as usize, 1.0 / softest.lane(lane))
     }
 
     #[inline(always)]
@@ -82,20 +79,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if D != 3 {
             return;
         }
-        let (mut negative, mut smallest) = (T::zero(), T::one());
+        let (mut negative, mut softest) = (T::zero(), T::one());
         let mut k = Local::zero();
         let mut before = self.flat_pose(0);
         let mut chain: Option<Ends<T, 3>> = None;
         for e in 0..self.frames.len() {
             let after = self.flat_pose(e + 1);
-            let next = self.lateral_element(e, [&before, &after], &mut k, &mut negative, &mut smallest);
+            let next = self.lateral_element(e, [&before, &after], &mut k, &mut negative, &mut softest);
             before = after;
             chain = Some(match chain {
                 None => next,
                 Some(so_far) => {
                     let ldl = Ldl::new(&madd(so_far.k11, next.k00));
                     negative += ldl.negative;
-                    smallest = -Real::max(-smallest, -ldl.smallest);
+                    softest = softest.max(ldl.largest);
                     let link = transpose(&so_far.k01);
                     let (back, ahead) = (ldl.solve(&link), ldl.solve(&next.k01));
                     let mut joined =
@@ -109,7 +106,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if let Some(ends) = chain {
             self.lateral.ends = ends;
         }
-        (self.lateral.negative, self.lateral.smallest) = (negative, smallest);
+        (self.lateral.negative, self.lateral.softest) = (negative, softest);
     }
 
     /// Where a node of a plane chain is.
@@ -129,7 +126,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         [first, last]: [&Pose<T>; 2],
         k: &mut Local<T, 3, P>,
         negative: &mut T,
-        smallest: &mut T,
+        softest: &mut T,
     ) -> Ends<T, 3> {
         let piece = &self.pieces[e];
         let segment = self.segment_of[e];
@@ -169,7 +166,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let row = &above[i];
             let ldl = Ldl::new(&row[i]);
             *negative += ldl.negative;
-            *smallest = -Real::max(-*smallest, -ldl.smallest);
+            *softest = softest.max(ldl.largest);
             if let Some(turn) = &mut turn {
                 let solved = ldl.solve(&coupling[i]);
                 sub_tmul_symmetric(turn, &coupling[i], &solved);

@@ -5,7 +5,7 @@
 //! then the element ends from the start of the member to its end. What is left is a stiffness between the two ends of
 //! the member. Members of equal mesh may lie side by side in the lanes of `T`.
 
-use pennate_elements::beam::{Beam, Ends, Moduli, Piece};
+use pennate_elements::beam::{At, Beam, Ends, Moduli, Piece};
 use pennate_elements::interpolation::{Table, node};
 use pennate_elements::real::Real;
 use pennate_elements::small::{Ldl, M3, V3, scale, zeros};
@@ -47,6 +47,9 @@ pub use side::{Part, Side};
 pub use size::Size;
 use size::Sizes;
 pub use variation::SegmentVariation;
+
+/// No number has more lanes.
+pub const MOST_LANES: usize = 8;
 
 /// What changes in a chain during a solve.
 #[derive(Clone, Debug, Default)]
@@ -110,7 +113,8 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     ends: Ends<T, D>,
     increments: Vec<[T; D]>,
     negative: T,
-    smallest: T,
+    /// The largest diagonal entry over the pivot that elimination left of it.
+    softest: T,
     /// Diagonals of the tangents of the outermost elements at their last node, in local axes.
     bare: [[T; D]; 2],
     energy: T,
@@ -175,7 +179,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             ends: Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; D], r1: [o; D] },
             increments: vec![[o; D]; elements + 1],
             negative: o,
-            smallest: T::one(),
+            softest: T::one(),
             bare: [[o; D]; 2],
             energy: o,
             total_length,
@@ -207,7 +211,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.state.local.fill([o; D]);
         self.state.stress.fill([o; D]);
         self.increments.fill([o; D]);
-        (self.negative, self.smallest, self.energy) = (o, T::one(), o);
+        (self.negative, self.softest, self.energy) = (o, T::one(), o);
         self.bare = [[o; D]; 2];
         self.sizes = Sizes::default();
         self.dashpots = Dashpots::default();
@@ -233,16 +237,28 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     #[inline(always)]
     fn local_of(&self, element: usize, frame: &B::Frame) -> [[T; D]; P] {
         let mut local = [[T::zero(); D]; P];
-        local.copy_from_slice(&self.state.local[element * P..(element + 1) * P]);
+        let all: &[[T; D]; P] = &self.state.local.as_chunks().0[element];
+        local[..P - 1].copy_from_slice(&all[..P - 1]);
         local[P - 1] = B::last_local(frame);
         local
     }
 
     #[inline(always)]
-    fn stress_of(&self, element: usize) -> [[T; D]; P] {
-        let mut stress = [[T::zero(); D]; P];
-        stress.copy_from_slice(&self.state.stress[element * P..(element + 1) * P]);
-        stress
+    fn stress_of(&self, element: usize) -> &[[T; D]; P] {
+        &self.state.stress.as_chunks().0[element]
+    }
+
+    /// What an element is evaluated at, with these local unknowns.
+    #[inline(always)]
+    fn at<'a>(&'a self, element: usize, local: &'a [[T; D]; P]) -> At<'a, T, D, P> {
+        At {
+            table: &self.table,
+            piece: &self.pieces[element],
+            curved: self.curved(element),
+            moduli: &self.moduli[self.segment_of[element]],
+            local,
+            stress: self.stress_of(element),
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use crate::mesh::ChainMesh;
 use crate::size::Size;
 use crate::transfer::{Field, InLanes};
 use crate::variation::SegmentVariation;
-use crate::{Chain, KeptFactors, condense, first_of, lanes, state, unroll};
+use crate::{Chain, KeptFactors, MOST_LANES, condense, first_of, lanes, state, unroll};
 
 /// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
@@ -55,6 +55,8 @@ pub trait Pack<const D: usize>: Send {
     fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
+    /// The forces of these alone, which are all that [`Pack::refresh`] changes.
+    fn end_forces(&self, lane: usize) -> [[f64; D]; 2];
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
     fn pivots(&self, lane: usize) -> (usize, f64);
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
@@ -102,8 +104,8 @@ pub trait Pack<const D: usize>: Send {
     fn restore(&mut self, row: &[f64]);
     /// Takes poses and local unknowns of the state in a row, and a part of the change of the mixed stresses since.
     fn restore_shape(&mut self, row: &[f64], part: f64);
-    /// How far the element ends of every member are from the state in a row.
-    fn distances(&self, row: &[f64]) -> Vec<Size>;
+    /// How far the element ends of every member are from the state in a row, by lane.
+    fn distances(&self, row: &[f64]) -> [Size; MOST_LANES];
     /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
     /// so many times what led to them from a state before; nodes follow as after [`Pack::advance`].
     fn predict(&mut self, states: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>);
@@ -133,8 +135,8 @@ pub trait Pack<const D: usize>: Send {
     fn spans(&self, lane: usize) -> Vec<f64>;
     /// How fast the state of a member may vary along each of its elements.
     fn variations(&self, lane: usize) -> Vec<Variation>;
-    /// The largest force that a section of a member carries, along its axis and across.
-    fn carried_force(&self, lane: usize) -> f64;
+    /// The largest force that a section of a member carries, along its axis and across, by lane.
+    fn carried_forces(&self) -> [f64; MOST_LANES];
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
@@ -267,8 +269,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         }
     }
 
+    fn end_forces(&self, lane: usize) -> [[f64; D]; 2] {
+        [lanes::lane(&self.ends.r0, lane), lanes::lane(&self.ends.r1, lane)]
+    }
+
     fn pivots(&self, lane: usize) -> (usize, f64) {
-        (self.negative.lane(lane) as usize, self.smallest.lane(lane))
+        (self.negative.lane(lane) as usize, 1.0 / self.softest.lane(lane))
     }
 
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
@@ -358,14 +364,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn restore(&mut self, row: &[f64]) {
-        self.restore_impl(row);
+        T::run(state::Restore { chain: self, row, part: 0.0 });
     }
 
     fn restore_shape(&mut self, row: &[f64], part: f64) {
-        self.restore_shape_impl(row, part);
+        T::run(state::Restore { chain: self, row, part });
     }
 
-    fn distances(&self, row: &[f64]) -> Vec<Size> {
+    fn distances(&self, row: &[f64]) -> [Size; MOST_LANES] {
         self.distances_impl(row)
     }
 
@@ -432,8 +438,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.variations_impl(lane)
     }
 
-    fn carried_force(&self, lane: usize) -> f64 {
-        self.carried_force_impl(lane)
+    fn carried_forces(&self) -> [f64; MOST_LANES] {
+        self.carried_forces_impl()
     }
 
     fn shed(&mut self) {

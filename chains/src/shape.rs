@@ -1,6 +1,6 @@
 //! Deformed shape, section forces and strains of a member.
 
-use pennate_elements::beam::{At, Beam, Placement};
+use pennate_elements::beam::{Beam, Placement};
 use pennate_elements::interpolation::node;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation;
@@ -38,14 +38,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Strains<'_
     fn run(self) -> [[T; D]; P] {
         let Self(chain, e) = self;
         let local = LocalUnknowns(chain, e).run();
-        B::strains(&At {
-            table: &chain.table,
-            piece: &chain.pieces[e],
-            curved: chain.curved(e),
-            moduli: &chain.moduli[chain.segment_of[e]],
-            local: &local,
-            stress: &chain.stress_of(e),
-        })
+        B::strains(&chain.at(e, &local))
     }
 }
 
@@ -61,7 +54,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<
         let mut largest = T::zero();
         for (e, &segment) in chain.segment_of.iter().enumerate() {
             let moduli = &chain.moduli[segment];
-            let held = moduli.held.iter().fold(T::zero(), |sum, held| sum + *held);
+            let (mut held, mut compliance) = (T::zero(), [T::zero(); D]);
+            for d in 0..D {
+                held += moduli.held[d];
+                compliance[d] = (T::one() - moduli.held[d]) / moduli.stiffness[d];
+            }
             if (0..T::LANES).all(|lane| held.lane(lane) == 0.0) {
                 continue;
             }
@@ -69,7 +66,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<
             let stress = chain.stress_of(e);
             for g in 0..P {
                 for d in 0..D {
-                    let own = (T::one() - moduli.held[d]) * stress[g][d] / moduli.stiffness[d];
+                    let own = compliance[d] * stress[g][d];
                     let off = moduli.held[d] * (strains[g][d] - moduli.rest[d] - own);
                     largest = largest.max(off.abs());
                 }

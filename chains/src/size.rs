@@ -4,7 +4,7 @@ use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{V3, add, cross, dot, sub, tapply};
 
-use crate::Chain;
+use crate::{Chain, MOST_LANES};
 
 /// The size of an increment: largest rotation (radians) and largest displacement over the member's length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,10 +80,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Distance<'
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn distances_impl(&self, row: &[f64]) -> Vec<Size> {
+    pub(super) fn distances_impl(&self, row: &[f64]) -> [Size; MOST_LANES] {
         let [turned, moved] = T::run(Distance(self, row));
-        let size = |lane| Size { rotation: B::angle(turned.lane(lane)), displacement: moved.lane(lane).sqrt() };
-        (0..self.members.len()).map(size).collect()
+        let mut sizes = [Size::default(); MOST_LANES];
+        for lane in 0..self.members.len() {
+            sizes[lane] = Size { rotation: B::angle(turned.lane(lane)), displacement: moved.lane(lane).sqrt() };
+        }
+        sizes
     }
 
     /// Sizes of the present increments, before the nodes move.

@@ -67,31 +67,61 @@ impl<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> Predict<'a, T, 
         let Self { chain, before, last, ratio, bend } = self;
         let [before, last] = [before, last].map(|row| chain.saved(row));
         let ratio = T::splat(ratio);
+        let bend = bend.map(|(earlier, times)| (chain.saved(earlier), T::splat(times)));
         for i in 0..chain.state.local.len() {
-            let (a, b) = (before.local::<T, D>(i), last.local::<T, D>(i));
-            chain.state.local[i] = add(b, scale(ratio, sub(b, a)));
             let (a, b) = (before.stress::<T, D>(i), last.stress::<T, D>(i));
-            chain.state.stress[i] = add(b, scale(ratio, sub(b, a)));
+            let mut stress = add(b, scale(ratio, sub(b, a)));
+            if let Some((earlier, times)) = &bend {
+                axpy(&mut stress, *times, sub(a, earlier.stress(i)));
+            }
+            chain.state.stress[i] = stress;
+            if i % P + 1 == P {
+                continue;
+            }
+            let (a, b) = (before.local::<T, D>(i), last.local::<T, D>(i));
+            let mut local = add(b, scale(ratio, sub(b, a)));
+            if let Some((earlier, times)) = &bend {
+                axpy(&mut local, *times, sub(a, earlier.local(i)));
+            }
+            chain.state.local[i] = local;
         }
         for (e, piece) in chain.pieces.iter().enumerate() {
             let (a, b) = (before.last_local::<T, B, D>(piece, e), last.last_local::<T, B, D>(piece, e));
-            chain.state.local[e * P + P - 1] = add(b, scale(ratio, sub(b, a)));
-        }
-        let Some((earlier, times)) = bend else { return chain };
-        let (earlier, times) = (chain.saved(earlier), T::splat(times));
-        for i in 0..chain.state.local.len() {
-            let (a, b) = (earlier.stress::<T, D>(i), before.stress::<T, D>(i));
-            axpy(&mut chain.state.stress[i], times, sub(b, a));
-            if i % P + 1 < P {
-                let (a, b) = (earlier.local::<T, D>(i), before.local::<T, D>(i));
-                axpy(&mut chain.state.local[i], times, sub(b, a));
+            let mut local = add(b, scale(ratio, sub(b, a)));
+            if let Some((earlier, times)) = &bend {
+                axpy(&mut local, *times, sub(a, earlier.last_local::<T, B, D>(piece, e)));
             }
-        }
-        for (e, piece) in chain.pieces.iter().enumerate() {
-            let (a, b) = (earlier.last_local::<T, B, D>(piece, e), before.last_local::<T, B, D>(piece, e));
-            axpy(&mut chain.state.local[e * P + P - 1], times, sub(b, a));
+            chain.state.local[e * P + P - 1] = local;
         }
         chain
+    }
+}
+
+/// The way back to a saved state, but for a part of the change of the stresses since, as work in lanes.
+pub(super) struct Restore<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    pub chain: &'a mut Chain<T, B, D, P>,
+    pub row: &'a [f64],
+    pub part: f64,
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Restore<'_, T, B, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { chain, row, part } = self;
+        let saved = chain.saved(row);
+        for (i, node) in chain.state.nodes.iter_mut().enumerate() {
+            *node = saved.node::<T, B, D>(i);
+        }
+        for (i, local) in chain.state.local.iter_mut().enumerate() {
+            *local = saved.local(i);
+        }
+        for (i, stress) in chain.state.stress.iter_mut().enumerate() {
+            let then = saved.stress(i);
+            // Without a part of them, what is no number goes too.
+            *stress = if part == 0.0 { then } else { add(then, scale(T::splat(part), sub(*stress, then))) };
+        }
     }
 }
 
@@ -121,33 +151,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             for (array, numbers) in all.iter().zip(numbers.chunks_exact_mut(D * T::LANES)) {
                 real::store(array, numbers);
             }
-        }
-    }
-
-    pub(super) fn restore_impl(&mut self, row: &[f64]) {
-        let saved = self.saved(row);
-        self.restore_nodes_and_local(&saved);
-        for (i, stress) in self.state.stress.iter_mut().enumerate() {
-            *stress = saved.stress(i);
-        }
-    }
-
-    /// The shape of a saved state, with a part of the change of the stresses since.
-    pub(super) fn restore_shape_impl(&mut self, row: &[f64], part: f64) {
-        let saved = self.saved(row);
-        self.restore_nodes_and_local(&saved);
-        for (i, stress) in self.state.stress.iter_mut().enumerate() {
-            let then = saved.stress(i);
-            *stress = add(then, scale(T::splat(part), sub(*stress, then)));
-        }
-    }
-
-    fn restore_nodes_and_local(&mut self, saved: &Saved) {
-        for (i, node) in self.state.nodes.iter_mut().enumerate() {
-            *node = saved.node::<T, B, D>(i);
-        }
-        for (i, local) in self.state.local.iter_mut().enumerate() {
-            *local = saved.local(i);
         }
     }
 }

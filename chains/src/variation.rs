@@ -1,6 +1,6 @@
 //! How strains along a member change with its ends, for derivatives with respect to its sections.
 
-use pennate_elements::beam::{At, Beam};
+use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{add, apply, scale};
 
@@ -39,16 +39,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Integrals<
         for e in 0..elements {
             let change = chain.interior_change::<false>(e, &nodes[e], &nodes[e + 1]);
             let local = chain.local_of(e, &chain.frames[e]);
-            let stress = chain.stress_of(e);
             let moduli = &chain.moduli[chain.segment_of[e]];
-            let at = At {
-                table: &chain.table,
-                piece: &chain.pieces[e],
-                curved: chain.curved(e),
-                moduli,
-                local: &local,
-                stress: &stress,
-            };
+            let at = chain.at(e, &local);
             let strains = B::strains(&at);
             let after = B::extrapolate(&at, &change);
             let [work, change] = &mut sums[chain.segment_of[e]];
@@ -58,7 +50,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Integrals<
                     let free = T::one() - moduli.held[i];
                     let elastic = strains[g][i] - moduli.rest[i];
                     let here = moduli.stiffness[i] * elastic;
-                    let delta = weight * free * (after[g][i] - moduli.held[i] * stress[g][i] - here);
+                    let delta = weight * free * (after[g][i] - moduli.held[i] * at.stress[g][i] - here);
                     work[i] += delta * elastic;
                     change[i] += delta;
                 }

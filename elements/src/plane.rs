@@ -126,6 +126,7 @@ struct PointTangent<T> {
 }
 
 impl<T: Real> PointTangent<T> {
+    #[inline(always)]
     fn zero() -> Self {
         let o = T::zero();
         Self { vv: [[o; 2]; 2], va: [o; 2], aa: o, bending: o }
@@ -303,8 +304,9 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
 
     #[inline(always)]
     fn extrapolate<const P: usize>(at: &At<T, 3, P>, change: &[[T; 3]; P]) -> [[T; 3]; P] {
-        let mut stress = *at.stress;
+        let mut stress = [[T::zero(); 3]; P];
         for (g, stress) in stress.iter_mut().enumerate() {
+            *stress = at.stress[g];
             let axis = unloaded_tangent(at.curved.map(|axes| &axes[g]));
             let (u, angle, kappa) = interpolate(at, g, at.local);
             let unloaded = unloaded::<T, L>(at.piece, axis);

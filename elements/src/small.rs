@@ -356,8 +356,8 @@ pub struct Ldl<T, const D: usize> {
     inverse_pivots: [T; D],
     /// How many pivots are negative, lane by lane.
     pub negative: T,
-    /// The smallest pivot over the diagonal entry it came from, in magnitude: zero for a singular block.
-    pub smallest: T,
+    /// The largest diagonal entry over the pivot that is left of it, in magnitude: infinite for a singular block.
+    pub largest: T,
 }
 
 impl<T: Real, const D: usize> Ldl<T, D> {
@@ -393,39 +393,29 @@ impl<T: Real, const D: usize> Ldl<T, D> {
             largest = largest.max(((diagonal + T::splat(f64::MIN_POSITIVE)) * inverse).abs());
             inverse_pivots[j] = inverse;
         }
-        Self { l, inverse_pivots, negative, smallest: T::one() / largest }
+        Self { l, inverse_pivots, negative, largest }
     }
 
     /// Solves for every column of the right-hand side.
     #[inline(always)]
     pub fn solve<const M: usize>(&self, b: &[[T; M]; D]) -> [[T; M]; D] {
-        let mut x = *b;
-        self.solve_in_place(&mut x);
+        let mut x = zeros();
+        self.solve_into(b, &mut x);
         x
     }
 
-    /// The same, with the right-hand side replaced by the solution.
+    /// The same, where the solution is to be kept: a copy of the right-hand side there would cost as much as a column.
     #[inline(always)]
-    pub fn solve_in_place<const M: usize>(&self, x: &mut [[T; M]; D]) {
-        for i in 1..D {
-            let mut row = x[i];
-            for k in 0..i {
-                let f = self.l[i][k];
-                for m in 0..M {
-                    row[m] = row[m].minus(f, x[k][m]);
-                }
+    pub fn solve_into<const M: usize>(&self, b: &[[T; M]; D], x: &mut [[T; M]; D]) {
+        for m in 0..M {
+            let mut column = [T::zero(); D];
+            for i in 0..D {
+                column[i] = b[i][m];
             }
-            x[i] = row;
-        }
-        for i in (0..D).rev() {
-            let mut row = scale(self.inverse_pivots[i], x[i]);
-            for k in i + 1..D {
-                let f = self.l[k][i];
-                for m in 0..M {
-                    row[m] = row[m].minus(f, x[k][m]);
-                }
+            let column = self.solve_vector(&column);
+            for i in 0..D {
+                x[i][m] = column[i];
             }
-            x[i] = row;
         }
     }
 

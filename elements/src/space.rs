@@ -107,6 +107,7 @@ pub struct PointTangent<T> {
 }
 
 impl<T: Real> PointTangent<T> {
+    #[inline(always)]
     fn zero() -> Self {
         Self { vv: zeros(), vc: zeros(), cc: zeros(), cd: zeros(), dd: zeros() }
     }
@@ -448,8 +449,9 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
 
     #[inline(always)]
     fn extrapolate<const P: usize>(at: &At<T, 6, P>, change: &[[T; 6]; P]) -> [[T; 6]; P] {
-        let mut stress = *at.stress;
+        let mut stress = [[T::zero(); 6]; P];
         for (g, stress) in stress.iter_mut().enumerate() {
+            *stress = at.stress[g];
             let curved = at.curved.map(|axes| &axes[g]);
             let (u, c, d) = interpolate(at, g, at.local);
             let unloaded = L::unloaded(at.piece, unloaded_tangent(curved));

@@ -144,18 +144,23 @@ impl Lateral {
         system.loading.fraction = plane.loading.fraction;
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
-        for index in 0..plane.members.count() {
-            let turn = plane.members.slots[index].turn;
-            for segment in 0..plane.structure.members[index].segments.len() {
-                let section = plane.section(index, segment);
-                let carried = plane.loading.carried_force(index, &plane.members);
-                let (pack, lane) = plane.members.chain_mut(index);
-                let lengths = [pack.element_length(lane, segment), plane.structure.members[index].length()];
-                let moduli = packs::moduli(&section, pack.about(), lengths, &turn, plane.loading.auxiliary, carried);
-                pack.set_lateral_moduli(lane, segment, &moduli);
+        for pack in 0..plane.members.packs.len() {
+            let forces = plane.loading.carried_forces(plane.members.packs[pack].as_ref());
+            for lane in 0..plane.members.packs[pack].members().len() {
+                let index = plane.members.packs[pack].members()[lane];
+                let turn = plane.members.slots[index].turn;
+                let length = plane.structure.members[index].length();
+                for segment in 0..plane.structure.members[index].segments.len() {
+                    let section = plane.section(index, segment);
+                    let pack = &mut plane.members.packs[pack];
+                    let lengths = [pack.element_length(lane, segment), length];
+                    let auxiliary = plane.loading.auxiliary;
+                    let moduli = packs::moduli(&section, pack.about(), lengths, &turn, auxiliary, forces[lane]);
+                    pack.set_lateral_moduli(lane, segment, &moduli);
+                }
             }
+            plane.members.packs[pack].condense_lateral();
         }
-        plane.members.packs.iter_mut().for_each(|pack| pack.condense_lateral());
         for index in 0..plane.members.count() {
             let (pack, lane) = plane.members.chain(index);
             let (ends, negative, smallest) = pack.lateral(lane);

@@ -3,6 +3,7 @@
 use pennate_elements::small::{V3, add, norm, scale, sub};
 
 use super::members::Members;
+use crate::chain::{MOST_LANES, Pack};
 use crate::packs::{self, Auxiliary};
 use crate::structure::{Drive, MemberId, NodeId, SectionState, Spring, Structure};
 
@@ -17,6 +18,13 @@ pub struct NodeLoad {
     pub follower_force: V3<f64>,
     /// Components in the unloaded state.
     pub follower_moment: V3<f64>,
+}
+
+impl NodeLoad {
+    /// Whether nothing but a dead force acts.
+    pub(super) fn is_dead_force(&self) -> bool {
+        [self.moment, self.follower_force, self.follower_moment] == [[0.0; 3]; 3]
+    }
 }
 
 /// A force and a moment on a node that fade over a step.
@@ -202,38 +210,51 @@ impl Loading {
             line[member] = add(line[member], load);
         }
         (self.noise, self.slenderness) = ([0.0; 2], 0.0);
-        for member in 0..members.count() {
-            let control = structure.members[member].control.map_or(0.0, |drive| self.drives[drive]);
-            let line = line.get(member).copied().unwrap_or([0.0; 3]);
-            let carried = self.carried_force(member, members);
-            let made_of = MadeOf { control, auxiliary: self.auxiliary, carried, line, gravity };
-            if self.sections[member].made_of != Some(made_of) {
-                self.sections[member] = made_of.put(structure, members, member, size);
-                self.holds_strains |= self.sections[member].bears.is_some();
+        for pack in 0..members.packs.len() {
+            let forces = self.carried_forces(members.packs[pack].as_ref());
+            for lane in 0..members.packs[pack].members().len() {
+                let (member, carried) = (members.packs[pack].members()[lane], forces[lane]);
+                let control = structure.members[member].control.map_or(0.0, |drive| self.drives[drive]);
+                let line = line.get(member).copied().unwrap_or([0.0; 3]);
+                let made_of = MadeOf { control, auxiliary: self.auxiliary, carried, line, gravity };
+                if self.sections[member].made_of.as_ref() != Some(&made_of) {
+                    self.sections[member] = made_of.put(structure, members, member, size);
+                    self.holds_strains |= self.sections[member].bears.is_some();
+                }
+                for (noise, own) in self.noise.iter_mut().zip(self.sections[member].noise) {
+                    *noise = noise.max(own);
+                }
+                self.slenderness = self.slenderness.max(self.sections[member].slenderness);
             }
-            for (noise, own) in self.noise.iter_mut().zip(self.sections[member].noise) {
-                *noise = noise.max(own);
-            }
-            self.slenderness = self.slenderness.max(self.sections[member].slenderness);
         }
     }
 
-    /// The largest force that a section of a member carries, rounded up to a power of four; zero where no auxiliary stiffness
-    /// needs to follow it.
-    pub(crate) fn carried_force<const D: usize>(&self, member: MemberId, members: &Members<D>) -> f64 {
-        let Some(bears) = self.sections[member].bears else { return 0.0 };
-        let (pack, lane) = members.chain(member);
-        let force = pack.carried_force(lane);
-        if force > bears && force.is_finite() { 4f64.powf((0.5 * force.log2()).ceil()) } else { 0.0 }
+    /// The largest force that a section of every member of a pack carries, rounded up to a power of four; zero where no auxiliary
+    /// stiffness needs to follow it.
+    pub(crate) fn carried_forces<const D: usize>(&self, pack: &dyn Pack<D>) -> [f64; MOST_LANES] {
+        let mut carried = [0.0; MOST_LANES];
+        if !self.holds_strains {
+            return carried;
+        }
+        let forces = pack.carried_forces();
+        for ((&member, force), carried) in pack.members().iter().zip(forces).zip(&mut carried) {
+            let Some(bears) = self.sections[member].bears else { continue };
+            if force > bears && force.is_finite() {
+                *carried = 4f64.powf((0.5 * force.log2()).ceil());
+            }
+        }
+        carried
     }
 
     /// Whether the auxiliary stiffness of any member was made for another force than it carries now.
     pub(super) fn is_outgrown<const D: usize>(&self, members: &Members<D>) -> bool {
-        let outgrown = |member: MemberId| {
-            let made_of = self.sections[member].made_of;
-            made_of.is_some_and(|made_of| made_of.carried != self.carried_force(member, members))
+        let outgrown = |pack: &dyn Pack<D>| {
+            let own = |(&member, carried): (&MemberId, f64)| {
+                self.sections[member].made_of.as_ref().is_some_and(|made_of| made_of.carried != carried)
+            };
+            pack.members().iter().zip(self.carried_forces(pack)).any(own)
         };
-        self.holds_strains && (0..members.count()).any(outgrown)
+        self.holds_strains && members.packs.iter().any(|pack| outgrown(pack.as_ref()))
     }
 }
 

@@ -24,14 +24,25 @@ impl<const D: usize> System<D> {
     pub(super) fn assemble_loads(&mut self) {
         self.tangent.skew.joints.clear();
         for position in 0..self.pattern.loaded_nodes.len() {
-            let LoadAt { joint, force, moment, total, block } = self.load_at(self.pattern.loaded_nodes[position]);
+            let node = self.pattern.loaded_nodes[position];
+            let (link, load) = (&self.topology.links[node], &self.loading.nodes[node]);
+            // A dead force on the joint itself acts as it is, and has no part in the tangent.
+            if load.is_dead_force() && !link.has_arm() {
+                let [x, y, z] = load.force;
+                self.tangent.note_scale(&[x, y, z, 0.0, 0.0, 0.0]);
+                let target = &mut self.tangent.forces[link.joint];
+                for c in 0..3 {
+                    target[c] -= load.force[c];
+                }
+                continue;
+            }
+            let LoadAt { joint, force, moment, total, block } = self.load_at(node);
             self.tangent.note_scale(&[force[0], force[1], force[2], moment[0], moment[1], moment[2]]);
             let target = &mut self.tangent.forces[joint];
             for c in 0..3 {
                 target[c] -= force[c];
                 target[3 + c] -= total[c];
             }
-            // A dead force on the joint itself has none.
             if block.iter().flatten().any(|&entry| entry != 0.0) {
                 self.add_joint_block(joint, &block);
             }

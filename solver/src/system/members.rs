@@ -152,11 +152,12 @@ impl<const D: usize> Members<D> {
     /// The largest strain by which the auxiliary stiffness of strains that are held lets them give: critical loads are too low by this
     /// part.
     pub(crate) fn give(&self) -> f64 {
-        let of = |member: usize| {
-            let (pack, lane) = self.chain(member);
-            pack.held_force(lane).map_or(0.0, |held| pack.carried_force(lane) / held.auxiliary)
+        let of = |pack: &dyn Pack<D>| {
+            let forces = pack.carried_forces();
+            let own = |lane: usize| pack.held_force(lane).map_or(0.0, |held| forces[lane] / held.auxiliary);
+            (0..pack.members().len()).map(own).fold(0.0, f64::max)
         };
-        (0..self.count()).map(of).fold(0.0, f64::max)
+        self.packs.iter().map(|pack| of(pack.as_ref())).fold(0.0, f64::max)
     }
 
     /// Negative pivots of the interiors, and the smallest one of any over the largest stiffness of its component.
