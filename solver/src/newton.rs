@@ -341,11 +341,13 @@ impl Newton {
     /// Linear buckling: negative pivots of the shape of the last equilibrium under a part of the stresses that the first
     /// increment foresees.
     fn buckling_pivots<const D: usize>(&self, system: &mut System<D>, rest: &State) -> usize {
-        let here = system.snapshot();
+        let mut here = std::mem::take(&mut system.aside);
+        system.save(&mut here);
         system.restore_shape(rest, self.tuning.buckling);
         system.follow_carried_forces();
         let inertia = system.assemble(false);
         system.restore(&here);
+        system.aside = here;
         inertia.negative
     }
 }

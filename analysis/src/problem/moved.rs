@@ -15,7 +15,7 @@ use pennate_solver::system::System;
 use super::design::Design;
 use super::nearby::Nearby;
 use super::numbers::Places;
-use crate::together;
+use crate::together::{self, Posed};
 
 /// The parts of a design that a parameter reaches, and all joints.
 pub(super) struct Moved {
@@ -271,7 +271,8 @@ impl<const D: usize> Copy<D> {
         all.push(still(&spare));
         let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
         let topology = topology(&like.topology, &all);
-        let (structure, ..) = together::join(all.into_iter().map(|moved| (moved.structure, Vec::new())).collect())?;
+        let posed: Vec<Posed<'_>> = all.iter().map(|moved| (&moved.structure, &[][..])).collect();
+        let (structure, ..) = together::join(&posed)?;
         let (mut packs, mut sources) = (Vec::new(), Vec::new());
         for (source, (pack, &rows)) in like.members.packs.iter().zip(&rows).enumerate() {
             for row in 0..rows {

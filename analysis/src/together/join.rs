@@ -76,14 +76,14 @@ impl Share {
 
 /// One structure of designs of one topology that have nothing in common, one after the other, their steps side by side, and what
 /// belongs to each; nothing of no design. Gravity of one would be that of all, and compliances are left out.
-pub(crate) fn join(designs: Vec<(Structure, Vec<Step>)>) -> Option<(Structure, Vec<Step>, Vec<Share>)> {
+pub(crate) fn join(designs: &[Posed<'_>]) -> Option<(Structure, Vec<Step>, Vec<Share>)> {
     let mut at = [0; 5];
     let shares = designs.iter().map(|(structure, _)| share(structure, &mut at)).collect();
-    let mut rest = designs.into_iter();
-    let (mut all, mut steps) = rest.next()?;
+    let ((first, steps), rest) = designs.split_first()?;
+    let (mut all, mut steps) = ((*first).clone(), steps.to_vec());
     all.compliances.clear();
-    for (structure, own) in rest {
-        append(&mut all, &mut steps, structure, &own);
+    for &(structure, own) in rest {
+        append(&mut all, &mut steps, structure, own);
     }
     Some((all, steps, shares))
 }
@@ -97,32 +97,32 @@ fn share(structure: &Structure, at: &mut [usize; 5]) -> Share {
     Share { nodes, members, springs, sections, drives }
 }
 
-fn append(all: &mut Structure, steps: &mut [Step], structure: Structure, own: &[Step]) {
+fn append(all: &mut Structure, steps: &mut [Step], structure: &Structure, own: &[Step]) {
     let (node, member) = (all.nodes.len(), all.members.len());
     let (law, drive) = (all.laws.len(), all.drives.len());
-    all.nodes.extend(structure.nodes);
-    all.laws.extend(structure.laws);
-    all.members.extend(structure.members.into_iter().map(|mut moved| {
+    all.nodes.extend_from_slice(&structure.nodes);
+    all.laws.extend_from_slice(&structure.laws);
+    all.members.extend(structure.members.iter().cloned().map(|mut moved| {
         moved.nodes = moved.nodes.map(|n| n + node);
         moved.segments.iter_mut().for_each(|segment| segment.law += law);
         moved.control = moved.control.map(|control| control + drive);
         moved
     }));
-    all.sections.extend(structure.sections.into_iter().map(|moved| moved + member));
-    all.supports.extend(structure.supports.into_iter().map(|mut moved| {
+    all.sections.extend(structure.sections.iter().map(|moved| moved + member));
+    all.supports.extend(structure.supports.iter().cloned().map(|mut moved| {
         moved.node += node;
         moved
     }));
-    all.bodies.extend(structure.bodies.into_iter().map(|mut moved| {
+    all.bodies.extend(structure.bodies.iter().cloned().map(|mut moved| {
         moved.nodes.iter_mut().for_each(|n| *n += node);
         moved.reference += node;
         moved
     }));
-    all.springs.extend(structure.springs.into_iter().map(|mut moved| {
+    all.springs.extend(structure.springs.iter().cloned().map(|mut moved| {
         moved.nodes_mut().iter_mut().for_each(|n| *n += node);
         moved
     }));
-    all.drives.extend(structure.drives.into_iter().map(|moved| match moved {
+    all.drives.extend(structure.drives.iter().copied().map(|moved| match moved {
         Drive::Force(at, component) => Drive::Force(at + node, component),
         Drive::Moment(at, component) => Drive::Moment(at + node, component),
         Drive::FollowerForce(at, component) => Drive::FollowerForce(at + node, component),

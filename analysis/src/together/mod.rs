@@ -122,8 +122,7 @@ pub(crate) fn find(
 }
 
 fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<&mut Workspace>) -> Vec<Option<Found>> {
-    let all = designs.iter().map(|&(structure, steps)| (structure.clone(), steps.to_vec())).collect();
-    let Some((structure, steps, shares)) = join(all) else { return Vec::new() };
+    let Some((structure, steps, shares)) = join(designs) else { return Vec::new() };
     let count = designs.len();
     let ends = match structure.dimension {
         Dimension::Plane => {

@@ -234,6 +234,10 @@ impl<const D: usize> Equations<D> {
     pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64) {
         for joint in 0..self.joints.len() {
             if let Basis::Components(_) = self.joints[joint].basis {
+                // Of joints that nothing holds, none is ever pending.
+                if self.joints[joint].rows.is_empty() {
+                    continue;
+                }
                 self.pending[joint] = self.pending_components(&self.joints[joint].rows, &states[joint], fraction);
                 continue;
             }
@@ -253,9 +257,6 @@ impl<const D: usize> Equations<D> {
 
     fn pending_components(&self, rows: &[usize], state: &JointState, fraction: f64) -> [f64; 6] {
         let mut pending = [0.0; 6];
-        if rows.is_empty() {
-            return pending;
-        }
         let mut theta = [0.0; 3];
         let mut turned = false;
         for &index in rows {
@@ -332,11 +333,18 @@ impl<const D: usize> Equations<D> {
     }
 
     /// The part of a joint's force that its free motions feel: zero along everything held.
+    #[inline(always)]
     pub(crate) fn unbalanced(&self, joint: usize, force: &[f64; 6]) -> [f64; 6] {
         let equations = &self.joints[joint];
         match &equations.basis {
             Basis::Components(components) => {
-                std::array::from_fn(|c| if components[c].is_some() { force[c] } else { 0.0 })
+                let mut free = [0.0; 6];
+                for &c in &self.active {
+                    if components[c].is_some() {
+                        free[c] = force[c];
+                    }
+                }
+                free
             }
             Basis::Columns(columns) => {
                 let mut free = [0.0; 6];
@@ -352,12 +360,13 @@ impl<const D: usize> Equations<D> {
     }
 
     /// Force of a joint in its equations.
+    #[inline]
     pub fn project(&self, joint: usize, force: &[f64; 6], out: &mut [f64]) {
         let equations = &self.joints[joint];
         match &equations.basis {
             Basis::Components(components) => {
-                for (c, equation) in components.iter().enumerate() {
-                    if let Some(e) = equation {
+                for &c in &self.active {
+                    if let Some(e) = components[c] {
                         out[equations.first + e] = force[c];
                     }
                 }
@@ -371,13 +380,14 @@ impl<const D: usize> Equations<D> {
     }
 
     /// Motion of a joint: its equations' part plus what is pending.
+    #[inline]
     pub fn motion(&self, joint: usize, solution: &[f64], pending: bool) -> [f64; 6] {
         let equations = &self.joints[joint];
         let mut motion = if pending { self.pending[joint] } else { [0.0; 6] };
         match &equations.basis {
             Basis::Components(components) => {
-                for (c, equation) in components.iter().enumerate() {
-                    if let Some(e) = equation {
+                for &c in &self.active {
+                    if let Some(e) = components[c] {
                         motion[c] += solution[equations.first + e];
                     }
                 }

@@ -28,7 +28,11 @@ impl JointState {
     pub(crate) fn carried(&self, place: &Placement, arm: V3<f64>, motion: &[f64; 6], plane: bool) -> Self {
         let mut after = *self;
         after.place.rotation = rotation::normalize(place.rotation);
-        after.place.displacement = sub(place.displacement, rotation::turn_less_identity(after.place.rotation, arm));
+        after.place.displacement = place.displacement;
+        if arm != [0.0; 3] {
+            let swing = rotation::turn_less_identity(after.place.rotation, arm);
+            after.place.displacement = sub(place.displacement, swing);
+        }
         after.place.angle = if plane { place.angle } else { self.place.angle + motion[5] };
         after.theta = if plane {
             [0.0, 0.0, place.angle]

@@ -48,11 +48,19 @@ impl<const D: usize> System<D> {
     fn move_interiors(&mut self, motions: &[[f64; 6]]) {
         let active = self.pattern.equations.active;
         for index in 0..self.members.count() {
-            let nodes = self.structure.members[index].nodes;
-            let moves = nodes.map(|node| self.places.motion_of(&self.topology.links[node], motions));
-            let kinds = self.topology.ends[index].each_ref();
-            let (ends, free) = reduce::recover(&active, kinds, &self.tangent.releases[index], &moves);
-            self.moves.releases[index] = free;
+            let [first, last] = self.structure.members[index].nodes;
+            let motion_of = |node: usize| self.places.motion_of(&self.topology.links[node], motions);
+            let moves = [motion_of(first), motion_of(last)];
+            let mut ends = [[0.0; D]; 2];
+            for i in 0..D {
+                ends[0][i] = moves[0][active[i]];
+                ends[1][i] = moves[1][active[i]];
+            }
+            if self.members.slots[index].released {
+                let kinds = self.topology.ends[index].each_ref();
+                let factor = &self.tangent.releases[index];
+                (ends, self.moves.releases[index]) = reduce::recover(&active, kinds, factor, &moves);
+            }
             let (pack, lane) = self.members.chain_mut(index);
             pack.set_increment(lane, &ends);
         }
@@ -85,10 +93,8 @@ impl<const D: usize> System<D> {
     ///
     /// The elements have their new local unknowns already.
     pub(super) fn move_joints(&mut self, motions: &[[f64; 6]], pending: bool) {
-        let mut before = std::mem::take(&mut self.moves.before);
-        before.clear();
-        before.extend_from_slice(&self.places.joints);
-        for (state, motion) in self.places.joints.iter_mut().zip(motions) {
+        let all = self.places.joints.iter_mut().zip(motions).zip(&self.pattern.carried);
+        for ((state, motion), _) in all.filter(|(_, carried)| self.straight || !**carried) {
             state.advance(motion);
         }
         if pending {
@@ -102,9 +108,9 @@ impl<const D: usize> System<D> {
             let start = Placement { displacement: from.point(links[1 - end].arm), ..from.place };
             let (pack, lane) = self.members.chain(member);
             let place = pack.carried(lane, end, &start);
-            self.places.joints[joint] = before[joint].carried(&place, links[end].arm, &motions[joint], D == 3);
+            let state = &mut self.places.joints[joint];
+            *state = state.carried(&place, links[end].arm, &motions[joint], D == 3);
         }
-        self.moves.before = before;
     }
 
     /// Moves released ends, once their joints are where they are.

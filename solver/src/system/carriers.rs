@@ -52,6 +52,10 @@ impl<const D: usize> Pattern<D> {
 impl<const D: usize> System<D> {
     /// The tree of stiffest ways (Dijkstra, compliance in bending as length) from the joints that something holds.
     pub(super) fn find_carriers(&self) -> Vec<Carrier> {
+        // Equations alone, as those out of the plane, move nothing.
+        if self.members.packs.is_empty() {
+            return Vec::new();
+        }
         let count = self.pattern.equations.joints.len();
         let mut members = vec![Vec::new(); count];
         let mut ways = Vec::with_capacity(self.members.count());

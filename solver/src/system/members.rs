@@ -7,7 +7,7 @@ use pennate_elements::small::{V3, scale, tmul};
 use rayon::prelude::*;
 
 use super::{Places, State};
-use crate::chain::Pack;
+use crate::chain::{MemberEnds, Pack};
 use crate::joints::{EndKind, Topology};
 use crate::packs::Turn;
 use crate::structure::{Member, MemberId, Structure};
@@ -78,6 +78,12 @@ impl<const D: usize> Members<D> {
         (self.packs[slot.pack].as_mut(), slot.lane)
     }
 
+    /// Stiffness and forces of the ends of a member.
+    pub(super) fn condensed(&self, member: MemberId) -> MemberEnds<D> {
+        let (pack, lane) = self.chain(member);
+        pack.condensed(lane)
+    }
+
     /// Lets all packs do the same, side by side where that pays.
     pub(super) fn for_packs(&mut self, act: impl Fn(&mut Box<dyn Pack<D>>) + Sync + Send) {
         if self.parallel {
@@ -108,8 +114,13 @@ impl<const D: usize> Members<D> {
     pub(super) fn place_ends(&mut self, structure: &Structure, topology: &Topology, places: &Places) {
         for (index, slot) in self.slots.iter().enumerate() {
             for end in 0..2 {
-                let link = topology.links[structure.members[index].nodes[end]];
+                let link = &topology.links[structure.members[index].nodes[end]];
                 let joint = &places.joints[link.joint];
+                let pack = &mut self.packs[slot.pack];
+                if !link.has_arm() && !slot.released {
+                    pack.set_end(slot.lane, end, &joint.place);
+                    continue;
+                }
                 let mut place = joint.place;
                 if link.has_arm() {
                     place.displacement = joint.point(link.arm);
@@ -119,7 +130,7 @@ impl<const D: usize> Members<D> {
                     place.rotation = release.rotation;
                     place.angle = release.angle;
                 }
-                self.packs[slot.pack].set_end(slot.lane, end, &place);
+                pack.set_end(slot.lane, end, &place);
             }
         }
     }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pennate_elements::beam::Ends;
 use pennate_elements::small::{M3, norm};
 
 use crate::chain::Pack;
@@ -70,6 +69,8 @@ pub struct System<const D: usize> {
     /// Memory of the last solve, of forces that held rows bear.
     pub held_forces: HeldForces,
     dashpots: Dashpots,
+    /// Memory of a state that an iteration comes back to.
+    pub(crate) aside: State,
     /// See [`crate::options::Options::stop`].
     pub stop: Option<Arc<AtomicBool>>,
     /// Whether nodes move straight along a solution, each on its own, instead of being carried by their members.
@@ -96,6 +97,7 @@ impl<const D: usize> System<D> {
             moves: Moves::new(joints, members, pattern.parts.count),
             held_forces: HeldForces::default(),
             dashpots: Dashpots::default(),
+            aside: State::default(),
             stop: None,
             straight: false,
             pattern,
@@ -221,7 +223,9 @@ impl<const D: usize> System<D> {
         self.begin();
         self.tangent.linearizations += 1;
         let mut moved = std::mem::take(&mut self.moves.motions);
-        moved.fill([0.0; 6]);
+        if pending {
+            moved.fill([0.0; 6]);
+        }
         for index in 0..self.members.count() {
             self.assemble_member(index, pending, &mut moved);
         }
@@ -235,7 +239,12 @@ impl<const D: usize> System<D> {
             self.add_constraint_stiffness();
         }
         for (joint, force) in self.tangent.forces.iter().enumerate() {
-            let total: [f64; 6] = std::array::from_fn(|c| force[c] + moved[joint][c]);
+            let mut total = *force;
+            if pending {
+                for c in 0..6 {
+                    total[c] += moved[joint][c];
+                }
+            }
             self.pattern.equations.project(joint, &total, &mut self.tangent.rhs);
         }
         self.moves.motions = moved;
@@ -319,29 +328,40 @@ impl<const D: usize> System<D> {
 
     fn assemble_member(&mut self, index: usize, pending: bool, moved: &mut [[f64; 6]]) {
         let (pack, lane) = self.members.chain(index);
-        let ends: Ends<f64, D> = pack.condensed(lane);
+        let forces = pack.end_forces(lane);
         let active = self.pattern.equations.active;
-        let mut full = [[0.0; 6]; 2];
-        for (i, &component) in active.iter().enumerate() {
-            full[0][component] = ends.r0[i];
-            full[1][component] = ends.r1[i];
+        for end in 0..2 {
+            // Other components stay zero.
+            let mut squares = [0.0; 2];
+            for i in 0..D {
+                let force = forces[end][i];
+                self.tangent.ends[index][end][active[i]] = force;
+                squares[usize::from(active[i] >= 3)] += force * force;
+            }
+            self.tangent.note_squares(squares);
         }
-        self.tangent.ends[index] = full;
-        for end in full {
-            self.tangent.note_scale(&end);
-        }
-        let links = self.structure.members[index].nodes.map(|n| &self.topology.links[n]);
-        let joints = links.map(|link| link.joint);
+        let [first, last] = self.structure.members[index].nodes;
+        let links = [&self.topology.links[first], &self.topology.links[last]];
+        let joints = [links[0].joint, links[1].joint];
         let scatter = &self.pattern.scatters.members[index];
-        let placed = !scatter.plain.is_empty() || scatter.entries.is_empty();
         let released = self.members.slots[index].released;
-        if placed && !released && !links.iter().any(|link| link.has_arm()) {
-            self.assemble_plain(index, &ends, joints, pending, moved);
+        if scatter.is_plain && !released && !links[0].has_arm() && !links[1].has_arm() {
+            for end in 0..2 {
+                let sum = &mut self.tangent.forces[joints[end]];
+                for i in 0..D {
+                    sum[active[i]] += forces[end][i];
+                }
+            }
+            if pending || !self.tangent.keeps_matrix {
+                self.assemble_plain(index, joints, pending, moved);
+            }
             return;
         }
+        let ends = self.members.condensed(index);
         // Few members have a factor, and those that have none should not pay for its copies.
         let mut factor = released.then(|| self.tangent.releases[index]);
-        let reduced = reduce::reduce(&ends, &active, &self.end_info(index, &full), factor.as_mut());
+        let info = self.end_info(index, &self.tangent.ends[index]);
+        let reduced = reduce::reduce(&ends, &active, &info, factor.as_mut());
         if let Some(factor) = factor {
             self.tangent.releases[index] = factor;
             if reduced.neutral > 0 {
@@ -352,23 +372,10 @@ impl<const D: usize> System<D> {
         self.add_member(index, &reduced);
     }
 
-    /// Adds a member whose ends are those of its joints: there is nothing to reduce.
-    fn assemble_plain(
-        &mut self,
-        index: usize,
-        ends: &Ends<f64, D>,
-        joints: [usize; 2],
-        pending: bool,
-        moved: &mut [[f64; 6]],
-    ) {
+    /// Adds the stiffness of a member whose ends are those of its joints: there is nothing to reduce.
+    fn assemble_plain(&mut self, index: usize, joints: [usize; 2], pending: bool, moved: &mut [[f64; 6]]) {
+        let ends = self.members.condensed(index);
         let active = self.pattern.equations.active;
-        let own = [(&ends.r0, &ends.k00), (&ends.r1, &ends.k11)];
-        for (&joint, (force, stiffness)) in joints.iter().zip(own) {
-            for (i, &component) in active.iter().enumerate() {
-                self.tangent.forces[joint][component] += force[i];
-                self.tangent.stiffness[joint][component] += stiffness[i][i];
-            }
-        }
         if pending {
             for (from, &at) in joints.iter().enumerate() {
                 let motion = self.pattern.equations.pending[at];
@@ -385,10 +392,19 @@ impl<const D: usize> System<D> {
                 }
             }
         }
-        if !self.tangent.keeps_matrix {
-            let blocks = [ends.k00.as_flattened(), ends.k01.as_flattened(), ends.k11.as_flattened()];
-            for &(block, place, position) in &self.pattern.scatters.members[index].plain {
-                self.tangent.linear.values[position as usize] += blocks[usize::from(block)][usize::from(place)];
+        if self.tangent.keeps_matrix {
+            return;
+        }
+        for i in 0..D {
+            self.tangent.stiffness[joints[0]][active[i]] += ends.k00[i][i];
+            self.tangent.stiffness[joints[1]][active[i]] += ends.k11[i][i];
+        }
+        let values = &mut self.tangent.linear.values;
+        let blocks = [ends.k00.as_flattened(), ends.k01.as_flattened(), ends.k11.as_flattened()];
+        for (kind, places) in self.pattern.scatters.members[index].plain.iter().enumerate() {
+            let block = blocks[kind];
+            for &(place, position) in places {
+                values[position as usize] += block[usize::from(place)];
             }
         }
     }
@@ -400,7 +416,9 @@ impl<const D: usize> System<D> {
             for (i, &component) in active.iter().enumerate() {
                 let row = end * D + i;
                 self.tangent.forces[joints[end]][component] += reduced.force[row];
-                self.tangent.stiffness[joints[end]][component] += reduced.stiffness[row][row];
+                if !self.tangent.keeps_matrix {
+                    self.tangent.stiffness[joints[end]][component] += reduced.stiffness[row][row];
+                }
             }
         }
         if !pending {

@@ -1,7 +1,6 @@
 //! What the last increment of an iteration moved, and the first one.
 
 use crate::chain::Size;
-use crate::joints::JointState;
 use crate::reduce::MAX_FREE;
 
 /// Motions of the last increment, and how large they were.
@@ -19,8 +18,6 @@ pub struct Moves {
     pub(super) motions: Vec<[f64; 6]>,
     /// Moves of released rotations, by member.
     pub(super) releases: Vec<[f64; MAX_FREE]>,
-    /// Joints before they moved.
-    pub(super) before: Vec<JointState>,
 }
 
 impl Moves {
@@ -33,7 +30,6 @@ impl Moves {
             by_part: vec![Size::default(); parts],
             motions: vec![[0.0; 6]; joints],
             releases: vec![[0.0; MAX_FREE]; members],
-            before: Vec::new(),
         }
     }
 

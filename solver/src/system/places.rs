@@ -52,6 +52,7 @@ impl Places {
     }
 
     /// The motion of a node by those of the joints.
+    #[inline]
     pub fn motion_of(&self, link: &Link, motions: &[[f64; 6]]) -> [f64; 6] {
         let mut motion = motions[link.joint];
         if link.has_arm() {

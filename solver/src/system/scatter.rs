@@ -11,9 +11,11 @@ pub(super) struct Scatter {
     pub entries: Vec<(u8, u8, u32)>,
     /// The same by the place in a reduced stiffness, row by row, where the components of all joints are their own.
     direct: Vec<(u8, u32)>,
-    /// The same of a member by its blocks before any reduction: start and start, start and end, end and end; and the place in
-    /// the block, row by row.
-    pub plain: Vec<(u8, u8, u32)>,
+    /// Whether the components of both joints of a member are their own, or nothing of it goes anywhere.
+    pub is_plain: bool,
+    /// The same of such a member by the places in its blocks before any reduction, row by row: start and start, start and end, end and
+    /// end.
+    pub plain: [Vec<(u8, u32)>; 3],
 }
 
 /// Where everything goes in the matrix.
@@ -27,7 +29,7 @@ pub(super) struct Scatters {
 impl Scatters {
     /// Places of nothing: what is assembled leaves the matrix alone.
     pub(super) fn none(members: usize, springs: usize, joints: usize) -> Self {
-        let nothing = |count: usize| (0..count).map(|_| Scatter::default()).collect();
+        let nothing = |count: usize| (0..count).map(|_| Scatter { is_plain: true, ..Scatter::default() }).collect();
         Self { members: nothing(members), springs: nothing(springs), joints: nothing(joints) }
     }
 
@@ -84,20 +86,15 @@ impl Scatters {
             let simple = group.iter().all(|&joint| !equations.is_general(joint));
             let place = |i: u8, j: u8| (12 * components[usize::from(i)] + components[usize::from(j)]) as u8;
             let direct = entries.iter().filter(|_| simple).map(|&(i, j, position)| (place(i, j), position)).collect();
-            let in_block = |i: u8, j: u8| {
+            let mut plain: [Vec<(u8, u32)>; 3] = Default::default();
+            let is_plain = simple && group.len() == 2 || entries.is_empty();
+            for &(i, j, position) in entries.iter().filter(|_| is_plain) {
                 let [row, column] = [i, j].map(|own| components[usize::from(own)]);
                 let [a, b] = [row.min(column), row.max(column)];
-                let block = a / D + b / D;
                 // Blocks on the diagonal are symmetric; that beside it has rows of the start.
-                (block as u8, (D * (a % D) + b % D) as u8)
-            };
-            let plain = (entries.iter().filter(|_| simple && group.len() == 2))
-                .map(|&(i, j, position)| {
-                    let (block, place) = in_block(i, j);
-                    (block, place, position)
-                })
-                .collect();
-            Scatter { entries, direct, plain }
+                plain[a / D + b / D].push(((D * (a % D) + b % D) as u8, position));
+            }
+            Scatter { entries, direct, is_plain, plain }
         };
         let all = |groups: &[Vec<usize>]| groups.iter().map(scatter).collect();
         let scatters = Self { members: all(members), springs: all(springs), joints: all(&joints) };

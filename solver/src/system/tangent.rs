@@ -1,5 +1,7 @@
 //! The equations of the joints, linearized at a state: what is left of them, their matrix and its factors.
 
+use pennate_elements::small::dot;
+
 use super::Pattern;
 use super::loading::Loading;
 use super::scatter::unit_motion;
@@ -96,7 +98,8 @@ pub struct Tangent<const D: usize> {
     pub(super) released_negative: usize,
     pub(super) inertia: Inertia,
     pub(super) linearizations: u64,
-    /// Sum of the stiffness of members and springs on every component, and the same of the unloaded structure.
+    /// Sum of the stiffness of members and springs on every component where the matrix is from, and the same of the unloaded
+    /// structure.
     pub(super) stiffness: Vec<[f64; 6]>,
     rest_stiffness: Vec<[f64; 6]>,
 }
@@ -138,9 +141,9 @@ impl<const D: usize> Tangent<D> {
     pub(super) fn clear(&mut self) {
         if !self.keeps_matrix {
             self.linear.clear();
+            self.stiffness.fill([0.0; 6]);
         }
         self.forces.fill([0.0; 6]);
-        self.stiffness.fill([0.0; 6]);
         (self.force_scale, self.moment_scale) = (0.0, 0.0);
         (self.released_neutral, self.released_negative) = (0, 0);
         self.idle_members.clear();
@@ -177,9 +180,19 @@ impl<const D: usize> Tangent<D> {
 
     /// Takes a force and a moment on a joint into the scales of both.
     pub(super) fn note_scale(&mut self, force: &[f64; 6]) {
-        use pennate_elements::small::norm;
-        self.force_scale = self.force_scale.max(norm([force[0], force[1], force[2]]));
-        self.moment_scale = self.moment_scale.max(norm([force[3], force[4], force[5]]));
+        let [f0, f1, f2, m0, m1, m2] = *force;
+        self.note_squares([[f0, f1, f2], [m0, m1, m2]].map(|part| dot(part, part)));
+    }
+
+    /// The same by their squares. Few are larger than all before, and roots take long.
+    #[inline]
+    pub(super) fn note_squares(&mut self, [force, moment]: [f64; 2]) {
+        if force > self.force_scale * self.force_scale {
+            self.force_scale = self.force_scale.max(force.sqrt());
+        }
+        if moment > self.moment_scale * self.moment_scale {
+            self.moment_scale = self.moment_scale.max(moment.sqrt());
+        }
     }
 
     /// Factorizes what was assembled; `inertia` is that of the interiors of the members.
@@ -236,28 +249,27 @@ impl<const D: usize> Tangent<D> {
 
     /// Residual of the joints, forces and moments apart.
     pub(super) fn residual(&self, pattern: &Pattern<D>, loading: &Loading, size: f64) -> Residual {
-        let mut residual = Residual::default();
-        let (force_scale, moment_scale) = self.scales(loading, size);
-        let mut worst = -1.0;
+        // Largest force and moment, of which joint and component. What is not a number is larger than all.
+        let mut largest = [(0.0, 0, 0); 2];
+        let mut contradicts = false;
         for joint in 0..self.forces.len() {
-            // Rows that contradict each other are no equilibrium, whatever the forces.
             let [shift, turn] = pattern.equations.missed[joint];
-            if shift > 1e-9 * size || turn > 1e-9 {
-                residual.force = 1.0;
-            }
+            contradicts |= shift > 1e-9 * size || turn > 1e-9;
             let free = pattern.equations.unbalanced(joint, &self.forces[joint]);
-            for (c, x) in free.iter().enumerate() {
-                let relative = x.abs() / if c < 3 { force_scale } else { moment_scale };
-                let target = if c < 3 { &mut residual.force } else { &mut residual.moment };
-                *target = if relative.is_nan() { f64::INFINITY } else { target.max(relative) };
-                if relative > worst {
-                    worst = relative;
-                    residual.worst_joint = joint;
-                    residual.worst_component = c;
+            for &c in &pattern.equations.active {
+                let (x, largest) = (free[c].abs(), &mut largest[usize::from(c >= 3)]);
+                if !(x <= largest.0) {
+                    *largest = (if x.is_nan() { f64::INFINITY } else { x }, joint, c);
                 }
             }
         }
-        residual
+        let (force_scale, moment_scale) = self.scales(loading, size);
+        let over = |x: f64, scale: f64| if x.is_infinite() { x } else { x / scale };
+        let [force, moment] = [over(largest[0].0, force_scale), over(largest[1].0, moment_scale)];
+        let (_, worst_joint, worst_component) = largest[usize::from(moment > force)];
+        // Rows that contradict each other are no equilibrium, whatever the forces.
+        let force = if contradicts { force.max(1.0) } else { force };
+        Residual { force, moment, worst_joint, worst_component }
     }
 
     /// The stiffness against forces, and moments of `size` times as much, that single out no motion; `None` where there are no
