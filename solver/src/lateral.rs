@@ -131,6 +131,17 @@ impl OutOfPlane<3> for Lateral {
     fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]> {
         self.system.pattern.motions_of(solution)
     }
+
+    fn renew(&mut self, plane: &System<3>) -> bool {
+        let serves = self.system.renew(Arc::clone(&plane.structure), Arc::clone(&plane.topology));
+        if serves {
+            self.system.members.slots.clone_from(&plane.members.slots);
+            self.held = rows(&plane.structure);
+            self.system.hold(self.held.clone());
+            (self.space, self.found) = (None, None);
+        }
+        serves
+    }
 }
 
 impl Lateral {

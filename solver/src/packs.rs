@@ -88,20 +88,13 @@ pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
     packs(structure, enrich, pennate_chains_plane::pack)
 }
 
-/// Chains of a structure, made of those of another one of the same topology and mesh where they are, and built otherwise.
-pub fn renewed<const D: usize>(
-    mut old: Vec<Box<dyn Pack<D>>>,
-    structure: &Structure,
-    build: fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>,
-) -> Vec<Box<dyn Pack<D>>> {
-    let count: usize = old.iter().map(|pack| pack.members().len()).sum();
-    let renew = |pack: &mut Box<dyn Pack<D>>| {
+/// Makes chains those of another structure of the same topology; false where any of its members has another mesh.
+pub(crate) fn renew<const D: usize>(packs: &mut [Box<dyn Pack<D>>], structure: &Structure) -> bool {
+    packs.iter_mut().all(|pack| {
         let mesh = |&member: &usize| mesh(structure, member, &structure.members[member]);
         let meshes: Vec<ChainMesh> = pack.members().iter().map(mesh).collect();
         pack.renew(&meshes)
-    };
-    let serves = count == structure.members.len() && old.iter_mut().all(renew);
-    if serves { old } else { build(structure, 0) }
+    })
 }
 
 /// Builds the chains of all members.

@@ -26,16 +26,6 @@ impl<const D: usize> Kind<D> {
     /// A system on elements of an order higher by `enrich`.
     pub(super) fn build(&self, structure: Arc<Structure>, topology: Arc<Topology>, enrich: usize) -> System<D> {
         let chains = (self.packs)(&structure, enrich);
-        self.build_of(structure, topology, chains)
-    }
-
-    /// A system of chains that are at hand.
-    pub(super) fn build_of(
-        &self,
-        structure: Arc<Structure>,
-        topology: Arc<Topology>,
-        chains: Vec<Box<dyn Pack<D>>>,
-    ) -> System<D> {
         let mut system = System::new(structure, topology, chains, self.active, false);
         system.pattern.in_blocks = true;
         system

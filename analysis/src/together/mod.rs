@@ -4,6 +4,7 @@
 //! once. Designs that need not take the same way, or whose way is not plain, are left to the ordinary solver.
 
 mod join;
+mod kept;
 mod kind;
 mod walk;
 
@@ -16,8 +17,9 @@ use pennate_solver::system::System;
 
 use self::join::Share;
 pub(crate) use self::join::join;
+use self::kept::Analysed;
 pub(crate) use self::kind::{Kind, Packs, axis, plane, present, space, system};
-use self::walk::{Analysed, is_plain};
+use self::walk::is_plain;
 pub(crate) use self::walk::{End, Look, joins};
 
 /// Designs that are solved side by side: as many as the widest lanes hold of one member.

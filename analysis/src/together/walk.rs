@@ -7,17 +7,16 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use pennate_solver::chain::Pack;
 use pennate_solver::continuation::{self, OutOfPlane};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
-use pennate_solver::packs;
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Drive, Member, Method, Segment, Stability, Step, Structure};
 use pennate_solver::system::{State, System};
 
 use super::Asked;
+use super::kept::{Kept, Memory};
 use super::kind::{self, Kind};
 
 /// How many times as far as the step before a step may go to be foretold, and by what part the directions of their loads may
@@ -31,23 +30,6 @@ const WEAK: f64 = 0.05;
 /// left is rounding: every step is a tenth of the one before, or less.
 const MORE: usize = 4;
 const SETTLED: f64 = 1e-11;
-
-/// What serves the next group, by the number of its designs.
-pub(crate) type Analysed<const D: usize> = BTreeMap<usize, Kept<D>>;
-
-/// What no answer depends on.
-pub(crate) struct Kept<const D: usize> {
-    /// Systems whose equations are analysed: one for the unloaded structure and for every step that changes what is held.
-    systems: Vec<System<D>>,
-    /// Memory of chains.
-    chains: Vec<Box<dyn Pack<D>>>,
-}
-
-impl<const D: usize> Default for Kept<D> {
-    fn default() -> Self {
-        Self { systems: Vec::new(), chains: Vec::new() }
-    }
-}
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
@@ -107,24 +89,24 @@ pub(super) fn ends<const D: usize>(
 ) -> Option<Ends<D>> {
     let structure = Arc::new(structure);
     let topology = continuation::topology(&structure, steps);
-    let chains = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.chains)).unwrap_or_default();
-    let chains = packs::renewed(chains, &structure, kind.packs);
-    let mut system = kind.build_of(structure, topology, chains);
+    let memory = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.memory)).unwrap_or_default();
+    let Memory { system, lateral: spare, states } = memory;
+    let renewed =
+        system.and_then(|mut system| system.renew(Arc::clone(&structure), Arc::clone(&topology)).then_some(system));
+    let mut system = renewed.unwrap_or_else(|| kind.build(structure, topology, 0));
     system.members.keep_factors();
-    let states = std::array::from_fn(|_| State::default());
     let (finer, lateral, held) = (None, None, BTreeMap::new());
     let (way, times) = (None, None);
-    let mut walk = Walk { system, finer, held, lateral, states, way, times, smallest: 0.0, begins: false };
+    let mut walk = Walk { system, finer, held, lateral, spare, states, way, times, smallest: 0.0, begins: false };
     let mut found = walk.ends(steps, kind, kept.as_deref_mut(), asked);
-    let looks = |index: usize| (asked.look)(index) == Look::System;
-    match &mut found {
-        Some((_, systems)) if looks(steps.len() - 1) => systems.push(Some(Rc::new(walk.system))),
-        _ => {
-            if let Some((_, systems)) = &mut found {
-                systems.push(None);
-            }
-            kept.into_iter().for_each(|kept| kept.chains = std::mem::take(&mut walk.system.members.packs));
-        }
+    let Walk { system, lateral, spare, states, .. } = walk;
+    let mut system = Some(system);
+    if let Some((_, systems)) = &mut found {
+        let looks = (asked.look)(steps.len() - 1) == Look::System;
+        systems.push(system.take_if(|_| looks).map(Rc::new));
+    }
+    if let Some(kept) = kept {
+        kept.memory = Memory { system, lateral: lateral.or(spare), states };
     }
     found
 }
@@ -135,6 +117,8 @@ struct Walk<const D: usize> {
     finer: Option<System<D>>,
     held: BTreeMap<(usize, usize), Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
+    /// Memory of what judged the group before.
+    spare: Option<Box<dyn OutOfPlane<D> + Send>>,
     /// The last equilibrium, and the two before it.
     states: [State; 3],
     /// By how much the last step moved the drives, where it moved nothing else.
@@ -222,7 +206,8 @@ impl<const D: usize> Walk<D> {
         self.smallest = inertia.smallest;
         let judged = structure.dimension == Dimension::Plane && structure.stability == Stability::Space;
         if let Some(build) = kind.lateral.filter(|_| judged) {
-            let mut lateral = build(&self.system);
+            let spare = self.spare.take().and_then(|mut spare| spare.renew(&self.system).then_some(spare));
+            let mut lateral = spare.unwrap_or_else(|| build(&self.system));
             let (inertia, _) = lateral.inertia(&mut self.system);
             self.lateral = (inertia.idle == 0 && inertia.negative == 0).then_some(lateral);
         }

@@ -157,11 +157,33 @@ fn answers_do_not_depend_on_what_was_solved_before() {
     let rows: Vec<f64> = (0..200)
         .flat_map(|_| [70.0 + 40.0 * random(), 50.0 + 30.0 * random(), 170.0 + 50.0 * random(), 3.0 * random()])
         .collect();
+    same_with_nothing_kept(&problem, &rows);
+    // Steps that hold something, levers, releases and springs, rotations in space.
+    let dyad = DYAD.replace("displacement = { J = { uy = 0.0 } }", "displace_by = { J = { uy = 3 } }");
+    let networks = [
+        (&*dyad, &["L", "beta"][..], &["stroke@inflate", "holding"][..], 0.1),
+        (STAGE, &["L", "beta", "rp"], &["height", "tilt@tilt"], 0.05),
+        (ARM, &["Pb", "Pr"], &["x", "y", "z"], 0.1),
+    ];
+    for (text, parameters, probes, spread) in networks {
+        let document = Document::from_text("network.toml", text);
+        let problem = || Problem::new(&document, &[], parameters, probes, 1e-6).unwrap();
+        let middle = problem().middle();
+        let row = |_| middle.iter().map(|x| x * (1.0 + spread * random())).collect::<Vec<_>>();
+        let rows: Vec<f64> = (0..24).flat_map(row).collect();
+        same_with_nothing_kept(&problem, &rows);
+    }
+}
+
+/// Whether groups of designs have the same answers one after the other as each by itself, where nothing was solved before.
+fn same_with_nothing_kept(problem: &dyn Fn() -> Problem, rows: &[f64]) {
     let bits = |problem: &Problem, rows: &[f64]| -> Vec<u64> {
         problem.evaluate(rows).values.iter().map(|value| value.to_bits()).collect()
     };
-    let all = bits(&problem(), &rows);
-    for (rows, known) in rows.chunks_exact(8 * 4).zip(all.chunks_exact(8 * 2)) {
+    let one = problem();
+    let all = bits(&one, rows);
+    let widths = [one.parameters().len(), one.outputs().len()].map(|width| 8 * width);
+    for (rows, known) in rows.chunks_exact(widths[0]).zip(all.chunks_exact(widths[1])) {
         assert_eq!(bits(&problem(), rows), known);
     }
 }

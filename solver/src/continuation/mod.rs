@@ -59,6 +59,8 @@ pub trait OutOfPlane<const D: usize> {
     fn singular_test(&mut self, b: &[f64]) -> Option<f64>;
     /// Motions of all joints that a solution of the equations out of the plane means.
     fn motions_of(&self, solution: &[f64]) -> Vec<[f64; 6]>;
+    /// Begins anew with another network of the same topology; false where it cannot, and is of no use any more.
+    fn renew(&mut self, plane: &System<D>) -> bool;
 }
 
 /// Follows the steps of a structure.

@@ -86,6 +86,16 @@ impl<const D: usize> Equations<D> {
         equations
     }
 
+    /// Whether the joints of others have as many free motions each, components of their own or none.
+    pub(crate) fn are_like(&self, other: &Self) -> bool {
+        let same = |(a, b): (&JointEquations, &JointEquations)| match (&a.basis, &b.basis) {
+            (Basis::Components(own), Basis::Components(theirs)) => own == theirs,
+            (Basis::Columns(_), Basis::Columns(_)) => a.count == b.count,
+            _ => false,
+        };
+        self.joints.len() == other.joints.len() && self.joints.iter().zip(&other.joints).all(same)
+    }
+
     fn basis_of(&self, topology: &Topology, rows: &[usize], idle: Idle) -> (usize, Basis) {
         let mut free = [false; 6];
         for &component in &self.active {

@@ -27,6 +27,20 @@ pub struct MemberSlot {
     pub released: bool,
 }
 
+impl MemberSlot {
+    /// The place of a member in a lane of a pack.
+    fn of(structure: &Structure, topology: &Topology, member: MemberId, [pack, lane]: [usize; 2]) -> Self {
+        let description = &structure.members[member];
+        Self {
+            pack,
+            lane,
+            turn: Turn::of(structure.dimension, description),
+            tangents: end_tangents(description),
+            released: topology.ends[member].iter().any(|end| *end != EndKind::Welded),
+        }
+    }
+}
+
 /// Chains of all members, with the state of all between their ends.
 pub struct Members<const D: usize> {
     /// Members of equal mesh side by side.
@@ -48,17 +62,17 @@ impl<const D: usize> Members<D> {
         let mut slots: Vec<Option<MemberSlot>> = vec![None; structure.members.len()];
         for (pack, chain) in packs.iter().enumerate() {
             for (lane, &member) in chain.members().iter().enumerate() {
-                let description = &structure.members[member];
-                slots[member] = Some(MemberSlot {
-                    pack,
-                    lane,
-                    turn: Turn::of(structure.dimension, description),
-                    tangents: end_tangents(description),
-                    released: topology.ends[member].iter().any(|end| *end != EndKind::Welded),
-                });
+                slots[member] = Some(MemberSlot::of(structure, topology, member, [pack, lane]));
             }
         }
         Self { packs, slots: slots.into_iter().flatten().collect(), parallel }
+    }
+
+    /// Takes the members of another structure, whose chains the packs hold.
+    pub(super) fn renew(&mut self, structure: &Structure, topology: &Topology) {
+        for (member, slot) in self.slots.iter_mut().enumerate() {
+            *slot = MemberSlot::of(structure, topology, member, [slot.pack, slot.lane]);
+        }
     }
 
     /// How many there are.

@@ -28,6 +28,7 @@ mod parts;
 mod pattern;
 mod places;
 mod remainder;
+mod renew;
 mod scatter;
 mod skew;
 mod springs;

@@ -33,6 +33,15 @@ impl Moves {
         }
     }
 
+    /// The same in the memory at hand.
+    pub(super) fn renew(&mut self) {
+        (self.own, self.first_own) = (Size::default(), 0.0);
+        self.first_by_part.clear();
+        self.by_part.fill(Size::default());
+        self.motions.fill([0.0; 6]);
+        self.releases.fill([0.0; MAX_FREE]);
+    }
+
     /// Notes what the last increment moved as the first of an iteration.
     pub(crate) fn note_first(&mut self) {
         self.first_own = self.own.largest();

@@ -45,6 +45,17 @@ impl<const D: usize> Pattern<D> {
         }
     }
 
+    /// Takes the joints of another structure of the same topology, held as those of this one; false, with nothing changed, where they
+    /// have other equations.
+    pub(super) fn renew(&mut self, topology: &Topology) -> bool {
+        let equations = Equations::new(topology, self.equations.active, self.equations.held.clone());
+        let alike = equations.are_like(&self.equations);
+        if alike {
+            self.equations = equations;
+        }
+        alike
+    }
+
     /// Sets what is held; true where that is not the same as before, and the equations have to be analysed.
     pub(super) fn hold(&mut self, topology: &Topology, held: Vec<Held>) -> bool {
         let held: Vec<Held> = held.into_iter().filter(|held| self.concerns(held)).collect();

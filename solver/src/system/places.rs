@@ -34,6 +34,12 @@ impl Places {
         Self { joints: vec![JointState::default(); joints], releases: vec![[ReleaseState::default(); 2]; members] }
     }
 
+    /// Puts all of them where they are unloaded.
+    pub(super) fn unload(&mut self) {
+        self.joints.fill(JointState::default());
+        self.releases.fill([ReleaseState::default(); 2]);
+    }
+
     /// Takes over the places in a system of the same topology.
     pub(super) fn copy_from(&mut self, from: &Self) {
         self.joints.copy_from_slice(&from.joints);

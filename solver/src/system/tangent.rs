@@ -129,6 +129,19 @@ impl<const D: usize> Tangent<D> {
         }
     }
 
+    /// The same in the memory at hand, of as many joints, members and springs. Factors are made before they are read.
+    pub(super) fn renew(&mut self) {
+        self.keeps_matrix = false;
+        self.clear();
+        self.skew = Skew::default();
+        self.inertia = Inertia::default();
+        self.ends.fill([[0.0; 6]; 2]);
+        self.spring_forces.fill(0.0);
+        self.spring_energy = 0.0;
+        self.rest_stiffness.fill([0.0; 6]);
+        self.linear.rest.fill(0.0);
+    }
+
     /// Takes the memory for other equations.
     pub(super) fn resize(&mut self, linear: Symmetric, pattern: &Pattern<D>) {
         self.linear = linear;

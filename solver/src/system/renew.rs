@@ -1,0 +1,41 @@
+//! One system after the other in the same memory: for designs of one topology.
+
+use std::sync::Arc;
+
+use super::loading::Loading;
+use super::{Dashpots, System, extent};
+use crate::joints::Topology;
+use crate::packs;
+use crate::structure::Structure;
+
+impl<const D: usize> System<D> {
+    /// Begins anew with another structure of the same topology and mesh, unloaded and at rest, as [`System::new`] does. The same
+    /// rows stay held, and the next [`System::hold`] says at which values. False where its joints have other equations or its
+    /// members other meshes: the system is of no use then.
+    pub fn renew(&mut self, structure: Arc<Structure>, topology: Arc<Topology>) -> bool {
+        let counts = |structure: &Structure| {
+            [structure.nodes.len(), structure.members.len(), structure.springs.len(), structure.drives.len()]
+        };
+        let alike = counts(&structure) == counts(&self.structure)
+            && topology.references == self.topology.references
+            && self.pattern.renew(&topology)
+            && packs::renew(&mut self.members.packs, &structure);
+        if !alike {
+            return false;
+        }
+        self.size = extent(&structure.nodes);
+        self.places.unload();
+        self.members.renew(&structure, &topology);
+        self.loading = Loading::new(&structure);
+        self.tangent.renew();
+        self.moves.renew();
+        self.dashpots = Dashpots::default();
+        (self.stop, self.straight) = (None, false);
+        (self.structure, self.topology) = (structure, topology);
+        self.apply_drives();
+        // Which way is the stiffest differs from one structure to the next.
+        let carriers = self.find_carriers();
+        self.pattern.set_carriers(carriers);
+        true
+    }
+}
