@@ -1,10 +1,9 @@
 //! What results on elements that the file forces are compared with, where these cannot tell their own error.
 
 use pennate_models::Model;
-use pennate_solver::history::StepHistory;
 use pennate_solver::options::{Options, Progress};
 
-use super::points::compare_points;
+use super::points::{compare_points, critical_error};
 use super::{Round, solve_to_accuracy};
 use crate::solution::last_state;
 
@@ -26,14 +25,18 @@ pub(super) fn compare_with_free(
     if forced.filter_map(Option::take).count() > 0 {
         let options = Options { shapes: false, near_motion: false, ..options.clone() };
         let Ok(solution) = solve_to_accuracy(free, asked, &options, observe) else { return false };
-        let alike = |(own, free): (&StepHistory, &StepHistory)| own.status == free.status;
-        if solution.accuracy.estimated.is_some() && round.history.steps.iter().zip(&solution.history.steps).all(alike) {
-            compare_points(&solution.history, &mut round.history, 1.0);
+        if solution.accuracy.estimated.is_none() {
+            return false;
+        }
+        let steps = || round.history.steps.iter().zip(&solution.history.steps);
+        let alike = steps().all(|(own, free)| own.status == free.status);
+        compare_points(&solution.history, &mut round.history, 1.0);
+        if alike {
             for (own, free) in round.history.steps.iter_mut().zip(&solution.history.steps) {
                 own.refined = last_state(free).cloned();
             }
-            return true;
         }
+        return alike || critical_error(&round.history).is_some();
     }
     false
 }

@@ -213,6 +213,7 @@ impl Search<'_> {
         self.compare_with_free(round, interrupted);
         match round.error {
             Some(error) if error <= self.asked => Verdict::Met,
+            Some(_) if verdict == Verdict::NotEstimated => Verdict::Forced,
             Some(_) => verdict,
             None if interrupted => verdict,
             None => Verdict::NotEstimated,
