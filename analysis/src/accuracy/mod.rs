@@ -177,11 +177,9 @@ impl Adaptive for Search<'_> {
         mesh.name_segments(model, &mut history);
         if let Some(before) = best
             && before.mesh.order == mesh.order
-            // Elements that were graded anew are the same elsewhere, and where they are, points move by chance.
-            && before.mesh.grading == mesh.grading
         {
-            let elements = before.mesh.elements();
-            estimate_critical_points(&before.history, &mut history, elements, &mesh, mesh.lowest_order(model));
+            let ratio = refine::least_ratio(model, &mesh, &before.mesh);
+            estimate_critical_points(&before.history, &mut history, ratio, mesh.lowest_order(model));
         }
         let probes = ProbeTable::new(model, &history);
         let known = self.options.rough || every_end_is_estimated(&history);

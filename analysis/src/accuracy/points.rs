@@ -1,6 +1,5 @@
 //! The errors of singular points: how far a finer mesh moves them along the ramp.
 
-use pennate_models::Mesh;
 use pennate_solver::history::{CriticalPoint, History};
 
 /// Part of itself by which a singular point is found at best.
@@ -11,15 +10,12 @@ pub(super) fn has_unknown_points(history: &History) -> bool {
     history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none())
 }
 
-/// Estimates the errors of singular points from how far they lie from those of a coarser mesh.
-pub(super) fn estimate_critical_points(
-    coarse: &History,
-    fine: &mut History,
-    elements: usize,
-    mesh: &Mesh,
-    order: usize,
-) {
-    let ratio = mesh.elements() as f64 / elements.max(1) as f64;
+/// Estimates the errors of singular points from how far they lie from those of a coarser mesh, on which every stretch that may have
+/// more has `ratio` times fewer elements at least.
+///
+/// Those of stretches that are the same on both do not show: a column that is straight until it buckles lacks no energy, and is not
+/// refined for that.
+pub(super) fn estimate_critical_points(coarse: &History, fine: &mut History, ratio: f64, order: usize) {
     let gain = ratio.powi(2 * i32::try_from(order).unwrap_or(1)) - 1.0;
     if gain > 0.0 {
         compare_points(coarse, fine, gain);

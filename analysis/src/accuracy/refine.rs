@@ -27,14 +27,24 @@ pub(crate) fn is_at_limit(mesh: &Mesh) -> bool {
     mesh.refinement.iter().any(|segments| capped(2, segments) == 1)
 }
 
+/// How many times the elements of the mesh before a mesh has at least, in any stretch that may have more; one where they are graded
+/// differently.
+pub(crate) fn least_ratio(model: &Model, mesh: &Mesh, before: &Mesh) -> f64 {
+    if mesh.grading != before.grading {
+        return 1.0;
+    }
+    let members = mesh.refinement.iter().zip(&before.refinement).enumerate();
+    let ratios = members.flat_map(|(member, (now, then))| {
+        let counts = now.iter().zip(then).enumerate();
+        let free = counts.filter(move |(index, _)| mesh.is_free_at(model, member, *index));
+        free.map(|(_, (&now, &then))| now as f64 / then as f64)
+    });
+    ratios.reduce(f64::min).unwrap_or(1.0)
+}
+
 /// Whether every stretch that may have more elements on a mesh than on the one before has twice as many.
 pub(crate) fn is_finer_everywhere(model: &Model, mesh: &Mesh, before: &Mesh) -> bool {
-    let twice = |(member, (now, then)): (usize, (&Vec<usize>, &Vec<usize>))| {
-        let counts = now.iter().zip(then).enumerate();
-        counts.into_iter().all(|(index, (&now, &then))| !mesh.is_free_at(model, member, index) || now >= 2 * then)
-    };
-    let members = mesh.refinement.iter().zip(&before.refinement).enumerate();
-    mesh.grading == before.grading && members.into_iter().all(twice)
+    least_ratio(model, mesh, before) >= 2.0
 }
 
 /// How many times the elements of another mesh a mesh has in every stretch; nothing where that is not one number of two or more.

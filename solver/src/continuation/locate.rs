@@ -426,8 +426,8 @@ impl<const D: usize> Continuation<'_, D> {
             Wanted::Limit | Wanted::Sideways => (softest, [Test::Mode].as_slice()),
         };
         let mut near_rate = None;
-        // The least rate of the fraction at both ends.
-        let mut least_rate = f64::INFINITY;
+        // The least rate of the fraction at both ends, and the largest.
+        let mut rates = [f64::INFINITY, 0.0];
         let mut locator = self.locator(run.ramp);
         let mut judge = |test: Test, system: &mut System<D>, point: &Point| match wanted {
             Wanted::Limit => {
@@ -445,7 +445,8 @@ impl<const D: usize> Continuation<'_, D> {
             },
             Wanted::Bifurcation => {
                 if !(0.0 < point.distance && point.distance < 1.0) {
-                    least_rate = least_rate.min(point.rate_of_fraction().abs());
+                    let rate = point.rate_of_fraction().abs();
+                    rates = [rates[0].min(rate), rates[1].max(rate)];
                 }
                 let near = is_near(&point.inertia);
                 let smallest = point.inertia.smallest;
@@ -464,7 +465,8 @@ impl<const D: usize> Continuation<'_, D> {
         let found = tests.iter().find_map(&mut find);
         run.effort.factorizations += locator.factorizations;
         // A ramp that turns back there and not between both ends does so on another path, which the increment went over to.
-        let turns = |root: &Root| !events.limit && root.point.rate_of_fraction().abs() < self.tuning.near * least_rate;
+        let turned = (self.tuning.near * rates[0]).max(self.tuning.shortest * rates[1]);
+        let turns = |root: &Root| !events.limit && root.point.rate_of_fraction().abs() < turned;
         let found = found.filter(|root| wanted != Wanted::Bifurcation || !turns(root));
         let found = found.filter(|root| wanted == Wanted::Limit || self.lies_between(root.point.distance));
         // Along the ramp itself the fraction does not turn back: what lies outside of the bracket is of another path.
