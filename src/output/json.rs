@@ -139,7 +139,6 @@ struct Jump<'a> {
 struct CriticalPoint<'a> {
     kind: &'static str,
     fraction: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
     node: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -474,7 +474,8 @@ fn no_finer_mesh_is_tried_for_a_point_that_none_locates_better() {
     // Where a ramp from two increments on has its limit point, with an accuracy of 1e-9.
     assert!((first.fraction - 0.098_728_8).abs() < error && error < 1e-3, "{} ± {error}", first.fraction);
     assert_eq!((step.status, solution.accuracy.verdict), (Status::Converged, Verdict::Stalled));
-    assert!(solution.accuracy.rounds <= 3, "{} meshes", solution.accuracy.rounds);
+    // Two that follow its path, and two that refine all members, which tell its error.
+    assert!(solution.accuracy.rounds <= 4, "{} meshes", solution.accuracy.rounds);
 }
 
 #[test]

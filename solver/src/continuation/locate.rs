@@ -26,6 +26,8 @@ pub(super) struct Root {
     scatter: f64,
     /// Change of the test function with the fraction, where that is known.
     slope: Option<f64>,
+    /// Negative pivots right beyond it, where they are known.
+    beyond: Option<usize>,
 }
 
 /// Whether a point is still on the near side of a singular point, and the value of a test function.
@@ -189,16 +191,21 @@ impl<const D: usize> Locator<'_, D> {
             // The test function is linear so near to its root: from two states apart follows where it is once more.
             let root = best.distance;
             let apart = tuning.beside();
-            let sides = [root - apart, root + apart]
-                .map(|s| at(self, s).and_then(|(point, _, value)| Some((point.fraction, value?))));
+            let sides = [root - apart, root + apart].map(|s| {
+                let (point, _, value) = at(self, s)?;
+                Some((point.fraction, value, point.inertia.negative))
+            });
             let line = match sides {
-                [Some((from, a)), Some((to, b))] if a * b < 0.0 => Some((from, a, (b - a) / (to - from))),
+                [Some((from, Some(a), _)), Some((to, Some(b), _))] if a * b < 0.0 => {
+                    Some((from, a, (b - a) / (to - from)))
+                }
                 _ => None,
             };
+            let beyond = sides[1].map(|(.., negative)| negative);
             let (point, ..) = at(self, root)?;
             let second = line.map(|(from, a, slope)| from - a / slope);
             let scatter = second.map_or(to - from, |second| second - point.fraction).abs();
-            return Some(Root { fraction: point.fraction, point, scatter, slope: line.map(|line| line.2) });
+            return Some(Root { fraction: point.fraction, point, scatter, slope: line.map(|line| line.2), beyond });
         }
         // What is known on the near side is good enough, and the fraction follows by interpolation.
         let part = match bracket.values {
@@ -210,7 +217,7 @@ impl<const D: usize> Locator<'_, D> {
             return None;
         }
         let (point, ..) = at(self, bracket.at[0])?;
-        Some(Root { point, fraction: from + part * (to - from), scatter: apart, slope: None })
+        Some(Root { point, fraction: from + part * (to - from), scatter: apart, slope: None, beyond: None })
     }
 }
 
@@ -465,9 +472,13 @@ impl<const D: usize> Continuation<'_, D> {
         let found = tests.iter().find_map(&mut find);
         run.effort.factorizations += locator.factorizations;
         // A ramp that turns back there and not between both ends does so on another path, which the increment went over to.
-        let turned = (self.tuning.near * rates[0]).max(self.tuning.shortest * rates[1]);
+        let turned = self.tuning.near * rates[0];
         let turns = |root: &Root| !events.limit && root.point.rate_of_fraction().abs() < turned;
         let found = found.filter(|root| wanted != Wanted::Bifurcation || !turns(root));
+        // One point makes of the count before it what the count is right beyond: where that is another one at the far end, the
+        // increment went over to another path behind the point.
+        let one = conservative && events.number() == 1 && wanted == Wanted::Limit;
+        let found = found.filter(|root| !one || root.beyond.is_none_or(|beyond| beyond == far));
         let found = found.filter(|root| wanted == Wanted::Limit || self.lies_between(root.point.distance));
         // Along the ramp itself the fraction does not turn back: what lies outside of the bracket is of another path.
         let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
@@ -478,8 +489,10 @@ impl<const D: usize> Continuation<'_, D> {
             let found = self.softest(&mut lateral, wanted);
             let doubt = match (wanted, slope) {
                 (Wanted::Bifurcation, Some(_)) => self.moved_by_rounding(run, ends, &root, (&mode, slope)),
-                (Wanted::Bifurcation, None) => self.moved_by_rounding(run, ends, &root, (&found, None)),
-                (Wanted::Limit | Wanted::Sideways, _) => 0.0,
+                (Wanted::Bifurcation, None) | (Wanted::Limit, _) => {
+                    self.moved_by_rounding(run, ends, &root, (&found, None))
+                }
+                (Wanted::Sideways, _) => 0.0,
             };
             let mode = found;
             let motions = match &lateral {
