@@ -104,7 +104,9 @@ fn pushed_frames_end_on_the_buckled_state_from_any_number_of_increments() {
             .collect();
         for end in &ends {
             assert_eq!((end.0, end.1), (ends[0].0, ends[0].1), "{ends:?}\n{text}");
-            assert!((end.2 - ends[0].2).abs() <= 1e-4 * ends[0].2.abs(), "{ends:?}\n{text}");
+            // At a limit point a state is known to the root of what its load is known to: 1e-7 there.
+            let near = if end.0 == Status::LimitPoint { 1e-3 } else { 1e-4 };
+            assert!((end.2 - ends[0].2).abs() <= near * ends[0].2.abs(), "{ends:?}\n{text}");
         }
         if ends[0].0 == Status::Converged {
             assert_eq!(ends[0].1, Some(true));
