@@ -36,7 +36,8 @@ pub(super) fn compare_with_free(
                 own.refined = last_state(free).cloned();
             }
         }
-        return alike || critical_error(&round.history).is_some();
+        // Ends on elements that are longer than a layer have no error but that against others.
+        return alike || !round.grading.unresolved && critical_error(&round.history).is_some();
     }
     false
 }

@@ -35,7 +35,12 @@ pub(super) type Judge<'a, const D: usize> = dyn FnMut(&mut System<D>, &Point) ->
 
 /// Where a point would lie with an infinite auxiliary stiffness, by where it lies with two: it moves with one over that.
 fn extrapolated((stiffer, with_stiffer): (Auxiliary, f64), (softer, with_softer): (Auxiliary, f64)) -> f64 {
-    with_stiffer + softer.member / (stiffer.member - softer.member) * (with_stiffer - with_softer)
+    with_stiffer + share(stiffer, softer) * (with_stiffer - with_softer)
+}
+
+/// Part of what a point moves by from one auxiliary stiffness to a stiffer one that is left to an infinite one.
+fn share(stiffer: Auxiliary, softer: Auxiliary) -> f64 {
+    softer.member / (stiffer.member - softer.member)
 }
 
 /// What the value of a test function is.
@@ -320,7 +325,7 @@ impl<const D: usize> Continuation<'_, D> {
         if let (Some((point, near)), Some((auxiliary, fraction, located))) = (&mut found, other) {
             let exact = point.fraction;
             point.fraction = extrapolated((packs::EXACTING, exact), (auxiliary, fraction));
-            let weight = ((point.fraction - exact) / (exact - fraction)).abs();
+            let weight = share(packs::EXACTING, auxiliary).abs();
             let mut doubt = 0.0;
             // A point that moves by more may not go with their stiffness: where a buckled branch crosses the straight one bending
             // alone makes a member shorter, and by next to nothing. Another pair of stiffnesses tells.
@@ -485,16 +490,14 @@ impl<const D: usize> Continuation<'_, D> {
         let room = self.tuning.shortest * to.abs();
         let found = found.filter(|root| metric.is_some() || (from - room..=to + room).contains(&root.fraction));
         let located = found.map(|root| {
-            let slope = root.slope;
-            let found = self.softest(&mut lateral, wanted);
-            let doubt = match (wanted, slope) {
-                (Wanted::Bifurcation, Some(_)) => self.moved_by_rounding(run, ends, &root, (&mode, slope)),
-                (Wanted::Bifurcation, None) | (Wanted::Limit, _) => {
-                    self.moved_by_rounding(run, ends, &root, (&found, None))
-                }
-                (Wanted::Sideways, _) => 0.0,
+            let slope = root.slope.filter(|_| wanted == Wanted::Bifurcation);
+            let softest = self.softest(&mut lateral, wanted);
+            let doubt = match wanted {
+                Wanted::Sideways => 0.0,
+                _ if slope.is_some() => self.moved_by_rounding(run, ends, &root, (&mode, slope)),
+                _ => self.moved_by_rounding(run, ends, &root, (&softest, None)),
             };
-            let mode = found;
+            let mode = softest;
             let motions = match &lateral {
                 Some(lateral) if wanted == Wanted::Sideways => lateral.motions_of(&mode),
                 _ => self.system.pattern.motions_of(&mode),
