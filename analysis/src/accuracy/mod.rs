@@ -25,7 +25,7 @@ use crate::solution::{ProbeTable, Solution, Timing};
 use self::error::{relative_error, state_least_errors};
 use self::free::compare_with_free;
 use self::judge::{every_end_is_estimated, judge};
-use self::points::{critical_error, estimate_critical_points, has_unknown_points};
+use self::points::{critical_error, estimate_critical_points, has_unknown_points, inherit_errors, note_points};
 
 pub use self::together::Shared;
 pub(crate) use self::together::solve_together;
@@ -125,7 +125,16 @@ pub fn solve_to_accuracy(
     let timing = Timing { mesh: (options.clock)().saturating_sub(start), ..Timing::default() };
     let way = mesh.of_the_way(&model, asked);
     let rough = Options { rough: way.is_some(), ..options.clone() };
-    let mut search = Search { model: &model, asked, options: rough, observe, coarse_solve: None, gradings: 0, timing };
+    let mut search = Search {
+        model: &model,
+        asked,
+        options: rough,
+        observe,
+        coarse_solve: None,
+        points_before: History::default(),
+        gradings: 0,
+        timing,
+    };
     let adapted = match adapt(&mut search, way.unwrap_or(mesh)) {
         Ok(adapted) => adapted,
         Err(error) => return Err((Box::new(model), error)),
@@ -135,6 +144,12 @@ pub fn solve_to_accuracy(
         verdict = search.compare(&mut round, verdict);
     } else if has_unknown_points(&round.history) {
         verdict = search.compare_points(&mut round, verdict);
+        if has_unknown_points(&round.history) {
+            inherit_errors(&search.points_before, &mut round.history);
+            let before = round.error;
+            [round.error, round.of_mesh] = with_points(before, &round.history);
+            verdict = search.without_unknown_points(&round, verdict);
+        }
     }
     let timing = search.timing;
     let Round { mesh, structure, history, mut probes, error: estimated, .. } = round;
@@ -151,6 +166,8 @@ struct Search<'a> {
     observe: &'a mut dyn FnMut(&Progress) -> bool,
     /// Way of the solve on the last mesh.
     coarse_solve: Option<CoarseSolve>,
+    /// Singular points of the meshes before the last one that are graded alike.
+    points_before: History,
     /// Meshes that were graded anew.
     gradings: usize,
     timing: Timing,
@@ -177,9 +194,12 @@ impl Adaptive for Search<'_> {
         mesh.name_segments(model, &mut history);
         if let Some(before) = best
             && before.mesh.order == mesh.order
+            && let Some(ratio) = refine::least_ratio(model, &mesh, &before.mesh)
         {
-            let ratio = refine::least_ratio(model, &mesh, &before.mesh);
-            estimate_critical_points(&before.history, &mut history, ratio, mesh.lowest_order(model));
+            note_points(&before.history, &mut self.points_before);
+            estimate_critical_points(&self.points_before, &mut history, ratio, mesh.lowest_order(model));
+        } else {
+            self.points_before = History::default();
         }
         let probes = ProbeTable::new(model, &history);
         let known = self.options.rough || every_end_is_estimated(&history);
@@ -228,6 +248,18 @@ impl Search<'_> {
         match verdict {
             Verdict::Met if round.error.is_some_and(|error| error > self.asked) => Verdict::Forced,
             Verdict::Met if has_unknown_points(&round.history) => Verdict::UnknownPoints,
+            _ => verdict,
+        }
+    }
+
+    /// What becomes of a verdict when the errors of all singular points are known, of a mesh that is not refined any more.
+    fn without_unknown_points(&self, round: &Round, verdict: Verdict) -> Verdict {
+        match verdict {
+            Verdict::UnknownPoints | Verdict::Met if has_unknown_points(&round.history) => verdict,
+            Verdict::UnknownPoints | Verdict::Met if round.error.is_some_and(|error| error > self.asked) => {
+                Verdict::TooFine
+            }
+            Verdict::UnknownPoints => Verdict::Met,
             _ => verdict,
         }
     }

@@ -1,7 +1,9 @@
 //! The errors of singular points: how far a finer mesh moves them along the ramp.
 
-use pennate_solver::history::{CriticalPoint, History};
+use pennate_solver::history::{CriticalPoint, History, StepHistory};
 
+/// Part of a ramp by which one mesh follows it as far as another one.
+const SCATTER: f64 = 0.01;
 /// Part of itself by which a singular point is found at best.
 const LOCATED: f64 = 1e-9;
 
@@ -22,25 +24,62 @@ pub(super) fn estimate_critical_points(coarse: &History, fine: &mut History, rat
     }
 }
 
+/// Takes the singular points of a run in place of those of coarser ones, and nothing else of it, but for steps that it did not follow
+/// as far: what a coarser mesh found there is all that is known.
+pub(super) fn note_points(run: &History, known: &mut History) {
+    for (index, step) in run.steps.iter().enumerate() {
+        let points = StepHistory {
+            fraction: step.fraction,
+            critical_points: step.critical_points.clone(),
+            ..StepHistory::empty(step.stability)
+        };
+        match known.steps.get_mut(index) {
+            Some(before) if step.fraction < before.fraction - SCATTER => {}
+            Some(before) => *before = points,
+            None => known.steps.push(points),
+        }
+    }
+}
+
+/// Takes for the errors of singular points that have none those of a coarser mesh of the same grading, and how far they were moved
+/// since: what the coarser mesh knew holds still.
+pub(super) fn inherit_errors(coarse: &History, fine: &mut History) {
+    for_partners(coarse, fine, |point, partner, located| {
+        let inherited = || Some(partner.error?.max(located) + (point.fraction - partner.fraction).abs());
+        point.error.or_else(inherited)
+    });
+}
+
 /// Takes a part, one over `gain`, of the distance between the singular points of a run and those of another one for their errors;
 /// a point that the other run has not keeps its error.
 pub(super) fn compare_points(other: &History, own: &mut History, gain: f64) {
+    for_partners(other, own, |point, partner, located| {
+        Some((point.fraction - partner.fraction).abs() / gain + located)
+    });
+}
+
+/// Sets the errors of those singular points of a run that another run has too, by the point there and how well the own is located.
+fn for_partners(
+    other: &History,
+    own: &mut History,
+    error: impl Fn(&CriticalPoint, &CriticalPoint, f64) -> Option<f64>,
+) {
     for (other, own) in other.steps.iter().zip(&mut own.steps) {
         let partners: Vec<_> = (0..own.critical_points.len())
             .map(|index| partner(&own.critical_points, index, &other.critical_points))
             .collect();
         for (point, partner) in own.critical_points.iter_mut().zip(partners) {
             let (Some(partner), Some(located)) = (partner, point.located) else { continue };
-            let moved = (point.fraction - partner).abs() / gain;
-            point.error = Some(moved + located.max(LOCATED * point.fraction.abs()));
+            let located = located.max(LOCATED * point.fraction.abs());
+            point.error = error(point, partner, located).or(point.error);
         }
     }
 }
 
-/// The fraction of the point among others that is the same one: the nearest of its kind, to which it is the nearest.
-fn partner(own: &[CriticalPoint], index: usize, others: &[CriticalPoint]) -> Option<f64> {
+/// The point among others that is the same one: the nearest of its kind, to which it is the nearest.
+fn partner<'a>(own: &[CriticalPoint], index: usize, others: &'a [CriticalPoint]) -> Option<&'a CriticalPoint> {
     let other = &others[nearest(&own[index], others)?];
-    (nearest(other, own) == Some(index)).then_some(other.fraction)
+    (nearest(other, own) == Some(index)).then_some(other)
 }
 
 /// The nearest of the same kind.

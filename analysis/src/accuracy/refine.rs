@@ -27,11 +27,11 @@ pub(crate) fn is_at_limit(mesh: &Mesh) -> bool {
     mesh.refinement.iter().any(|segments| capped(2, segments) == 1)
 }
 
-/// How many times the elements of the mesh before a mesh has at least, in any stretch that may have more; one where they are graded
-/// differently.
-pub(crate) fn least_ratio(model: &Model, mesh: &Mesh, before: &Mesh) -> f64 {
+/// How many times the elements of the mesh before a mesh has at least, in any stretch that may have more; nothing where they are
+/// graded differently.
+pub(crate) fn least_ratio(model: &Model, mesh: &Mesh, before: &Mesh) -> Option<f64> {
     if mesh.grading != before.grading {
-        return 1.0;
+        return None;
     }
     let members = mesh.refinement.iter().zip(&before.refinement).enumerate();
     let ratios = members.flat_map(|(member, (now, then))| {
@@ -39,12 +39,12 @@ pub(crate) fn least_ratio(model: &Model, mesh: &Mesh, before: &Mesh) -> f64 {
         let free = counts.filter(move |(index, _)| mesh.is_free_at(model, member, *index));
         free.map(|(_, (&now, &then))| now as f64 / then as f64)
     });
-    ratios.reduce(f64::min).unwrap_or(1.0)
+    Some(ratios.reduce(f64::min).unwrap_or(1.0))
 }
 
 /// Whether every stretch that may have more elements on a mesh than on the one before has twice as many.
 pub(crate) fn is_finer_everywhere(model: &Model, mesh: &Mesh, before: &Mesh) -> bool {
-    least_ratio(model, mesh, before) >= 2.0
+    least_ratio(model, mesh, before).is_some_and(|ratio| ratio >= 2.0)
 }
 
 /// How many times the elements of another mesh a mesh has in every stretch; nothing where that is not one number of two or more.
