@@ -35,6 +35,8 @@ pub struct Convergence {
     pub inertia: Inertia,
     /// What is left of the equations.
     pub residual: Residual,
+    /// The largest of its increments that are not near over the one before.
+    pub contraction: f64,
 }
 
 /// An iteration that was given up.
@@ -208,10 +210,11 @@ impl Newton {
         let mut misfit = 0.0;
         let mut violation = self.tuning.tolerance;
         let mut asked = 0;
+        let mut contraction = 0.0;
         let mut slow = 0;
+        let mut astray = false;
         let mut inertia = Inertia::default();
         let mut has_factors = false;
-        let mut astray = false;
         for iterations in 1..=self.tuning.iterations {
             if system.is_stopped() {
                 let residual = Residual::default();
@@ -258,7 +261,7 @@ impl Newton {
             };
             let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
             if settled && !system.follow_carried_forces() {
-                return Ok(Convergence { iterations, factorizations, inertia, residual });
+                return Ok(Convergence { iterations, factorizations, inertia, residual, contraction });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
@@ -291,6 +294,7 @@ impl Newton {
                 return lost(Why::Astray);
             }
             if size > self.tuning.near {
+                contraction = f64::max(contraction, size / last);
                 slow += usize::from(size > self.tuning.contraction * last);
                 astray |= self.tuning.contraction * size > last;
                 if !start.may_wander && (astray || slow > self.tuning.many / 3) {

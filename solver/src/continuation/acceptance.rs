@@ -9,11 +9,17 @@ use super::Tuning;
 use super::follow::Run;
 use crate::chain::Size;
 use crate::newton::{Aim, Convergence, Start};
-use crate::system::System;
+use crate::system::{State, System};
 
 /// The first part of an increment that is made again in two. Not a half: a rod that rolls up by an even number of turns is
 /// at whole turns in the middle too, where its tangent is singular.
 const FIRST_PART: f64 = 0.47;
+/// A way over those that the tangents at both ends make of an increment: where the rate of a path rises, or falls, all along, its way
+/// is between them.
+const FARTHER: f64 = 1.5;
+/// Contraction of an iteration whose first increment says where it leads: all that follow move it by about as much as this part of
+/// that one (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sec. 2.1).
+const CONTRACTS: f64 = 0.05;
 /// A rotation (radians) after which pivots may be lost, and iterations be many, on any path.
 const RADIAN: f64 = 1.0;
 
@@ -111,6 +117,59 @@ pub fn is_doubtful<const D: usize>(
     let leapt =
         || moved.iter().zip(foreseen).any(|(&moved, &foreseen)| is_farther(moved, foreseen, tuning.shortest, tuning));
     far || iterations > tuning.few() && (elsewhere || leapt())
+}
+
+/// Whether a part of the network came to the present state another way than its path does: it `moved` from the last state in
+/// another direction than the tangent of the path has where it came to, or than the path had before, or farther than it was
+/// `foreseen` to and than that tangent explains.
+///
+/// An iteration that leaps over a limit point comes out on a path that the way there crosses, or that hardly moves any more. The
+/// factors are those of the present state, at this fraction of a ramp that is `step` beyond the last state; `apply` brings the
+/// drives to a fraction.
+pub(super) fn came_aside<const D: usize>(
+    system: &mut System<D>,
+    (before, last): (Option<&State>, &State),
+    (moved, foreseen): (&[Size], &[Size]),
+    (found, fraction, step): (Convergence, f64, f64),
+    apply: &mut dyn FnMut(&mut System<D>, f64),
+    tuning: &Tuning,
+) -> bool {
+    let is_as_foreseen = |(moved, foreseen): (&Size, &Size)| {
+        let [moved, foreseen] = [moved, foreseen].map(|size| size.largest());
+        let times = tuning.longer.sqrt();
+        moved <= times * foreseen && foreseen <= times * moved
+    };
+    if found.contraction <= CONTRACTS && moved.iter().zip(foreseen).all(is_as_foreseen) {
+        return false;
+    }
+    let way = system.relative_since(last);
+    let ways = system.products_by_part(&way, &way);
+    let is_far = |part: usize| ways[part][0].sqrt() > tuning.near;
+    if !(0..moved.len()).any(is_far) {
+        return false;
+    }
+    // A difference that stays within the tables of muscles.
+    let ahead = tuning.rounding.sqrt() * if fraction > 0.5 { -1.0 } else { 1.0 };
+    let Some(mut rate) = system.rate_motions(fraction, ahead, apply) else { return false };
+    rate.iter_mut().flatten().for_each(|x| *x *= step);
+    let rate = system.relative_rates(&rate);
+    // Any path turns where members are bent far, and sooner in space, where axes of rotation turn too. An iteration that was hard
+    // points to a leap where it turns less.
+    let far = if D == 3 { RADIAN } else { 0.5 * RADIAN };
+    let hard = found.iterations >= tuning.many;
+    let turns = |[way, along, other]: [f64; 3], hard: bool| {
+        let [way, other] = [way.sqrt(), other.sqrt()];
+        let is_bent = way > far;
+        let most = tuning.straight.acos() / if hard && !is_bent { 2.0 } else { 1.0 };
+        (hard || !is_bent) && other > tuning.near * way && along < most.cos() * way * other
+    };
+    let at_end = system.products_by_part(&way, &rate);
+    let leaves = before.map(|before| system.products_by_part(&way, &system.relative_between(before, last)));
+    (0..moved.len()).filter(|&part| is_far(part)).any(|part| {
+        let [way, _, end] = at_end[part];
+        let farther = way.sqrt() > FARTHER * end.sqrt() && moved[part].largest() > FARTHER * foreseen[part].largest();
+        farther || turns(at_end[part], hard) || leaves.as_ref().is_some_and(|leaves| turns(leaves[part], false))
+    })
 }
 
 /// Whether a part of the network moved much farther than its linear extrapolation, and far away: over a limit point, perhaps.

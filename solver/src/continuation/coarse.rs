@@ -46,6 +46,19 @@ impl<'a, const D: usize> Continuation<'a, D> {
         self.coarse.as_ref().is_some_and(|(coarse, _)| coarse.ends.get(index).is_some_and(Option::is_some))
     }
 
+    /// Where increments on a coarser mesh ended on the way of a step, up to where they became short or a singular point is near: what
+    /// was not to be passed at once there is not to be here.
+    pub(super) fn landmarks_of_coarse(&self, index: usize) -> Vec<f64> {
+        let Some((_, steps)) = &self.coarse else { return Vec::new() };
+        let StepHistory { increments, critical_points, fraction, .. } = &steps[index];
+        let first = critical_points.iter().map(|point| point.fraction).fold(*fraction, f64::min);
+        let ends = increments.iter().map(|increment| increment.fraction);
+        let begins = std::iter::once(0.0).chain(ends.clone());
+        let near = self.tuning.near;
+        let long = |&(begin, end): &(f64, f64)| end - begin > near && end + near < first;
+        begins.zip(ends).take_while(long).map(|(_, end)| end).collect()
+    }
+
     /// Goes to the end of a step by way of the coarser mesh; false where that is not possible, with nothing changed.
     pub(super) fn end_from_coarse(&mut self, run: &mut Run<'_>, index: usize, step: &Step) -> bool {
         let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();

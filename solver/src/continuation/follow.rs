@@ -79,6 +79,8 @@ pub(super) struct Run<'r> {
     pub is_step: bool,
     /// Whether loads have a potential along the whole ramp.
     pub conservative: bool,
+    /// Where increments of a coarser mesh ended that were accepted on the way: none here leads beyond the next.
+    pub landmarks: Vec<f64>,
     pub effort: Effort,
 }
 

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::acceptance::{is_doubtful, leapt};
+use super::acceptance::{came_aside, is_doubtful, leapt};
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
 use super::record::Ending;
@@ -16,6 +16,7 @@ use crate::chain::Size;
 use crate::history::{Cause, CriticalPoint};
 use crate::newton::{Aim, Convergence, Lost, Start, Why};
 use crate::options::Options;
+use crate::system::System;
 
 /// Pivots that may be lost together at a point that is not singular.
 const PAIR: usize = 2;
@@ -95,10 +96,14 @@ impl ByFraction {
         }
     }
 
-    /// The next increment, one that would leave next to nothing of the ramp drawn out to its end.
-    fn trial(&self, options: &Options) -> Trial {
+    /// The next increment, one that would leave next to nothing of the ramp drawn out to its end, and that leads to the next of
+    /// these landmarks at most.
+    fn trial(&self, landmarks: &[f64], options: &Options) -> Trial {
         let left = 1.0 - self.fraction;
         let length = if self.fraction + self.length * 1.0001 >= 1.0 { left } else { self.length };
+        let ahead =
+            landmarks.iter().map(|landmark| landmark - self.fraction).find(|&ahead| ahead > options.tuning.shortest);
+        let length = length.min(ahead.unwrap_or(left));
         let target = if self.fraction + length >= 1.0 - 1e-12 { 1.0 } else { self.fraction + length };
         let aim = match target {
             _ if options.rough => Aim::Rough,
@@ -262,7 +267,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Puts the system at the loads of the next increment, on the extrapolation of the last two states where there are two.
     fn predict_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Trial {
-        let mut trial = by.trial(&self.options);
+        let mut trial = by.trial(&run.landmarks, &self.options);
         if by.stiffness.is_none() && trial.target < 1.0 {
             run.ramp.apply(&mut self.system, by.fraction);
             self.system.assemble(false);
@@ -347,12 +352,18 @@ impl<const D: usize> Continuation<'_, D> {
         let moved = self.system.distances(&self.last);
         // Each part of a network for itself: one that leaps may move less than another that does not.
         let doubtful = leapt((&moved, foreseen), &tuning);
+        let aside = conservative && !guarded && {
+            let mut apply = |system: &mut System<D>, fraction: f64| run.ramp.apply(system, fraction);
+            let states = (predicted.then_some(&self.before), &self.last);
+            let sizes = (moved.as_slice(), foreseen.as_slice());
+            came_aside(&mut self.system, states, sizes, (found, trial.target, step), &mut apply, &tuning)
+        };
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
         let hard = wrong || beyond || !conservative && found.iterations >= self.too_many(rose);
-        let far = (guarded || doubtful || flipped) && step > tuning.bracket;
+        let far = (guarded || doubtful || aside || flipped) && step > tuning.bracket;
         let mut torn = doubtful && found.iterations >= tuning.many;
         let mut passed = None;
         if flipped && !far && !torn {
@@ -386,7 +397,7 @@ impl<const D: usize> Continuation<'_, D> {
             found = Convergence { iterations: found.iterations, ..again };
         }
         let before = predicted.then_some(&self.before);
-        if guarded || torn || doubtful && self.system.jumped(&self.last, before, &tuning) {
+        if guarded || torn || aside || doubtful && self.system.jumped(&self.last, before, &tuning) {
             let sideways = guarded && count.own <= self.base.own;
             return Judged::Lost(self.ending_at_loss(ends, sideways, predicted));
         }

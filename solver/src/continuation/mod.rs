@@ -258,6 +258,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             request: Request::default(),
             is_step: steps.is_empty(),
             conservative,
+            landmarks: Vec::new(),
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
@@ -300,6 +301,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             request: Request { method: step.method, branch: step.branch, stop: step.stop },
             is_step: true,
             conservative: true,
+            landmarks: self.landmarks_of_coarse(index),
             effort: Effort::default(),
         };
         let known = !prestressed && self.end_from_coarse(&mut run, index, step);

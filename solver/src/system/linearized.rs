@@ -33,30 +33,69 @@ impl<const D: usize> System<D> {
     ) -> (Linearized, bool) {
         apply(self, fraction + ahead);
         self.gather(true);
-        let mut rate = self.tangent.rhs.clone();
-        let mut pending_rate = self.pattern.equations.pending.clone();
+        let there = self.sides();
         apply(self, fraction);
         let inertia = self.assemble(true);
         let residual = self.residual();
         let mut step: Vec<f64> = self.tangent.rhs.iter().map(|r| -r).collect();
-        for (ahead_of, here) in rate.iter_mut().zip(&self.tangent.rhs) {
-            *ahead_of = -(*ahead_of - here) / ahead;
-        }
+        let mut slope = self.slope_to(there, ahead);
+        let solved = self.tangent.solve(&mut step) && self.tangent.solve(&mut slope.rhs);
         let equations = &self.pattern.equations;
-        for (ahead_of, here) in pending_rate.iter_mut().zip(&equations.pending) {
-            for c in 0..6 {
-                ahead_of[c] = (ahead_of[c] - here[c]) / ahead;
-            }
-        }
-        let solved = self.tangent.solve(&mut step) && self.tangent.solve(&mut rate);
         let joints = 0..equations.joints.len();
         let step_motions = joints.map(|joint| equations.motion(joint, &step, true)).collect();
-        let mut rate_motions = self.pattern.motions_of(&rate);
-        for (motion, pending) in rate_motions.iter_mut().zip(&pending_rate) {
+        let rate_motions = self.motions_of(&slope);
+        (Linearized { inertia, residual, step, rate: slope.rhs, step_motions, rate_motions }, solved)
+    }
+
+    /// Motions of the joints for a unit of the fraction at the present state, an equilibrium that was assembled last, by the factors
+    /// that it has; `None` where it has none.
+    pub(crate) fn rate_motions(
+        &mut self,
+        fraction: f64,
+        ahead: f64,
+        apply: &mut dyn FnMut(&mut Self, f64),
+    ) -> Option<Vec<[f64; 6]>> {
+        apply(self, fraction + ahead);
+        self.refresh(true);
+        let there = self.sides();
+        apply(self, fraction);
+        self.refresh(true);
+        let mut slope = self.slope_to(there, ahead);
+        self.tangent.solve(&mut slope.rhs).then(|| self.motions_of(&slope))
+    }
+
+    /// What the last assembly was to be solved for.
+    fn sides(&self) -> Sides {
+        Sides { rhs: self.tangent.rhs.clone(), pending: self.pattern.equations.pending.clone() }
+    }
+
+    /// What a unit of the fraction changes of that, by a difference to what it is `ahead` of here.
+    fn slope_to(&self, mut there: Sides, ahead: f64) -> Sides {
+        for (there, here) in there.rhs.iter_mut().zip(&self.tangent.rhs) {
+            *there = -(*there - here) / ahead;
+        }
+        for (there, here) in there.pending.iter_mut().zip(&self.pattern.equations.pending) {
+            for c in 0..6 {
+                there[c] = (there[c] - here[c]) / ahead;
+            }
+        }
+        there
+    }
+
+    /// Motions of the joints by a solution and by what held components are moved.
+    fn motions_of(&self, solved: &Sides) -> Vec<[f64; 6]> {
+        let mut motions = self.pattern.motions_of(&solved.rhs);
+        for (motion, pending) in motions.iter_mut().zip(&solved.pending) {
             for c in 0..6 {
                 motion[c] += pending[c];
             }
         }
-        (Linearized { inertia, residual, step, rate, step_motions, rate_motions }, solved)
+        motions
     }
+}
+
+/// What the equations are solved for: forces, and the motion of held components.
+struct Sides {
+    rhs: Vec<f64>,
+    pending: Vec<[f64; 6]>,
 }

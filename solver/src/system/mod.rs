@@ -27,6 +27,7 @@ mod moves;
 mod parts;
 mod pattern;
 mod places;
+mod relative;
 mod remainder;
 mod renew;
 mod scatter;
