@@ -25,7 +25,8 @@ fn body_is_moved_by_a_prescribed_point() {
     assert_near((solved.place("Q") - solved.place("P")).norm(), 40.0, 1e-11);
     let (force, moment) = solved.imbalance(&[]);
     assert!(force < 1e-8 && moment < 1e-6, "{force} {moment}");
-    assert!(solved.factorizations() < 45, "{}", solved.factorizations());
+    // An increment that turns aside is made again shorter.
+    assert!(solved.factorizations() < 60, "{}", solved.factorizations());
 }
 
 /// A dead force on a node of a body acts with its lever, as at the end of a very stiff arm.

@@ -8,6 +8,7 @@ mod flutter;
 mod guide;
 mod held;
 mod increments;
+mod leaps;
 mod modes;
 mod toggles;
 mod tuning;
