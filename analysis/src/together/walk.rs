@@ -31,10 +31,13 @@ const WEAK: f64 = 0.05;
 const FIRM: f64 = 0.5;
 /// The parabola through three states, over twice as long a way as before, misses by at most so many times as much.
 const GROWTH: f64 = 8.0;
-/// Steps with the factors at hand before a state is read, at most, and one (radians, or lengths of a member) after which what is
-/// left is rounding: every step is a tenth of the one before, or less.
+/// Steps with the factors at hand before a state is read, at most; what may be left then, of motions (radians, or lengths of a member)
+/// and of forces (over the largest: a stiff member makes much of a small motion); and the part of a step before that the next one is
+/// taken to be at least.
 const MORE: usize = 4;
 const SETTLED: f64 = 1e-11;
+const BALANCED: f64 = 1e-12;
+const CONTRACTS: f64 = 1e-2;
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
@@ -207,7 +210,7 @@ impl<const D: usize> Walk<D> {
             // What is only gone on from need not be exact, unless the next step holds it where it is.
             let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
             let aim = if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result };
-            self.step(&steps[first..=index], kind, aim)?;
+            self.step(&steps[first..=index], kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
                 Look::State | Look::System => Some(End { state: self.read(), finer: None }),
@@ -337,7 +340,7 @@ impl<const D: usize> Walk<D> {
 
     /// Goes to the end of the last of some steps in one increment; where loads go on as in the steps before, from what their ends
     /// foretell.
-    fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim) -> Option<()> {
+    fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
         self.passed |= steps.len() > 1;
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
@@ -358,8 +361,8 @@ impl<const D: usize> Walk<D> {
             system.assemble(true);
             self.look_at_rest(kind)?;
         }
-        // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
-        let reuses_factors = (aim != Aim::Result).then_some(WEAK * self.rest.own);
+        // A system that is read has the factors of its own state. States are brought to their ends when they are read.
+        let reuses_factors = (look != Look::System).then_some(WEAK * self.rest.own);
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
@@ -403,11 +406,15 @@ impl<const D: usize> Walk<D> {
     /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
     fn read(&mut self) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
+        let mut before = self.system.moves.own.largest();
         for _ in 0..MORE {
             let Some(size) = self.system.advance(pending) else { break };
-            if !self.system.refresh(pending) || size.largest() <= SETTLED {
+            let last = size.largest();
+            let left = last * (last / before).clamp(CONTRACTS, 1.0);
+            if !self.system.refresh(pending) || left <= SETTLED && self.system.residual().largest() <= BALANCED {
                 break;
             }
+            before = last;
         }
         results::equilibrium(&mut self.system)
     }

@@ -260,7 +260,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Residual of the joints at the last assembly, forces and moments apart.
-    pub(crate) fn residual(&self) -> Residual {
+    pub fn residual(&self) -> Residual {
         self.tangent.residual(&self.pattern, &self.loading, self.size)
     }
 
