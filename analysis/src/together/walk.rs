@@ -29,14 +29,14 @@ const WEAK: f64 = 0.05;
 /// Ends of steps are passed where all pivots keep this part of the smallest of the unloaded structure, and of that where the
 /// increment began.
 const FIRM: f64 = 0.5;
-/// The parabola through three states, over twice as long a way as before, misses by at most so many times as much.
-const GROWTH: f64 = 8.0;
+/// How many times as far as the increment before several steps at once may go.
+const AT_ONCE: f64 = 3.0;
 /// Steps with the factors at hand before a state is read, at most; what may be left then, of motions (radians, or lengths of a member)
 /// and of forces (over the largest: a stiff member makes much of a small motion); and the part of a step before that the next one is
 /// taken to be at least.
 const MORE: usize = 4;
-const SETTLED: f64 = 1e-11;
-const BALANCED: f64 = 1e-12;
+const SETTLED: f64 = 1e-12;
+const BALANCED: f64 = 1e-11;
 const CONTRACTS: f64 = 1e-2;
 
 /// Whether a design may be solved at all in this way.
@@ -317,17 +317,17 @@ impl<const D: usize> Walk<D> {
     /// The last of the steps from one on that are gone in one increment: those whose ends nobody looks at are passed where loads
     /// go on as before, states were foretold well, and no pivot has become much smaller.
     fn last_at_once(&self, steps: &[Step], first: usize, asked: &Asked<'_>) -> usize {
-        let foretold = self.missed.is_some_and(|missed| GROWTH * missed <= Newton::default().tuning.near);
-        let Some(last) = self.way.as_ref().filter(|_| self.passes && foretold && self.here.keeps(self.rest)) else {
-            return first;
-        };
+        let known = self.way.as_ref().zip(self.missed).filter(|_| self.passes && self.here.keeps(self.rest));
+        let Some((last, missed)) = known else { return first };
+        // What the parabola through three states misses goes with the cube of the way.
+        let foretells = |times: f64| missed * times.powi(3) <= Newton::default().tuning.miss;
         let from = &self.system.loading.drives;
         let mut drives = from.clone();
         let mut index = first;
         for (at, step) in steps.iter().enumerate().skip(first) {
             step.targets.iter().for_each(|&(drive, value)| drives[drive] = value);
             let way: Vec<f64> = drives.iter().zip(from).map(|(to, from)| to - from).collect();
-            if !step.changes.is_empty() || times(last, &way).is_none() {
+            if !step.changes.is_empty() || !times(last, &way, AT_ONCE).is_some_and(foretells) {
                 break;
             }
             index = at;
@@ -350,7 +350,9 @@ impl<const D: usize> Walk<D> {
         way.iter_mut().zip(&system.loading.drives).for_each(|(way, drive)| *way += drive);
         let way = steps[0].changes.is_empty().then_some(way);
         let last = std::mem::replace(&mut self.way, way);
-        let times = last.zip(self.way.as_ref()).and_then(|(last, way)| times(&last, way));
+        let times = last
+            .zip(self.way.as_ref())
+            .and_then(|(last, way)| times(&last, way, if steps.len() > 1 { AT_ONCE } else { FARTHEST }));
         system.loading.fraction = 1.0;
         system.apply_drives();
         if !system.loads_have_potential() {
@@ -465,10 +467,10 @@ fn brings_no_stiffness<const D: usize>(system: &System<D>) -> bool {
     structure.springs.is_empty() && structure.drives.iter().all(brings_none) && structure.members.iter().all(is_stiff)
 }
 
-/// How many times one way another one goes; nothing where it goes elsewhere, back, or much farther.
-fn times(way: &[f64], other: &[f64]) -> Option<f64> {
+/// How many times one way another one goes; nothing where it goes elsewhere, back, or farther than so many times.
+fn times(way: &[f64], other: &[f64], farthest: f64) -> Option<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (own, times) = (dot(way, way), dot(way, other) / dot(way, way));
     let off = way.iter().zip(other).fold(0.0, |off: f64, (way, other)| off.max((other - times * way).abs()));
-    (own > 0.0 && times > 0.0 && times <= FARTHEST && off <= PARALLEL * own.sqrt()).then_some(times)
+    (own > 0.0 && times > 0.0 && times <= farthest && off <= PARALLEL * own.sqrt()).then_some(times)
 }
