@@ -12,6 +12,7 @@ use crate::held::HeldForce;
 use crate::measures::Measures;
 use crate::member::{MemberShape, SectionForces, Variation};
 use crate::mesh::ChainMesh;
+use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
 use crate::size::Size;
 use crate::transfer::{Field, InLanes};
 use crate::variation::SegmentVariation;
@@ -57,6 +58,11 @@ pub trait Pack<const D: usize>: Send {
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
     /// The forces of these alone, which are all that [`Pack::refresh`] changes.
     fn end_forces(&self, lane: usize) -> [[f64; D]; 2];
+    /// The same of all members, by index in the structure, in these components; others stay.
+    fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]);
+    /// Adds the forces of the ends of all members to rows of joints, whose lanes are theirs, and with places the stiffness too:
+    /// start and end of each are at the joints of these rows. The squares of the largest force and moment.
+    fn add_ends(&self, rows: &mut EndRows, joints: [usize; 2], places: Option<&EndPlaces>) -> [f64; 2];
     /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
     fn pivots(&self, lane: usize) -> (usize, f64);
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
@@ -72,6 +78,11 @@ pub trait Pack<const D: usize>: Send {
     fn add_held_force(&mut self, lane: usize, by: f64);
     /// Sets the motion of both ends that the next advance makes: displacements, then spins.
     fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
+    /// Sets those of all members from rows of joints, D a joint.
+    fn take_motions(&mut self, motions: &[f64], joints: [usize; 2]);
+    /// Puts the ends of all members where joints are, from rows of poses: displacements, and the angle in the plane or the rotation
+    /// in space.
+    fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]);
     /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
     /// [`Pack::set_end`] and [`Pack::unroll`].
     fn advance(&mut self);
@@ -273,6 +284,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         [lanes::lane(&self.ends.r0, lane), lanes::lane(&self.ends.r1, lane)]
     }
 
+    fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]) {
+        for (lane, &member) in self.members.iter().enumerate() {
+            for (target, force) in forces[member].iter_mut().zip([&self.ends.r0, &self.ends.r1]) {
+                for d in 0..D {
+                    target[components[d]] = force[d].lane(lane);
+                }
+            }
+        }
+    }
+
+    fn add_ends(&self, rows: &mut EndRows, joints: [usize; 2], places: Option<&EndPlaces>) -> [f64; 2] {
+        T::run(AddEnds { chain: self, rows, joints, places })
+    }
+
     fn pivots(&self, lane: usize) -> (usize, f64) {
         (self.negative.lane(lane) as usize, 1.0 / self.softest.lane(lane))
     }
@@ -304,6 +329,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             self.increments[0][d].set_lane(lane, ends[0][d]);
             self.increments[last][d].set_lane(lane, ends[1][d]);
         }
+    }
+
+    fn take_motions(&mut self, motions: &[f64], joints: [usize; 2]) {
+        T::run(TakeMotions { chain: self, motions, joints });
+    }
+
+    fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]) {
+        T::run(TakePoses { chain: self, poses, joints });
     }
 
     fn advance(&mut self) {

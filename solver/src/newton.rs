@@ -220,7 +220,9 @@ impl Newton {
                 let residual = Residual::default();
                 return Err(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
             }
-            let small = last * system.loading.slenderness().max(1.0) <= TURNED && last <= SERVES * before;
+            // A state that is read has to come nearer, which in the plane takes as long as new factors do.
+            let turned = if D == 3 && start.aim == Aim::Result { SERVES * TURNED } else { TURNED };
+            let small = last * system.loading.slenderness().max(1.0) <= turned && last <= SERVES * before;
             let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance.sqrt();
             let serve = has_factors
                 && (small || may_end)

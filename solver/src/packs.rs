@@ -74,7 +74,12 @@ pub const HIGHEST: usize = 5;
 
 /// Chains of all members in space, on elements of an order higher by `enrich`.
 pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
-    packs(structure, enrich, |width, side| {
+    space_of_parts(structure, enrich, 1)
+}
+
+/// The same of a structure that is so many equal ones, one after the other: members lie beside their likes where they can.
+pub fn space_of_parts(structure: &Structure, enrich: usize, parts: usize) -> Vec<Box<dyn Pack<6>>> {
+    packs(structure, enrich, parts, |width, side| {
         if side.is_high() {
             pennate_chains_space_high::pack(width, side)
         } else {
@@ -85,7 +90,12 @@ pub fn space(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<6>>> {
 
 /// The same in the plane.
 pub fn plane(structure: &Structure, enrich: usize) -> Vec<Box<dyn Pack<3>>> {
-    packs(structure, enrich, pennate_chains_plane::pack)
+    plane_of_parts(structure, enrich, 1)
+}
+
+/// The same of a structure that is so many equal ones.
+pub fn plane_of_parts(structure: &Structure, enrich: usize, parts: usize) -> Vec<Box<dyn Pack<3>>> {
+    packs(structure, enrich, parts, pennate_chains_plane::pack)
 }
 
 /// Makes chains those of another structure of the same topology; false where any of its members has another mesh.
@@ -105,6 +115,7 @@ pub(crate) fn renew<const D: usize>(packs: &mut [Box<dyn Pack<D>>], structure: &
 fn packs<const D: usize>(
     structure: &Structure,
     enrich: usize,
+    parts: usize,
     pack: fn(Width, Side<'_, D>) -> Box<dyn Pack<D>>,
 ) -> Vec<Box<dyn Pack<D>>> {
     let mut alike: BTreeMap<_, Vec<ChainMesh>> = BTreeMap::new();
@@ -116,7 +127,13 @@ fn packs<const D: usize>(
     }
     let widest = Width::widest();
     let mut packs = Vec::new();
-    for ((formulation, order, ..), meshes) in &alike {
+    for ((formulation, order, ..), meshes) in &mut alike {
+        // Likes are as many members apart as a part has.
+        let own = meshes.len() / parts;
+        if parts > 1 && own * parts == meshes.len() {
+            let by_part = std::mem::take(meshes);
+            meshes.extend((0..by_part.len()).map(|place| by_part[place % parts * own + place / parts].clone()));
+        }
         let stays = enrich == 0 || formulation.has_higher_orders();
         let formulation = if stays { *formulation } else { Formulation::Exact };
         for meshes in meshes.chunks(widest.lanes()) {

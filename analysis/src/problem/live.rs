@@ -305,9 +305,9 @@ impl Followable {
             Followed::Plane(path) => {
                 let path = *path;
                 let sideways = path.stability == Dimension::Space && path.lateral.is_some();
-                Self::Plane(Box::new(Track::new(together::plane(), path.system, sideways, steps)))
+                Self::Plane(Box::new(Track::new(together::plane(1), path.system, sideways, steps)))
             }
-            Followed::Space(path) => Self::Space(Box::new(Track::new(together::space(), path.system, false, steps))),
+            Followed::Space(path) => Self::Space(Box::new(Track::new(together::space(1), path.system, false, steps))),
         }
     }
 

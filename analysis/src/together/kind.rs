@@ -13,10 +13,16 @@ use pennate_solver::system::System;
 /// Builds the chains of a structure.
 pub(crate) type Packs<const D: usize> = fn(&Structure, usize) -> Vec<Box<dyn Pack<D>>>;
 
+/// The same of so many equal structures in one.
+pub(crate) type PacksOfParts<const D: usize> = fn(&Structure, usize, usize) -> Vec<Box<dyn Pack<D>>>;
+
 /// What systems of D components a node are built with, and what judges their stability out of the plane.
 #[derive(Clone, Copy)]
 pub(crate) struct Kind<const D: usize> {
     pub packs: Packs<D>,
+    pub packs_of_parts: PacksOfParts<D>,
+    /// So many designs are side by side.
+    pub designs: usize,
     pub active: Active<D>,
     /// Of networks in the plane alone.
     pub lateral: Option<Sideways<D>>,
@@ -25,7 +31,7 @@ pub(crate) struct Kind<const D: usize> {
 impl<const D: usize> Kind<D> {
     /// A system on elements of an order higher by `enrich`.
     pub(super) fn build(&self, structure: Arc<Structure>, topology: Arc<Topology>, enrich: usize) -> System<D> {
-        let chains = (self.packs)(&structure, enrich);
+        let chains = (self.packs_of_parts)(&structure, enrich, self.designs);
         let mut system = System::new(structure, topology, chains, self.active, false);
         system.pattern.in_blocks = true;
         system
@@ -35,17 +41,19 @@ impl<const D: usize> Kind<D> {
 /// Builds what judges the stability of a plane system out of its plane.
 pub(crate) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<D> + Send>;
 
-/// Networks in the plane.
-pub(crate) fn plane() -> Kind<3> {
+/// So many networks in the plane.
+pub(crate) fn plane(designs: usize) -> Kind<3> {
     let lateral = |plane: &System<3>| -> Box<dyn OutOfPlane<3> + Send> {
         Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))
     };
-    Kind { packs: packs::plane, active: [0, 1, 5], lateral: Some(lateral) }
+    let (packs, packs_of_parts) = (packs::plane, packs::plane_of_parts);
+    Kind { packs, packs_of_parts, designs, active: [0, 1, 5], lateral: Some(lateral) }
 }
 
-/// Networks in space.
-pub(crate) fn space() -> Kind<6> {
-    Kind { packs: packs::space, active: [0, 1, 2, 3, 4, 5], lateral: None }
+/// So many networks in space.
+pub(crate) fn space(designs: usize) -> Kind<6> {
+    let (packs, packs_of_parts) = (packs::space, packs::space_of_parts);
+    Kind { packs, packs_of_parts, designs, active: [0, 1, 2, 3, 4, 5], lateral: None }
 }
 
 /// A system for a structure of the same topology and mesh.

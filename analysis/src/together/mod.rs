@@ -89,8 +89,8 @@ impl Found {
     /// The system of a design at the end of a step that [`Look::System`] was asked of.
     pub(crate) fn system(&self, design: Posed<'_>, step: usize) -> Option<Standing> {
         match &self.systems {
-            Systems::Plane(all) => self.share.alone(all[step].as_deref()?, design, &plane()).map(Standing::Plane),
-            Systems::Space(all) => self.share.alone(all[step].as_deref()?, design, &space()).map(Standing::Space),
+            Systems::Plane(all) => self.share.alone(all[step].as_deref()?, design, &plane(1)).map(Standing::Plane),
+            Systems::Space(all) => self.share.alone(all[step].as_deref()?, design, &space(1)).map(Standing::Space),
         }
     }
 }
@@ -129,12 +129,12 @@ fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<
     let ends = match structure.dimension {
         Dimension::Plane => {
             let analysed = workspace.as_deref_mut().map(|kept| kept.plane.entry(count).or_default());
-            let found = walk::ends(structure, &steps, &plane(), analysed, asked);
+            let found = walk::ends(structure, &steps, &plane(count), analysed, asked);
             found.map(|(ends, systems)| (ends, Systems::Plane(systems)))
         }
         Dimension::Space => {
             let analysed = workspace.as_deref_mut().map(|kept| kept.space.entry(count).or_default());
-            let found = walk::ends(structure, &steps, &space(), analysed, asked);
+            let found = walk::ends(structure, &steps, &space(count), analysed, asked);
             found.map(|(ends, systems)| (ends, Systems::Space(systems)))
         }
     };

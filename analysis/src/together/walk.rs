@@ -26,10 +26,18 @@ const PARALLEL: f64 = 1e-12;
 /// A pivot that is smaller than this part of the smallest of the unloaded structure may soon be none: its factors serve for
 /// one state alone.
 const WEAK: f64 = 0.05;
-/// Steps with the factors at hand before a state is read, at most, and one (radians, or lengths of a member) after which what is
-/// left is rounding: every step is a tenth of the one before, or less.
+/// Ends of steps are passed where all pivots keep this part of the smallest of the unloaded structure, and of that where the
+/// increment began.
+const FIRM: f64 = 0.5;
+/// How many times as far as the increment before several steps at once may go.
+const AT_ONCE: f64 = 3.0;
+/// Steps with the factors at hand before a state is read, at most; what may be left then, of motions (radians, or lengths of a member)
+/// and of forces (over the largest: a stiff member makes much of a small motion); and the part of a step before that the next one is
+/// taken to be at least.
 const MORE: usize = 4;
-const SETTLED: f64 = 1e-11;
+const SETTLED: f64 = 1e-12;
+const BALANCED: f64 = 1e-11;
+const CONTRACTS: f64 = 1e-2;
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
@@ -88,6 +96,20 @@ pub(super) fn ends<const D: usize>(
     asked: &Asked<'_>,
 ) -> Option<Ends<D>> {
     let structure = Arc::new(structure);
+    let (found, passed) = walk(Arc::clone(&structure), steps, kind, kept.as_deref_mut(), asked, true);
+    // What is doubtful over several steps at once need not be so one by one.
+    if found.is_some() || !passed { found } else { walk(structure, steps, kind, kept, asked, false).0 }
+}
+
+/// The same, and whether ends of steps were passed, as they may be with `passes`.
+fn walk<const D: usize>(
+    structure: Arc<Structure>,
+    steps: &[Step],
+    kind: &Kind<D>,
+    mut kept: Option<&mut Kept<D>>,
+    asked: &Asked<'_>,
+    passes: bool,
+) -> (Option<Ends<D>>, bool) {
     let topology = continuation::topology(&structure, steps);
     let memory = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.memory)).unwrap_or_default();
     let Memory { system, lateral: spare, states } = memory;
@@ -96,10 +118,13 @@ pub(super) fn ends<const D: usize>(
     let mut system = renewed.unwrap_or_else(|| kind.build(structure, topology, 0));
     system.members.keep_factors();
     let (finer, lateral, held) = (None, None, BTreeMap::new());
-    let (way, times) = (None, None);
-    let mut walk = Walk { system, finer, held, lateral, spare, states, way, times, smallest: 0.0, begins: false };
+    let (way, times, missed) = (None, None, None);
+    let (rest, here) = (Firmness::default(), Firmness::default());
+    let (begins, passed) = (false, false);
+    let mut walk =
+        Walk { system, finer, held, lateral, spare, states, way, times, missed, rest, here, begins, passes, passed };
     let mut found = walk.ends(steps, kind, kept.as_deref_mut(), asked);
-    let Walk { system, lateral, spare, states, .. } = walk;
+    let Walk { system, lateral, spare, states, passed, .. } = walk;
     let mut system = Some(system);
     if let Some((_, systems)) = &mut found {
         let looks = (asked.look)(steps.len() - 1) == Look::System;
@@ -108,7 +133,21 @@ pub(super) fn ends<const D: usize>(
     if let Some(kept) = kept {
         kept.memory = Memory { system, lateral: lateral.or(spare), states };
     }
-    found
+    (found, passed)
+}
+
+/// The smallest pivots, in the plane or in space and out of the plane, over the diagonal entries that they came from.
+#[derive(Clone, Copy, Default)]
+struct Firmness {
+    own: f64,
+    lateral: f64,
+}
+
+impl Firmness {
+    /// Whether it keeps a good part of another one.
+    fn keeps(self, of: Self) -> bool {
+        self.own >= FIRM * of.own && self.lateral >= FIRM * of.lateral
+    }
 }
 
 struct Walk<const D: usize> {
@@ -125,10 +164,16 @@ struct Walk<const D: usize> {
     way: Option<Vec<f64>>,
     /// How many times that is the step before it, where both went one way.
     times: Option<f64>,
-    /// The smallest pivot of the unloaded structure.
-    smallest: f64,
+    /// By how much the last state that was foretold missed the equilibrium (radians, or lengths).
+    missed: Option<f64>,
+    /// The pivots of the unloaded structure, and those of the last equilibrium.
+    rest: Firmness,
+    here: Firmness,
     /// Whether the unloaded structure is still to be looked at, as the first linearization of the first step.
     begins: bool,
+    /// Whether ends of steps may be passed, and whether any were.
+    passes: bool,
+    passed: bool,
 }
 
 impl<const D: usize> Walk<D> {
@@ -144,20 +189,28 @@ impl<const D: usize> Walk<D> {
         let mut ends = Vec::with_capacity(steps.len());
         let mut systems = Vec::with_capacity(steps.len());
         let mut holds = 1;
-        for (index, step) in steps.iter().enumerate() {
+        while ends.len() < steps.len() {
             if !(asked.wanted)() {
                 return None;
             }
+            let first = ends.len();
+            let changes = &steps[first].changes;
             // Before the first step, rows beside the supports may be held.
-            if !self.begins && (index == 0 || !step.changes.is_empty()) {
-                self.change(&step.changes);
+            if !self.begins && (first == 0 || !changes.is_empty()) {
+                self.change(changes);
                 self.hold(kind, kept.as_deref_mut(), holds);
                 holds += 1;
+            }
+            let index = self.last_at_once(steps, first, asked);
+            for _ in first..index {
+                ends.push(None);
+                systems.push(None);
             }
             let look = (asked.look)(index);
             // What is only gone on from need not be exact, unless the next step holds it where it is.
             let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
-            self.step(step, kind, if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result })?;
+            let aim = if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result };
+            self.step(&steps[first..=index], kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
                 Look::State | Look::System => Some(End { state: self.read(), finer: None }),
@@ -203,13 +256,15 @@ impl<const D: usize> Walk<D> {
             return None;
         }
         self.system.tangent.note_rest(&self.system.pattern);
-        self.smallest = inertia.smallest;
+        self.rest = Firmness { own: inertia.smallest, lateral: 0.0 };
+        self.here = self.rest;
         let judged = structure.dimension == Dimension::Plane && structure.stability == Stability::Space;
         if let Some(build) = kind.lateral.filter(|_| judged) {
             let spare = self.spare.take().and_then(|mut spare| spare.renew(&self.system).then_some(spare));
             let mut lateral = spare.unwrap_or_else(|| build(&self.system));
             let (inertia, _) = lateral.inertia(&mut self.system);
             self.lateral = (inertia.idle == 0 && inertia.negative == 0).then_some(lateral);
+            self.rest.lateral = self.lateral.as_ref().map_or(0.0, |_| inertia.smallest);
         }
         Some(())
     }
@@ -259,17 +314,45 @@ impl<const D: usize> Walk<D> {
         analysed.push(known);
     }
 
-    /// Goes to the end of a step in one increment; where loads go on as in the steps before, from what their ends foretell.
-    fn step(&mut self, step: &Step, kind: &Kind<D>, aim: Aim) -> Option<()> {
+    /// The last of the steps from one on that are gone in one increment: those whose ends nobody looks at are passed where loads
+    /// go on as before, states were foretold well, and no pivot has become much smaller.
+    fn last_at_once(&self, steps: &[Step], first: usize, asked: &Asked<'_>) -> usize {
+        let known = self.way.as_ref().zip(self.missed).filter(|_| self.passes && self.here.keeps(self.rest));
+        let Some((last, missed)) = known else { return first };
+        // What the parabola through three states misses goes with the cube of the way.
+        let foretells = |times: f64| missed * times.powi(3) <= Newton::default().tuning.miss;
+        let from = &self.system.loading.drives;
+        let mut drives = from.clone();
+        let mut index = first;
+        for (at, step) in steps.iter().enumerate().skip(first) {
+            step.targets.iter().for_each(|&(drive, value)| drives[drive] = value);
+            let way: Vec<f64> = drives.iter().zip(from).map(|(to, from)| to - from).collect();
+            if !step.changes.is_empty() || !times(last, &way, AT_ONCE).is_some_and(foretells) {
+                break;
+            }
+            index = at;
+            if (asked.look)(at) != Look::Not {
+                break;
+            }
+        }
+        index
+    }
+
+    /// Goes to the end of the last of some steps in one increment; where loads go on as in the steps before, from what their ends
+    /// foretell.
+    fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
+        self.passed |= steps.len() > 1;
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
-        for &(drive, value) in &step.targets {
+        for &(drive, value) in steps.iter().flat_map(|step| &step.targets) {
             system.loading.drives[drive] = value;
         }
         way.iter_mut().zip(&system.loading.drives).for_each(|(way, drive)| *way += drive);
-        let way = step.changes.is_empty().then_some(way);
+        let way = steps[0].changes.is_empty().then_some(way);
         let last = std::mem::replace(&mut self.way, way);
-        let times = last.zip(self.way.as_ref()).and_then(|(last, way)| times(&last, way));
+        let times = last
+            .zip(self.way.as_ref())
+            .and_then(|(last, way)| times(&last, way, if steps.len() > 1 { AT_ONCE } else { FARTHEST }));
         system.loading.fraction = 1.0;
         system.apply_drives();
         if !system.loads_have_potential() {
@@ -280,8 +363,8 @@ impl<const D: usize> Walk<D> {
             system.assemble(true);
             self.look_at_rest(kind)?;
         }
-        // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
-        let reuses_factors = (aim != Aim::Result).then_some(WEAK * self.smallest);
+        // A system that is read has the factors of its own state. States are brought to their ends when they are read.
+        let reuses_factors = (look != Look::System).then_some(WEAK * self.rest.own);
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
@@ -308,24 +391,32 @@ impl<const D: usize> Walk<D> {
         if doubtful || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;
         }
+        self.missed = predicted.then_some(system.moves.first_own);
+        let before = std::mem::replace(&mut self.here, Firmness { own: inertia.smallest, lateral: self.rest.lateral });
         if let Some(lateral) = &mut self.lateral {
             let (inertia, potential) = lateral.confirmed(system, 0);
             if !potential || inertia.negative > 0 || inertia.neutral > 0 {
                 return None;
             }
+            self.here.lateral = inertia.smallest;
         }
-        Some(())
+        // What lies between was not looked at.
+        (steps.len() == 1 || self.here.keeps(before)).then_some(())
     }
 
     /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
     /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
     fn read(&mut self) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
+        let mut before = self.system.moves.own.largest();
         for _ in 0..MORE {
             let Some(size) = self.system.advance(pending) else { break };
-            if !self.system.refresh(pending) || size.largest() <= SETTLED {
+            let last = size.largest();
+            let left = last * (last / before).clamp(CONTRACTS, 1.0);
+            if !self.system.refresh(pending) || left <= SETTLED && self.system.residual().largest() <= BALANCED {
                 break;
             }
+            before = last;
         }
         results::equilibrium(&mut self.system)
     }
@@ -376,10 +467,10 @@ fn brings_no_stiffness<const D: usize>(system: &System<D>) -> bool {
     structure.springs.is_empty() && structure.drives.iter().all(brings_none) && structure.members.iter().all(is_stiff)
 }
 
-/// How many times one way another one goes; nothing where it goes elsewhere, back, or much farther.
-fn times(way: &[f64], other: &[f64]) -> Option<f64> {
+/// How many times one way another one goes; nothing where it goes elsewhere, back, or farther than so many times.
+fn times(way: &[f64], other: &[f64], farthest: f64) -> Option<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (own, times) = (dot(way, way), dot(way, other) / dot(way, way));
     let off = way.iter().zip(other).fold(0.0, |off: f64, (way, other)| off.max((other - times * way).abs()));
-    (own > 0.0 && times > 0.0 && times <= FARTHEST && off <= PARALLEL * own.sqrt()).then_some(times)
+    (own > 0.0 && times > 0.0 && times <= farthest && off <= PARALLEL * own.sqrt()).then_some(times)
 }

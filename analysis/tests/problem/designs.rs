@@ -138,6 +138,29 @@ fn steps_in_a_row_end_where_they_end_alone() {
     assert_eq!(compare(&text, &["L", "F"], &["y", "turn", "root", "kept"], 0.2), 0);
 }
 
+/// Ends that nobody reads are passed where the way is straight: not those before a limit point, which some designs meet.
+#[test]
+fn steps_that_are_passed_end_where_they_end_one_by_one() {
+    let mut unanswered = Vec::new();
+    for (height, force, spread) in [(10.0, 0.6, 0.6), (14.0, 1.0, 0.3), (25.0, 1.7, 0.5)] {
+        let step = |k: usize| format!("[[steps]]\nforce = {{ C = [\"= {k} * H\", \"= -{k} * F\"] }}\n");
+        let steps: String = (1..=12).map(step).collect();
+        let arch = format!(
+            r#"
+            dimension = "plane"
+            parameters = {{ F = {force}, H = 1e-3, h = {height} }}
+            nodes = {{ A = [-100, 0], C = [0, "= h"], B = [100, 0] }}
+            members = {{ a = {{ nodes = ["A", "C"], section = "bar" }}, b = {{ nodes = ["C", "B"], section = "bar" }} }}
+            supports = {{ A = "pinned", B = "pinned" }}
+            probes = {{ drop = {{ node = "C", displacement = "uy" }}, shift = {{ node = "C", displacement = "ux" }} }}
+        "#,
+            force = force / 12.0,
+        );
+        unanswered.push(compare(&format!("{HEAD}{arch}\n{steps}"), &["F", "H", "h"], &["drop", "shift"], spread));
+    }
+    assert!(unanswered.iter().all(|count| (1..30).contains(count)), "{unanswered:?}");
+}
+
 /// What is kept from one call to the next, for speed, moves no digit: a search that is stopped and gone on with writes the same bytes.
 #[test]
 fn answers_do_not_depend_on_what_was_solved_before() {

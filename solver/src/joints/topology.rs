@@ -66,6 +66,37 @@ fn parallel(a: V3<f64>, b: V3<f64>) -> bool {
     norm(cross(a, b)) < PARALLEL * norm(a) * norm(b)
 }
 
+/// Members at every joint, and with which end, joint after joint.
+struct Attached {
+    starts: Vec<usize>,
+    ends: Vec<(usize, usize)>,
+}
+
+impl Attached {
+    fn of(structure: &Structure, topology: &Topology) -> Self {
+        let joint = |node: NodeId| topology.links[node].joint;
+        let mut starts = vec![0; topology.references.len() + 1];
+        structure.members.iter().flat_map(|member| member.nodes).for_each(|node| starts[joint(node) + 1] += 1);
+        for index in 1..starts.len() {
+            starts[index] += starts[index - 1];
+        }
+        let mut next = starts.clone();
+        let mut ends = vec![(0, 0); 2 * structure.members.len()];
+        for (index, member) in structure.members.iter().enumerate() {
+            for (end, &node) in member.nodes.iter().enumerate() {
+                let place = &mut next[joint(node)];
+                ends[*place] = (index, end);
+                *place += 1;
+            }
+        }
+        Self { starts, ends }
+    }
+
+    fn at(&self, joint: usize) -> &[(usize, usize)] {
+        &self.ends[self.starts[joint]..self.starts[joint + 1]]
+    }
+}
+
 impl Topology {
     /// `turned` tells of every node what acts on its rotation.
     pub(crate) fn new(structure: &Structure, turned: &[Turned]) -> Self {
@@ -105,22 +136,12 @@ impl Topology {
             })
             .collect();
         let mut topology = Self { idle: vec![Idle::None; references.len()], links, references, ends };
-        let attached = topology.attached(structure);
-        topology.free_lone_ends(structure, turned);
-        topology.remove_idle_joints(structure, turned, &attached);
-        topology.remove_idle_spins(structure, turned, &attached);
+        let attached = Attached::of(structure, &topology);
+        let engaged = topology.rotation_engaged(structure);
+        topology.free_lone_ends(turned, &attached, &engaged);
+        topology.remove_idle_joints(turned, &attached, &engaged);
+        topology.remove_idle_spins(structure, turned, &attached, &engaged);
         topology
-    }
-
-    /// Members at every joint, and with which end.
-    fn attached(&self, structure: &Structure) -> Vec<Vec<(usize, usize)>> {
-        let mut attached = vec![Vec::new(); self.references.len()];
-        for (index, member) in structure.members.iter().enumerate() {
-            for end in 0..2 {
-                attached[self.links[member.nodes[end]].joint].push((index, end));
-            }
-        }
-        attached
     }
 
     /// Whether bodies or springs engage the rotation of joints.
@@ -138,18 +159,11 @@ impl Topology {
     }
 
     /// An end with released axes that shares its joint with pinned ends alone takes no moment at all.
-    fn free_lone_ends(&mut self, structure: &Structure, turned: &[Turned]) {
-        let engaged = self.rotation_engaged(structure);
-        let mut taking = vec![Vec::new(); self.references.len()];
-        for (index, member) in structure.members.iter().enumerate() {
-            for end in 0..2 {
-                if !matches!(self.ends[index][end], EndKind::Free { .. }) {
-                    taking[self.links[member.nodes[end]].joint].push((index, end));
-                }
-            }
-        }
-        for (joint, ends) in taking.into_iter().enumerate() {
-            if let [(member, end)] = ends[..]
+    fn free_lone_ends(&mut self, turned: &[Turned], attached: &Attached, engaged: &[bool]) {
+        for joint in 0..self.references.len() {
+            let takes = |&&(member, end): &&(usize, usize)| !matches!(self.ends[member][end], EndKind::Free { .. });
+            let mut taking = attached.at(joint).iter().filter(takes);
+            if let (Some(&(member, end)), None) = (taking.next(), taking.next())
                 && !engaged[joint]
                 && turned[self.references[joint]].is_left_alone()
                 && matches!(self.ends[member][end], EndKind::Axes(_))
@@ -159,8 +173,7 @@ impl Topology {
         }
     }
 
-    fn remove_idle_joints(&mut self, structure: &Structure, turned: &[Turned], attached: &[Vec<(usize, usize)>]) {
-        let engaged = self.rotation_engaged(structure);
+    fn remove_idle_joints(&mut self, turned: &[Turned], attached: &Attached, engaged: &[bool]) {
         for joint in 0..self.references.len() {
             if engaged[joint] {
                 continue;
@@ -168,7 +181,7 @@ impl Topology {
             let mut axis: Option<V3<f64>> = None;
             let mut common = true;
             let mut welded = false;
-            for &(member, end) in &attached[joint] {
+            for &(member, end) in attached.at(joint) {
                 match &self.ends[member][end] {
                     EndKind::Welded => welded = true,
                     EndKind::Free { .. } => {}
@@ -193,12 +206,13 @@ impl Topology {
     ///
     /// Bars of a line are joined rigidly, or at least about the line, at joints where nothing else takes a torque; at
     /// its ends stand released ends, or joints whose rotation is free.
-    fn remove_idle_spins(&mut self, structure: &Structure, turned: &[Turned], attached: &[Vec<(usize, usize)>]) {
-        let engaged = self.rotation_engaged(structure);
+    fn remove_idle_spins(&mut self, structure: &Structure, turned: &[Turned], attached: &Attached, engaged: &[bool]) {
         let straight = |index: usize| structure.members[index].segments.iter().all(|s| s.initial_curvature == [0.0; 3]);
         let mut seen = vec![false; structure.members.len()];
         // The line that a bar was last put into, by its first bar.
         let mut line_of = vec![usize::MAX; structure.members.len()];
+        // Bars of the line; ends at which the spin is free, and joints that spin with it.
+        let (mut line, mut free_ends, mut free_joints) = (Vec::new(), Vec::new(), Vec::new());
         for index in 0..structure.members.len() {
             if seen[index] || !straight(index) {
                 continue;
@@ -209,11 +223,11 @@ impl Topology {
                 EndKind::Free { .. } => true,
                 EndKind::Axes(axes) => axes.iter().any(|a| parallel(*a, axis)),
             };
-            // Bars of the line; ends at which the spin is free, and joints that spin with it.
-            let mut line = vec![index];
+            line.clear();
+            free_ends.clear();
+            free_joints.clear();
+            line.push(index);
             line_of[index] = index;
-            let mut free_ends = Vec::new();
-            let mut free_joints = Vec::new();
             let mut spinning = true;
             let mut next = 0;
             while let Some(&bar) = line.get(next) {
@@ -225,7 +239,7 @@ impl Topology {
                         continue;
                     }
                     let joint = self.links[structure.members[bar].nodes[end]].joint;
-                    let taking = attached[joint].iter().filter(|&&(m, e)| !spins(&self.ends[m][e]));
+                    let taking = attached.at(joint).iter().filter(|&&(m, e)| !spins(&self.ends[m][e]));
                     let in_line = |m: usize| straight(m) && parallel(structure.members[m].axes[0], axis);
                     if engaged[joint]
                         || turned[self.references[joint]].acts_about(axis)

@@ -47,7 +47,14 @@ impl<const D: usize> System<D> {
     /// Moves what is between the ends of members, by motions of the joints from the state before the move.
     fn move_interiors(&mut self, motions: &[[f64; 6]]) {
         let active = self.pattern.equations.active;
+        let side = self.pattern.side.clone();
+        if let Some(side) = &side {
+            self.move_side(side, motions);
+        }
         for index in 0..self.members.count() {
+            if side.as_ref().is_some_and(|side| side.has(self.members.slots[index].pack)) {
+                continue;
+            }
             let [first, last] = self.structure.members[index].nodes;
             let motion_of = |node: usize| self.places.motion_of(&self.topology.links[node], motions);
             let moves = [motion_of(first), motion_of(last)];

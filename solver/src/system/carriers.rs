@@ -40,41 +40,59 @@ impl Ord for Softness {
 }
 
 impl<const D: usize> Pattern<D> {
-    pub(super) fn set_carriers(&mut self, carriers: Vec<Carrier>) {
+    /// Lets carriers be found anew, once it is known what is held.
+    pub(super) fn forget_carriers(&mut self) {
+        self.has_carriers = false;
+    }
+
+    fn set_carriers(&mut self, carriers: Vec<Carrier>) {
         self.carried.fill(false);
         for carrier in &carriers {
             self.carried[carrier.joint] = true;
         }
         self.carriers = Arc::new(carriers);
+        self.has_carriers = true;
     }
 }
 
 impl<const D: usize> System<D> {
+    /// Finds carriers where those that are known are of another structure or other rows.
+    pub(super) fn renew_carriers(&mut self) {
+        if !self.pattern.has_carriers {
+            let carriers = self.find_carriers();
+            self.pattern.set_carriers(carriers);
+        }
+    }
+
     /// The tree of stiffest ways (Dijkstra, compliance in bending as length) from the joints that something holds.
-    pub(super) fn find_carriers(&self) -> Vec<Carrier> {
+    fn find_carriers(&self) -> Vec<Carrier> {
         // Equations alone, as those out of the plane, move nothing.
         if self.members.packs.is_empty() {
             return Vec::new();
         }
         let count = self.pattern.equations.joints.len();
-        let mut members = vec![Vec::new(); count];
+        let mut ends = Vec::with_capacity(2 * self.members.count());
         let mut ways = Vec::with_capacity(self.members.count());
         for (index, member) in self.structure.members.iter().enumerate().take(self.members.count()) {
             let joints = member.nodes.map(|n| self.topology.links[n].joint);
             let welded = self.topology.ends[index].iter().all(|end| *end == EndKind::Welded);
             if welded && joints[0] != joints[1] {
-                members[joints[0]].push(index);
-                members[joints[1]].push(index);
+                ends.extend(joints.map(|joint| (joint, index)));
             }
             ways.push((joints, self.softness(index)));
         }
+        ends.sort_unstable();
+        // Those of each joint, one after the other.
+        let mut starts = vec![0; count + 1];
+        ends.iter().for_each(|&(joint, _)| starts[joint + 1] += 1);
+        (0..count).for_each(|joint| starts[joint + 1] += starts[joint]);
         let carried: Vec<bool> = (0..count)
             .map(|joint| self.topology.idle[joint] == Idle::None && self.pattern.equations.holds_nothing(joint))
             .collect();
 
-        let mut tree = Vec::new();
+        let mut tree = Vec::with_capacity(count);
         let mut reached = vec![false; count];
-        let mut heap = BinaryHeap::new();
+        let mut heap = BinaryHeap::with_capacity(count + ends.len());
         // What no member leads to from a held joint starts a tree of its own.
         heap.extend((0..count).filter(|&joint| !carried[joint]).map(|joint| (Reverse(Softness(0.0)), joint, None)));
         for joint in 0..=count {
@@ -83,7 +101,7 @@ impl<const D: usize> System<D> {
                     continue;
                 }
                 tree.extend(carrier);
-                for &member in &members[joint] {
+                for &(_, member) in &ends[starts[joint]..starts[joint + 1]] {
                     let (joints, own) = ways[member];
                     let end = usize::from(joints[0] == joint);
                     let next = joints[end];

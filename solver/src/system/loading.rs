@@ -5,7 +5,7 @@ use pennate_elements::small::{V3, add, norm, scale, sub};
 use super::members::Members;
 use crate::chain::{MOST_LANES, Pack};
 use crate::packs::{self, Auxiliary};
-use crate::structure::{Drive, MemberId, NodeId, SectionState, Spring, Structure};
+use crate::structure::{Drive, Member, MemberId, NodeId, SectionState, Spring, Structure};
 
 /// Loads on one node, at the present values of the drives.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,6 +81,9 @@ pub struct Loading {
     /// Distance of both nodes of every spring without prestress.
     unstressed: Vec<f64>,
     sections: Vec<Sections>,
+    /// Sections of all segments, member after member, at the control that their member was made with; and the first of each.
+    states: Vec<Option<SectionState>>,
+    first_states: Vec<usize>,
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
     slenderness: f64,
@@ -98,7 +101,15 @@ impl Loading {
                 _ => 0.0,
             })
             .collect();
+        let mut states = 0;
+        let mut first = |member: &Member| {
+            states += member.segments.len();
+            states - member.segments.len()
+        };
+        let first_states = structure.members.iter().map(&mut first).collect();
         Self {
+            states: vec![None; states],
+            first_states,
             drives: vec![0.0; structure.drives.len()],
             prestress: 0.0,
             fraction: 0.0,
@@ -134,7 +145,9 @@ impl Loading {
     pub(crate) fn section(&self, structure: &Structure, member: MemberId, segment: usize) -> SectionState {
         let description = &structure.members[member];
         let control = description.control.map_or(0.0, |drive| self.drives[drive]);
-        structure.laws[description.segments[segment].law].at(control)
+        let made = self.sections[member].made_of.is_some_and(|made_of| made_of.control == control);
+        let known = if made { self.states[self.first_states[member] + segment] } else { None };
+        known.unwrap_or_else(|| structure.laws[description.segments[segment].law].at(control))
     }
 
     /// Natural length of a spring, at the part of its misfit that is in place.
@@ -218,7 +231,8 @@ impl Loading {
                 let line = line.get(member).copied().unwrap_or([0.0; 3]);
                 let made_of = MadeOf { control, auxiliary: self.auxiliary, carried, line, gravity };
                 if self.sections[member].made_of.as_ref() != Some(&made_of) {
-                    self.sections[member] = made_of.put(structure, members, member, size);
+                    let states = &mut self.states[self.first_states[member]..];
+                    self.sections[member] = made_of.put(structure, members, member, size, states);
                     self.holds_strains |= self.sections[member].bears.is_some();
                 }
                 for (noise, own) in self.noise.iter_mut().zip(self.sections[member].noise) {
@@ -266,6 +280,7 @@ impl MadeOf {
         members: &mut Members<D>,
         member: MemberId,
         size: f64,
+        states: &mut [Option<SectionState>],
     ) -> Sections {
         let slot = &members.slots[member];
         let chain = &mut members.packs[slot.pack];
@@ -273,6 +288,7 @@ impl MadeOf {
         let mut sections = Sections { made_of: Some(self), ..Sections::default() };
         for (segment, of) in description.segments.iter().enumerate() {
             let section = structure.laws[of.law].at(self.control);
+            states[segment] = Some(section);
             let lengths = [chain.element_length(slot.lane, segment), description.length()];
             let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, self.auxiliary, self.carried);
             sections.is_stiff |= packs::is_stiff(&section, lengths);

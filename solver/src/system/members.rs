@@ -124,9 +124,21 @@ impl<const D: usize> Members<D> {
         keep.into_inner()
     }
 
-    /// Puts the ends of all chains where their joints are.
-    pub(super) fn place_ends(&mut self, structure: &Structure, topology: &Topology, places: &Places) {
-        for (index, slot) in self.slots.iter().enumerate() {
+    /// Whether the same members lie in the same lanes of others.
+    pub(super) fn lie_as(&self, others: &Self) -> bool {
+        let own = self.packs.iter().map(|pack| pack.members());
+        own.eq(others.packs.iter().map(|pack| pack.members()))
+    }
+
+    /// Puts the ends of the chains of some packs where their joints are.
+    pub(super) fn place_ends(
+        &mut self,
+        structure: &Structure,
+        topology: &Topology,
+        places: &Places,
+        of: impl Fn(usize) -> bool,
+    ) {
+        for (index, slot) in self.slots.iter().enumerate().filter(|(_, slot)| of(slot.pack)) {
             for end in 0..2 {
                 let link = &topology.links[structure.members[index].nodes[end]];
                 let joint = &places.joints[link.joint];

@@ -31,6 +31,7 @@ mod relative;
 mod remainder;
 mod renew;
 mod scatter;
+mod side;
 mod skew;
 mod springs;
 mod states;
@@ -45,6 +46,7 @@ pub use moves::Moves;
 pub use pattern::Pattern;
 pub use places::Places;
 use scatter::add_local;
+use side::{Rows, Side};
 pub use states::State;
 pub use tangent::{Inertia, Residual, Tangent};
 
@@ -71,6 +73,8 @@ pub struct System<const D: usize> {
     /// Memory of the last solve, of forces that held rows bear.
     pub held_forces: HeldForces,
     dashpots: Dashpots,
+    /// Memory of what lies in rows.
+    side_rows: Rows,
     /// Memory of a state that an iteration comes back to.
     pub(crate) aside: State,
     /// See [`crate::options::Options::stop`].
@@ -99,6 +103,7 @@ impl<const D: usize> System<D> {
             moves: Moves::new(joints, members, pattern.parts.count),
             held_forces: HeldForces::default(),
             dashpots: Dashpots::default(),
+            side_rows: Rows::default(),
             aside: State::default(),
             stop: None,
             straight: false,
@@ -120,7 +125,13 @@ impl<const D: usize> System<D> {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         if self.pattern.hold(&self.topology, held) {
             let linear = self.pattern.analyse(&self.structure, &self.topology);
+            let side = |entries| {
+                Side::of(&self.structure, &self.topology, &self.members, &self.pattern.scatters, entries).map(Arc::new)
+            };
+            self.pattern.side = if self.pattern.in_blocks { side(linear.values.len()) } else { None };
             self.resize(linear);
+        } else {
+            self.renew_carriers();
         }
     }
 
@@ -129,14 +140,24 @@ impl<const D: usize> System<D> {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         if self.pattern.hold(&self.topology, other.pattern.equations.held.clone()) {
             self.pattern.scatters = Arc::clone(&other.pattern.scatters);
+            self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
+            self.check_side();
             self.resize(other.tangent.linear.alike());
+        } else {
+            self.renew_carriers();
         }
+    }
+
+    /// Lets members go one by one where those beside each other do not meet their joints as they did where that was found out.
+    fn check_side(&mut self) {
+        let serves = |side: &Arc<Side>| side.serves(&self.structure, &self.topology, &self.members);
+        self.pattern.side = self.pattern.side.take().filter(serves);
     }
 
     fn resize(&mut self, linear: Symmetric) {
         self.tangent.resize(linear, &self.pattern);
-        let carriers = self.find_carriers();
-        self.pattern.set_carriers(carriers);
+        self.pattern.forget_carriers();
+        self.renew_carriers();
     }
 
     /// Replaces the section laws; they count from the next [`System::apply_drives`].
@@ -191,7 +212,12 @@ impl<const D: usize> System<D> {
 
     /// Puts the ends of all chains where their joints are.
     pub fn place_ends(&mut self) {
-        self.members.place_ends(&self.structure, &self.topology, &self.places);
+        let side = self.pattern.side.clone();
+        if let Some(side) = &side {
+            self.place_side(side);
+        }
+        let rest = |pack: usize| side.as_ref().is_none_or(|side| !side.has(pack));
+        self.members.place_ends(&self.structure, &self.topology, &self.places, rest);
     }
 
     /// Linearizes everything at the present state and factorizes; the residual is in `forces` and `rhs`.
@@ -228,8 +254,17 @@ impl<const D: usize> System<D> {
         if pending {
             moved.fill([0.0; 6]);
         }
+        // What is still pending moves each part in its own way.
+        let moves = pending && self.pattern.equations.pending.iter().flatten().any(|&x| x != 0.0);
+        let side = self.pattern.side.clone().filter(|_| !moves);
+        if let Some(side) = &side {
+            self.assemble_side(side);
+        }
         for index in 0..self.members.count() {
-            self.assemble_member(index, pending, &mut moved);
+            let pack = self.members.slots[index].pack;
+            if side.as_ref().is_none_or(|side| !side.has(pack)) {
+                self.assemble_member(index, pending, &mut moved);
+            }
         }
         for index in 0..self.structure.springs.len() {
             self.assemble_spring(index, pending, &mut moved);
@@ -261,7 +296,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Residual of the joints at the last assembly, forces and moments apart.
-    pub(crate) fn residual(&self) -> Residual {
+    pub fn residual(&self) -> Residual {
         self.tangent.residual(&self.pattern, &self.loading, self.size)
     }
 

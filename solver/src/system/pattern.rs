@@ -6,6 +6,7 @@ use super::carriers::Carrier;
 use super::loading::{Fading, loaded_nodes};
 use super::parts::Parts;
 use super::scatter::{Scatters, unit_motion};
+use super::side::Side;
 use crate::joints::{Active, Equations, Held, HeldKind, Topology};
 use crate::linear::Symmetric;
 use crate::structure::{NodeId, Structure};
@@ -21,12 +22,16 @@ pub struct Pattern<const D: usize> {
     pub in_blocks: bool,
     /// Where everything goes in the matrix.
     pub(super) scatters: Arc<Scatters>,
+    /// Members that lie beside their likes of other parts, if any do.
+    pub(super) side: Option<Arc<Side>>,
     /// Nodes that any load may act on.
     pub(super) loaded_nodes: Vec<NodeId>,
     /// Joints that a member carries, in the order in which they move.
     pub(super) carriers: Arc<Vec<Carrier>>,
     /// By joint, whether a member carries it.
     pub(super) carried: Vec<bool>,
+    /// Whether both are those of the structure and the rows that are held.
+    pub(super) has_carriers: bool,
     /// Parts of the network that nothing connects.
     pub(super) parts: Parts,
 }
@@ -38,9 +43,11 @@ impl<const D: usize> Pattern<D> {
             equations: Equations::new(topology, active, Vec::new()),
             in_blocks: false,
             scatters: Arc::default(),
+            side: None,
             loaded_nodes: Vec::new(),
             carriers: Arc::default(),
             carried: vec![false; topology.references.len()],
+            has_carriers: false,
             parts: Parts::of(structure, topology),
         }
     }

@@ -10,7 +10,7 @@ use crate::structure::Structure;
 
 impl<const D: usize> System<D> {
     /// Begins anew with another structure of the same topology and mesh, unloaded and at rest, as [`System::new`] does. The same
-    /// rows stay held, and the next [`System::hold`] says at which values. False where its joints have other equations or its
+    /// rows stay held, and the next [`System::hold`] says at which values, and has to come first. False where its joints have other equations or its
     /// members other meshes: the system is of no use then.
     pub fn renew(&mut self, structure: Arc<Structure>, topology: Arc<Topology>) -> bool {
         let counts = |structure: &Structure| {
@@ -32,10 +32,10 @@ impl<const D: usize> System<D> {
         self.dashpots = Dashpots::default();
         (self.stop, self.straight) = (None, false);
         (self.structure, self.topology) = (structure, topology);
+        self.check_side();
         self.apply_drives();
-        // Which way is the stiffest differs from one structure to the next.
-        let carriers = self.find_carriers();
-        self.pattern.set_carriers(carriers);
+        // Which way is the stiffest differs from one structure to the next, and with what is held.
+        self.pattern.forget_carriers();
         true
     }
 }
