@@ -348,6 +348,7 @@ impl<const D: usize> Walk<D> {
             system.loading.drives[drive] = value;
         }
         way.iter_mut().zip(&system.loading.drives).for_each(|(way, drive)| *way += drive);
+        let gone = way.clone();
         let way = steps[0].changes.is_empty().then_some(way);
         let last = std::mem::replace(&mut self.way, way);
         let times = last
@@ -384,11 +385,23 @@ impl<const D: usize> Walk<D> {
         let newton = Newton::default();
         let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
-        let foreseen = foreseen.as_ref().unwrap_or(&system.moves.first_by_part);
+        let foreseen = foreseen.unwrap_or_else(|| system.moves.first_by_part.clone());
         let doubtful =
-            continuation::is_doubtful(system, (&moved, foreseen), predicted, found.iterations, &newton.tuning);
+            continuation::is_doubtful(system, (&moved, &foreseen), predicted, found.iterations, &newton.tuning);
+        let states = (predicted.then_some(&*before), &*last);
+        let loads = system.loading.drives.clone();
+        let mut apply = |system: &mut System<D>, fraction: f64| {
+            let left = 1.0 - fraction;
+            let drives = system.loading.drives.iter_mut().zip(loads.iter().zip(&gone));
+            drives.for_each(|(drive, (to, gone))| *drive = to - left * gone);
+            system.loading.fraction = fraction;
+            system.apply_drives();
+        };
+        let end = (found, 1.0, 1.0);
+        let aside =
+            !doubtful && continuation::came_aside(system, states, (&moved, &foreseen), end, &mut apply, &newton.tuning);
         let inertia = found.inertia;
-        if doubtful || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
+        if doubtful || aside || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;
         }
         self.missed = predicted.then_some(system.moves.first_own);

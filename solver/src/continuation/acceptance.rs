@@ -126,7 +126,7 @@ pub fn is_doubtful<const D: usize>(
 /// An iteration that leaps over a limit point comes out on a path that the way there crosses, or that hardly moves any more. The
 /// factors are those of the present state, at this fraction of a ramp that is `step` beyond the last state; `apply` brings the
 /// drives to a fraction.
-pub(super) fn came_aside<const D: usize>(
+pub fn came_aside<const D: usize>(
     system: &mut System<D>,
     (before, last): (Option<&State>, &State),
     (moved, foreseen): (&[Size], &[Size]),

@@ -35,7 +35,7 @@ mod release;
 mod tuning;
 mod verdict;
 
-pub use acceptance::is_doubtful;
+pub use acceptance::{came_aside, is_doubtful};
 pub use coarse::Coarse;
 use follow::{Effort, Ramp, Request, Run};
 pub use held::{first_rows, topology};
