@@ -212,17 +212,15 @@ impl Newton {
         let mut asked = 0;
         let mut contraction = 0.0;
         let mut slow = 0;
-        let mut astray = false;
         let mut inertia = Inertia::default();
         let mut has_factors = false;
+        let mut astray = false;
         for iterations in 1..=self.tuning.iterations {
             if system.is_stopped() {
                 let residual = Residual::default();
                 return Err(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
             }
-            // A state that is read has to come nearer, which in the plane takes as long as new factors do.
-            let turned = if D == 3 && start.aim == Aim::Result { SERVES * TURNED } else { TURNED };
-            let small = last * system.loading.slenderness().max(1.0) <= turned && last <= SERVES * before;
+            let small = last * system.loading.slenderness().max(1.0) <= TURNED && last <= SERVES * before;
             let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance.sqrt();
             let serve = has_factors
                 && (small || may_end)

@@ -144,12 +144,6 @@ pub fn solve_to_accuracy(
         verdict = search.compare(&mut round, verdict);
     } else if has_unknown_points(&round.history) {
         verdict = search.compare_points(&mut round, verdict);
-        if has_unknown_points(&round.history) {
-            inherit_errors(&search.points_before, &mut round.history);
-            let before = round.error;
-            [round.error, round.of_mesh] = with_points(before, &round.history);
-            verdict = search.without_unknown_points(&round, verdict);
-        }
     }
     let timing = search.timing;
     let Round { mesh, structure, history, mut probes, error: estimated, .. } = round;
@@ -238,28 +232,19 @@ impl Search<'_> {
         }
     }
 
-    /// The errors of singular points that one mesh alone has found, against elements that the file does not force, and what
-    /// becomes of the verdict.
+    /// The errors of singular points that the last mesh alone has found, or refined in part, against elements that the file does not
+    /// force or else by what coarser meshes knew, and what becomes of the verdict.
     fn compare_points(&mut self, round: &mut Round, verdict: Verdict) -> Verdict {
         let before = round.error;
         self.compare_with_free(round, verdict == Verdict::Interrupted);
+        let unmet = if has_unknown_points(&round.history) { Verdict::TooFine } else { Verdict::Forced };
+        inherit_errors(&self.points_before, &mut round.history);
         // What finer elements of the same mesh say of all else is no less than what those of another one say.
-        round.error = before.into_iter().chain(round.error).reduce(f64::max);
+        let error = before.into_iter().chain(round.error).reduce(f64::max);
+        [round.error, round.of_mesh] = with_points(error, &round.history);
         match verdict {
-            Verdict::Met if round.error.is_some_and(|error| error > self.asked) => Verdict::Forced,
+            Verdict::Met if round.error.is_some_and(|error| error > self.asked) => unmet,
             Verdict::Met if has_unknown_points(&round.history) => Verdict::UnknownPoints,
-            _ => verdict,
-        }
-    }
-
-    /// What becomes of a verdict when the errors of all singular points are known, of a mesh that is not refined any more.
-    fn without_unknown_points(&self, round: &Round, verdict: Verdict) -> Verdict {
-        match verdict {
-            Verdict::UnknownPoints | Verdict::Met if has_unknown_points(&round.history) => verdict,
-            Verdict::UnknownPoints | Verdict::Met if round.error.is_some_and(|error| error > self.asked) => {
-                Verdict::TooFine
-            }
-            Verdict::UnknownPoints => Verdict::Met,
             _ => verdict,
         }
     }

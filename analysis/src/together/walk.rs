@@ -31,13 +31,10 @@ const WEAK: f64 = 0.05;
 const FIRM: f64 = 0.5;
 /// How many times as far as the increment before several steps at once may go.
 const AT_ONCE: f64 = 3.0;
-/// Steps with the factors at hand before a state is read, at most; what may be left then, of motions (radians, or lengths of a member)
-/// and of forces (over the largest: a stiff member makes much of a small motion); and the part of a step before that the next one is
-/// taken to be at least.
+/// Steps with the factors at hand before a state is read, at most, and one (radians, or lengths of a member) after which what is
+/// left is rounding: every step is a tenth of the one before, or less.
 const MORE: usize = 4;
-const SETTLED: f64 = 1e-12;
-const BALANCED: f64 = 1e-11;
-const CONTRACTS: f64 = 1e-2;
+const SETTLED: f64 = 1e-11;
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
@@ -421,15 +418,11 @@ impl<const D: usize> Walk<D> {
     /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
     fn read(&mut self) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
-        let mut before = self.system.moves.own.largest();
         for _ in 0..MORE {
             let Some(size) = self.system.advance(pending) else { break };
-            let last = size.largest();
-            let left = last * (last / before).clamp(CONTRACTS, 1.0);
-            if !self.system.refresh(pending) || left <= SETTLED && self.system.residual().largest() <= BALANCED {
+            if !self.system.refresh(pending) || size.largest() <= SETTLED {
                 break;
             }
-            before = last;
         }
         results::equilibrium(&mut self.system)
     }

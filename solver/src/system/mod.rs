@@ -296,7 +296,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Residual of the joints at the last assembly, forces and moments apart.
-    pub fn residual(&self) -> Residual {
+    pub(crate) fn residual(&self) -> Residual {
         self.tangent.residual(&self.pattern, &self.loading, self.size)
     }
 

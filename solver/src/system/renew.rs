@@ -10,8 +10,8 @@ use crate::structure::Structure;
 
 impl<const D: usize> System<D> {
     /// Begins anew with another structure of the same topology and mesh, unloaded and at rest, as [`System::new`] does. The same
-    /// rows stay held, and the next [`System::hold`] says at which values, and has to come first. False where its joints have other equations or its
-    /// members other meshes: the system is of no use then.
+    /// rows stay held; [`System::hold`] says at which values, and has to come before anything else. False where its joints have other
+    /// equations or its members other meshes: the system is of no use then.
     pub fn renew(&mut self, structure: Arc<Structure>, topology: Arc<Topology>) -> bool {
         let counts = |structure: &Structure| {
             [structure.nodes.len(), structure.members.len(), structure.springs.len(), structure.drives.len()]

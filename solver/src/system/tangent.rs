@@ -30,7 +30,7 @@ pub struct Residual {
 
 impl Residual {
     /// The larger of both.
-    pub fn largest(&self) -> f64 {
+    pub(crate) fn largest(&self) -> f64 {
         self.force.max(self.moment)
     }
 }
