@@ -253,6 +253,16 @@ fn an_increment_to_a_critical_load_loses_nothing() {
     assert!(falls.error.is_some());
 }
 
+/// Nor is one to end an increment along the arc at: the tangent there says nothing of where the path leads.
+#[test]
+fn an_arc_to_a_critical_load_goes_on_along_its_path() {
+    let step = &solve("../tests/cases/arc_to_a_critical_load.toml", &[]).history.steps[0];
+    let [sways] = step.critical_points.as_slice() else { panic!("{:?}", step.critical_points) };
+    let error = sways.error.expect("an error");
+    assert!((sways.fraction - 0.5).abs() <= 2.0 * error && error <= 1e-6, "{} ± {error}", sways.fraction);
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(false)));
+}
+
 /// Members that are as good as inextensible cost no digits of a critical load, and no word where one is passed.
 #[test]
 fn slender_frames_drawn_not_quite_straight_have_their_limit_points() {

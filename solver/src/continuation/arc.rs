@@ -308,6 +308,11 @@ impl<const D: usize> Continuation<'_, D> {
             return None;
         }
         let count = self.count(&point.inertia);
+        // A singular state has no tangent of its own: rounding says where a path that goes on from there leads.
+        if count.neutral && !self.base.neutral && s > shortest {
+            by.shorten(s, &tuning);
+            return None;
+        }
         let turns_back = ahead.rate * by.tangent.rate < 0.0;
         let mut events = self.events_at(&count, turns_back);
         // At a fold a pivot changes its sign, though it may be small enough to pass for neutral.
