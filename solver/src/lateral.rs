@@ -7,14 +7,18 @@
 
 use std::sync::Arc;
 
+use pennate_elements::beam::Moduli;
+
 use crate::continuation::OutOfPlane;
 use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
 use crate::packs;
 use crate::reduce;
+use crate::structure::Release;
 use crate::system::{Inertia, System};
 
-/// Pivots of the lateral tangent that are larger, over the diagonal entry they came from, have the sign that they show.
+/// Pivots of the lateral tangent of members without releases that are larger, over the diagonal entry they came from, have the sign
+/// that they show. A joint that only released ends meet may have no stiffness but rounding, and pivots as large as that.
 const SMALL: f64 = 1e-9;
 
 /// The lateral equations of a plane network.
@@ -23,6 +27,8 @@ pub struct Lateral {
     held: Vec<Held>,
     /// The network in space, built where a sideways loss of stability has to be confirmed.
     space: Option<System<6>>,
+    /// Lateral stiffness of the ends of every member whose other nodes are held, at the last assembly.
+    bare: Vec<[[[f64; 3]; 3]; 2]>,
     /// What was found at a linearization of the plane network: its number, pivots, and whether the loads have a potential.
     found: Option<(u64, Inertia, bool)>,
 }
@@ -36,7 +42,7 @@ impl Lateral {
         system.members.slots = plane.members.slots.clone();
         system.pattern.in_blocks = plane.pattern.in_blocks;
         system.hold(held.clone());
-        Self { system, held, space: None, found: None }
+        Self { system, held, space: None, bare: Vec::new(), found: None }
     }
 
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
@@ -111,10 +117,15 @@ impl OutOfPlane<3> for Lateral {
         (inertia, potential)
     }
 
-    /// The lateral tangent keeps no track of its rounding: where a pivot of it is small, the spatial network is asked.
+    fn is_held(&mut self, plane: &mut System<3>) -> bool {
+        let (inertia, _) = self.inertia(plane);
+        inertia.idle == 0 && inertia.negative == 0 && self.is_clear(&inertia)
+    }
+
+    /// The spatial network is asked where rounding may hide a sign of the lateral tangent.
     fn hidden_signs(&mut self, plane: &mut System<3>) -> usize {
         let (inertia, potential) = self.inertia(plane);
-        if !potential || inertia.smallest > SMALL {
+        if !potential || self.is_clear(&inertia) {
             return 0;
         }
         self.lift(plane).map_or(0, System::hidden_signs)
@@ -145,6 +156,13 @@ impl OutOfPlane<3> for Lateral {
 }
 
 impl Lateral {
+    /// Whether all pivots of the last assembly have the sign that they show.
+    fn is_clear(&mut self, inertia: &Inertia) -> bool {
+        let is_welded = |release: &Release| matches!(release, Release::Welded);
+        let welded = self.system.structure.members.iter().all(|member| member.releases.iter().all(is_welded));
+        welded && inertia.smallest > SMALL || self.system.not_certainly_positive(&self.bare) == 0
+    }
+
     /// Assembles and factorizes the lateral tangent at the last linearization of the plane network.
     fn assemble(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
         let system = &mut self.system;
@@ -155,19 +173,28 @@ impl Lateral {
         system.loading.fraction = plane.loading.fraction;
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
+        self.bare.resize(plane.members.count(), [[[0.0; 3]; 3]; 2]);
         for pack in 0..plane.members.packs.len() {
             let forces = plane.loading.carried_forces(plane.members.packs[pack].as_ref());
             for lane in 0..plane.members.packs[pack].members().len() {
                 let index = plane.members.packs[pack].members()[lane];
                 let turn = plane.members.slots[index].turn;
                 let length = plane.structure.members[index].length();
-                for segment in 0..plane.structure.members[index].segments.len() {
+                let last = plane.structure.members[index].segments.len() - 1;
+                for segment in 0..=last {
                     let section = plane.section(index, segment);
                     let pack = &mut plane.members.packs[pack];
                     let lengths = [pack.element_length(lane, segment), length];
                     let auxiliary = plane.loading.auxiliary;
                     let moduli = packs::moduli(&section, pack.about(), lengths, &turn, auxiliary, forces[lane]);
                     pack.set_lateral_moduli(lane, segment, &moduli);
+                    let bare = bare_stiffness(&moduli, lengths[0]);
+                    if segment == 0 {
+                        self.bare[index][0] = bare;
+                    }
+                    if segment == last {
+                        self.bare[index][1] = bare;
+                    }
                 }
             }
             plane.members.packs[pack].condense_lateral();
@@ -186,6 +213,17 @@ impl Lateral {
         let inertia = system.finish(inertia);
         (inertia, system.tangent.has_potential())
     }
+}
+
+/// About what an end of an element of this length has for a lateral stiffness, if the other one and all nodes within are held:
+/// uz, φx, φy.
+fn bare_stiffness(moduli: &Moduli<f64, 6>, length: f64) -> [[f64; 3]; 3] {
+    let [_, _, shear, torsion, bending, _] = moduli.stiffness;
+    // An element that bending makes compliant in shear is bent.
+    let bends = moduli.softening[0] > 0.0;
+    let across = if bends { 12.0 * bending / (length * length) } else { shear };
+    let turn = if bends { 4.0 * bending } else { bending + shear * length * length };
+    [[across / length, 0.0, 0.0], [0.0, torsion / length, 0.0], [0.0, 0.0, turn / length]]
 }
 
 /// What the plane network holds, and everything out of the plane.

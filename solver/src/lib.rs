@@ -214,8 +214,7 @@ fn add_lateral(path: &mut Continuation<'_, 3>, structure: &Structure) {
         return;
     }
     let mut lateral = Lateral::new(&path.system, lateral::rows(structure));
-    let (inertia, _) = lateral.inertia(&mut path.system);
-    if inertia.idle > 0 || inertia.negative > 0 {
+    if !lateral.is_held(&mut path.system) {
         path.notes.push(Note::StabilityInPlane);
         return;
     }

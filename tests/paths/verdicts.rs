@@ -99,6 +99,32 @@ fn supports_hold_out_of_the_plane_what_they_stand_for() {
     assert_eq!(column(mirror, 1.03), buckles);
 }
 
+/// Two dyads with a bar on top that pins let turn about the line of their feet: no force holds it there, and no mesh finds in
+/// the rounding of what the pins take away that one does.
+#[test]
+fn a_network_that_turns_about_its_feet_is_judged_in_its_plane_on_any_mesh() {
+    for elements in [1, 2, 4, 8, 12, 24, 48] {
+        let member = |from: &str, to: &str| {
+            format!(
+                "{{ nodes = [\"{from}\", \"{to}\"], muscle = \"m\", release = {{ start = \"pin\", end = \"pin\" }}, \
+                 elements = {elements} }}"
+            )
+        };
+        let text = format!(
+            "format = \"pennate/1\"\nmuscles.m = {{ library = \"silicone\" }}\nrigid_bodies.bar = {{ nodes = [\"D\", \"E\"] }}\n\
+             nodes = {{ A = [-90, 0], B = [90, 0], C = [0, 90], D = [-90, 180], E = [90, 180] }}\n\
+             supports = {{ A = \"pinned\", B = \"pinned\", D = [\"ux\", \"rz\"] }}\n\
+             members.a = {}\nmembers.b = {}\nmembers.c = {}\nmembers.d = {}\n[[steps]]\npressure.all = 10\n",
+            member("A", "C"),
+            member("B", "C"),
+            member("D", "C"),
+            member("E", "C"),
+        );
+        let step = &solve(&text).history.steps[0];
+        assert_eq!((step.stable, step.stability), (Some(true), Dimension::Plane), "{elements} elements");
+    }
+}
+
 /// A cantilever under `load` along its axis, followed straight on; in the plane, or in space with a section that is or is not as
 /// stiff about one axis as about the other, and that can be sheared or not.
 fn pushed(dimension: &str, second: f64, shear: &str, load: f64) -> (Option<bool>, bool) {

@@ -260,7 +260,7 @@ impl<const D: usize> Walk<D> {
             let spare = self.spare.take().and_then(|mut spare| spare.renew(&self.system).then_some(spare));
             let mut lateral = spare.unwrap_or_else(|| build(&self.system));
             let (inertia, _) = lateral.inertia(&mut self.system);
-            self.lateral = (inertia.idle == 0 && inertia.negative == 0).then_some(lateral);
+            self.lateral = lateral.is_held(&mut self.system).then_some(lateral);
             self.rest.lateral = self.lateral.as_ref().map_or(0.0, |_| inertia.smallest);
         }
         Some(())

@@ -51,6 +51,8 @@ pub trait OutOfPlane<const D: usize> {
     fn confirmed(&mut self, plane: &mut System<D>, known: usize) -> (Inertia, bool);
     /// The same without a second look.
     fn inertia(&mut self, plane: &mut System<D>) -> (Inertia, bool);
+    /// Whether all motions out of the plane have a stiffness at the last assembly, and more than rounding explains.
+    fn is_held(&mut self, plane: &mut System<D>) -> bool;
     /// Motions of the network, free to leave its plane, of which rounding hides the sign of the stiffness.
     fn hidden_signs(&mut self, plane: &mut System<D>) -> usize;
     /// The softest motion of the last of these.

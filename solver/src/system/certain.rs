@@ -106,6 +106,15 @@ impl<const D: usize> System<D> {
         part
     }
 
+    /// Pivots of the last assembly that need not be positive: they are not where all that rounding may have given to the stiffness is
+    /// taken from it. `bare` is the stiffness of both ends of every member whose other nodes are held.
+    ///
+    /// Costs two factorizations; the factors are those of the tangent again afterwards.
+    pub(crate) fn not_certainly_positive(&mut self, bare: &[[[[f64; D]; D]; 2]]) -> usize {
+        let doubt = self.doubtful(bare);
+        self.in_doubt(-1.0, &doubt, |_, pivots| pivots.negative + pivots.neutral)
+    }
+
     /// What rounding and residual may change the value of [`super::Tangent::singular_test`] by at the last assembly.
     pub(crate) fn doubt(&mut self, b: &[f64]) -> Option<f64> {
         let here = self.tangent.singular_test(b)?;
@@ -129,22 +138,27 @@ impl<const D: usize> System<D> {
 
     /// What rounding and the residual may have taken from the tangent, in the places of its values.
     fn doubtful_stiffness(&mut self) -> Vec<f64> {
+        let packs: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
+        let bare: Vec<_> = self.members.slots.iter().map(|slot| packs[slot.pack][slot.lane]).collect();
+        self.doubtful(&bare)
+    }
+
+    /// The same, with the stiffness of both ends of every member whose other nodes are held.
+    fn doubtful(&mut self, bare: &[[[[f64; D]; D]; 2]]) -> Vec<f64> {
         let zero = vec![0.0; self.tangent.linear.values.len()];
         let own: Vec<f64> = (0..self.tangent.linear.size()).map(|i| self.tangent.linear.diagonal(i).abs()).collect();
         let tangent = std::mem::replace(&mut self.tangent.linear.values, zero);
         self.tangent.linear.shift(LAST_PLACE, &own);
-        self.add_doubt();
+        self.add_doubt(bare);
         std::mem::replace(&mut self.tangent.linear.values, tangent)
     }
 
     /// Adds what rounding of members and the residual may have taken from the tangent.
-    fn add_doubt(&mut self) {
+    fn add_doubt(&mut self, bare: &[[[[f64; D]; D]; 2]]) {
         let active = self.pattern.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
-        let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
-        for index in 0..self.members.count() {
-            let slot = &self.members.slots[index];
-            let ends = doubtful(&bare[slot.pack][slot.lane], translations);
+        for (index, bare) in bare.iter().enumerate() {
+            let ends = doubtful_ends(bare, translations);
             let info = self.end_info(index, &[[0.0; 6]; 2]);
             let mut factor = self.tangent.releases[index];
             let reduced = reduce::reduce(&ends, &active, &info, Some(&mut factor));
@@ -166,7 +180,7 @@ impl<const D: usize> System<D> {
 
 /// The rounding of a member's stiffness: on the motion of its ends against each other, since a member that moves as a whole
 /// has none, and on their rotations.
-fn doubtful<const D: usize>(bare: &[[[f64; D]; D]; 2], translations: usize) -> Ends<f64, D> {
+fn doubtful_ends<const D: usize>(bare: &[[[f64; D]; D]; 2], translations: usize) -> Ends<f64, D> {
     let o = [[0.0; D]; D];
     let mut ends = Ends { k00: o, k01: o, k11: o, r0: [0.0; D], r1: [0.0; D] };
     for i in 0..translations {
