@@ -14,7 +14,6 @@ use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
 use crate::packs;
 use crate::reduce;
-use crate::structure::Release;
 use crate::system::{Inertia, System};
 
 /// Pivots of the lateral tangent of members without releases that are larger, over the diagonal entry they came from, have the sign
@@ -158,9 +157,8 @@ impl OutOfPlane<3> for Lateral {
 impl Lateral {
     /// Whether all pivots of the last assembly have the sign that they show.
     fn is_clear(&mut self, inertia: &Inertia) -> bool {
-        let is_welded = |release: &Release| matches!(release, Release::Welded);
-        let welded = self.system.structure.members.iter().all(|member| member.releases.iter().all(is_welded));
-        welded && inertia.smallest > SMALL || self.system.not_certainly_positive(&self.bare) == 0
+        self.system.structure.is_welded() && inertia.smallest > SMALL
+            || self.system.not_certainly_positive(&self.bare) == 0
     }
 
     /// Assembles and factorizes the lateral tangent at the last linearization of the plane network.

@@ -26,6 +26,7 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
     let mut motions = released(system);
     let size = system.tangent.linear.size();
     let original = system.tangent.linear.values.clone();
+    let doubt = system.doubtful_stiffness();
     let diagonal: Vec<f64> = (0..size).map(|i| system.tangent.linear.diagonal(i).abs()).collect();
     let largest = diagonal.iter().fold(0.0f64, |a, &b| a.max(b));
     let weight: Vec<f64> = diagonal.iter().map(|d| d.max(1e-14 * largest).max(f64::MIN_POSITIVE)).collect();
@@ -43,13 +44,14 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
             system.tangent.linear.solve(&mut x, 1);
             orthogonalize(&mut x, &found, &weight);
         }
-        let mut kx = vec![0.0; size];
-        let shifted = std::mem::replace(&mut system.tangent.linear.values, original.clone());
-        system.tangent.linear.apply(&x, &mut kx);
-        system.tangent.linear.values = shifted;
-        let stiffness: f64 = x.iter().zip(&kx).map(|(a, b)| a * b).sum();
+        let mut product = vec![0.0; size];
+        let mut stiffness_in = |values: &[f64]| -> f64 {
+            system.tangent.linear.apply_values(values, &x, &mut product);
+            x.iter().zip(&product).map(|(a, b)| a * b).sum()
+        };
+        let (stiffness, rounding) = (stiffness_in(&original), stiffness_in(&doubt));
         let norm: f64 = x.iter().zip(&weight).map(|(a, w)| a * a * w).sum();
-        if !(stiffness.abs() <= FREE * norm) {
+        if !(stiffness.abs() <= (FREE * norm).max(rounding)) {
             break;
         }
         found.push(x);

@@ -66,6 +66,14 @@ pub struct Structure {
     pub sections: Vec<MemberId>,
 }
 
+impl Structure {
+    /// Whether no end of a member is released.
+    pub(crate) fn is_welded(&self) -> bool {
+        let is_welded = |release: &Release| matches!(release, Release::Welded);
+        self.members.iter().all(|member| member.releases.iter().all(is_welded))
+    }
+}
+
 /// A node whose compliance is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComplianceOf {

@@ -125,6 +125,26 @@ fn a_network_that_turns_about_its_feet_is_judged_in_its_plane_on_any_mesh() {
     }
 }
 
+/// A post whose halves are both pinned where they meet in line gives way there: what pins leave of its stiffness is rounding, on
+/// any mesh.
+#[test]
+fn a_post_hinged_in_its_middle_is_a_mechanism_on_any_mesh() {
+    for elements in [1, 3, 8, 24, 64] {
+        let text = format!(
+            "format = \"pennate/1\"\nsections.s = {{ stiffness = {{ EA = 1e6, EI3 = 2e4 }} }}\n\
+             nodes = {{ A = [0, 0], B = [0, 50], C = [0, 100], D = [80, 100], E = [80, 0] }}\n\
+             supports = {{ A = \"clamped\", E = \"clamped\" }}\n[members]\n\
+             a = {{ nodes = [\"A\", \"B\"], section = \"s\", elements = {elements}, release = {{ start = \"pin\" }} }}\n\
+             b = {{ nodes = [\"B\", \"C\"], section = \"s\", elements = {elements}, \
+             release = {{ start = \"pin\", end = \"pin\" }} }}\n\
+             c = {{ nodes = [\"C\", \"D\"], section = \"s\", elements = {elements} }}\n\
+             d = {{ nodes = [\"D\", \"E\"], section = \"s\", elements = {elements}, release = {{ end = \"pin\" }} }}\n\
+             [[steps]]\nforce.D = [1, 0]\n"
+        );
+        assert!(attempt(&text).is_err(), "{elements} elements");
+    }
+}
+
 /// A cantilever under `load` along its axis, followed straight on; in the plane, or in space with a section that is or is not as
 /// stiff about one axis as about the other, and that can be sheared or not.
 fn pushed(dimension: &str, second: f64, shear: &str, load: f64) -> (Option<bool>, bool) {

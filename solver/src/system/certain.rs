@@ -13,8 +13,9 @@ use pennate_elements::beam::Ends;
 use pennate_elements::small::norm;
 
 use super::System;
-use super::tangent::any;
+use super::tangent::{Inertia, any};
 use crate::linear::Pivots;
+use crate::mechanism::NEAR;
 use crate::reduce;
 
 /// Rounding of a stiffness, over the largest of the terms that it is the difference of: a unit in their last place.
@@ -43,12 +44,18 @@ impl<const D: usize> System<D> {
         self.members.pivots().0 + self.tangent.released_negative
     }
 
+    /// Whether rounding may hide the sign of a stiffness of the unloaded structure, by its pivots: members that meet a joint with
+    /// released ends may leave it nothing but rounding, and pivots as large as that.
+    pub fn may_hide_signs(&self, at_rest: &Inertia) -> bool {
+        at_rest.smallest < NEAR || !self.structure.is_welded()
+    }
+
     /// Motions of which rounding and the residual hide the sign of the stiffness at the last assembly, if none is negative for
     /// certain; zero where one is.
     ///
     /// Costs a few solves where the stiffness of every motion is far above what may have been taken from it, else two
     /// factorizations, and two more where there are any; the factors are those of the tangent again afterwards.
-    pub(crate) fn hidden_signs(&mut self) -> usize {
+    pub fn hidden_signs(&mut self) -> usize {
         let lowest = |member: usize| {
             let (pack, lane) = self.members.chain(member);
             pack.pivots(lane).1
@@ -137,7 +144,7 @@ impl<const D: usize> System<D> {
     }
 
     /// What rounding and the residual may have taken from the tangent, in the places of its values.
-    fn doubtful_stiffness(&mut self) -> Vec<f64> {
+    pub(crate) fn doubtful_stiffness(&mut self) -> Vec<f64> {
         let packs: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
         let bare: Vec<_> = self.members.slots.iter().map(|slot| packs[slot.pack][slot.lane]).collect();
         self.doubtful(&bare)
