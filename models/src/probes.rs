@@ -206,41 +206,66 @@ impl Quantity {
         }
     }
 
-    /// The greatest value along a member. Between three neighbouring places it is that of a parabola.
+    /// The greatest value along a member. Between neighbouring places forces and moments are those of cubics through four of them, at
+    /// the ends of a segment too: a moment may be greatest right beside a pin.
     fn greatest(self, along: &[SectionForces], observed: &Along, control: f64) -> f64 {
         let value = |at: &SectionForces| self.at(at, &observed.segments[at.segment], &observed.turn, control);
-        let mut greatest = f64::NAN;
+        let values: Vec<f64> = along.iter().map(value).collect();
+        let mut greatest = values.iter().copied().fold(f64::NAN, f64::max);
+        let near = NEAR_GREATEST * greatest;
         for segment in along.chunk_by(|a, b| a.segment == b.segment) {
             // Stretches of elements of other lengths meet in a place that both have.
-            let mut segment: Vec<&SectionForces> = segment.iter().collect();
-            segment.dedup_by(|next, last| next.at <= last.at);
-            let values: Vec<f64> = segment.iter().map(|at| value(at)).collect();
-            for (index, &here) in values.iter().enumerate() {
-                let inside = index > 0 && index + 1 < values.len();
-                let peak = match inside && here >= values[index - 1] && here >= values[index + 1] {
-                    true => {
-                        let of = |k: usize| [segment[k].at, values[k]];
-                        vertex([of(index - 1), of(index), of(index + 1)])
-                    }
-                    false => here,
+            let mut places: Vec<&SectionForces> = segment.iter().collect();
+            places.dedup_by(|next, last| next.at <= last.at);
+            let values: Vec<f64> = places.iter().map(|at| value(at)).collect();
+            for index in 1..places.len() {
+                if values[index].max(values[index - 1]) < near {
+                    continue;
+                }
+                let sample = |part: usize| match part {
+                    0 => values[index - 1],
+                    BETWEEN => values[index],
+                    _ => value(&between(&places, index, part as f64 / BETWEEN as f64)),
                 };
-                greatest = f64::max(greatest, peak);
+                let samples: [f64; BETWEEN + 1] = std::array::from_fn(sample);
+                greatest = samples.windows(3).map(highest).fold(greatest, f64::max);
             }
         }
         greatest
     }
 }
 
-/// The largest value of the parabola through three points, of which the one in the middle is highest.
-fn vertex([[x0, y0], [x1, y1], [x2, y2]]: [[f64; 2]; 3]) -> f64 {
-    let [before, after] = [(y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)];
-    let curvature = (after - before) / (x2 - x0);
-    if !(curvature < 0.0) {
-        return y1;
+/// Places between two neighbouring ones that are looked at, and the part of the greatest value at any place that both must be below
+/// where the greatest of all is not looked for between them.
+const BETWEEN: usize = 8;
+const NEAR_GREATEST: f64 = 0.8;
+
+/// Forces and moments at a part of the way to a place from the one before it: those of the cubic through these two and one to either
+/// side, or two to one side.
+fn between(places: &[&SectionForces], index: usize, part: f64) -> SectionForces {
+    let most = places.len().min(4);
+    let first = (index.max(2) - 2).min(places.len() - most);
+    let window = &places[first..first + most];
+    let [from, to] = [places[index - 1].at, places[index].at];
+    let at = from + part * (to - from);
+    let mut sum = SectionForces { at, force: [0.0; 3], moment: [0.0; 3], ..*places[index] };
+    for own in window {
+        let others = window.iter().filter(|other| other.at != own.at);
+        let weight: f64 = others.map(|other| (at - other.at) / (own.at - other.at)).product();
+        for component in 0..3 {
+            sum.force[component] += weight * own.force[component];
+            sum.moment[component] += weight * own.moment[component];
+        }
     }
-    // Slope of the parabola in the middle point.
-    let slope = before + curvature * (x1 - x0);
-    y1 - slope * slope / (4.0 * curvature)
+    sum
+}
+
+/// The largest value of the parabola through three equally spaced values, from the first to the last of them.
+fn highest(values: &[f64]) -> f64 {
+    let [before, here, after] = [values[0], values[1], values[2]];
+    let (slope, curvature) = (0.5 * (after - before), before - 2.0 * here + after);
+    let is_between = curvature < 0.0 && slope.abs() < -curvature;
+    if is_between { here - 0.5 * slope * slope / curvature } else { before.max(after) }
 }
 
 /// What an expression of probes refers to.
