@@ -231,6 +231,13 @@ pub fn largest_force(state: &Equilibrium) -> f64 {
     reactions.chain(members).chain(state.springs.iter().map(|force| force.abs())).fold(0.0, f64::max)
 }
 
+/// Largest moment on a node or at the end of a member in a state.
+pub(crate) fn largest_moment(state: &Equilibrium) -> f64 {
+    let reactions = state.nodes.iter().map(|node| norm(node.reaction_moment));
+    let members = state.members.iter().flat_map(|member| member.end_moments).map(norm);
+    reactions.chain(members).fold(0.0, f64::max)
+}
+
 /// Diagonal of the box around some points.
 pub fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);

@@ -5,7 +5,7 @@ use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{Equilibrium, History, StepHistory};
 use pennate_solver::structure::{Dimension, Structure};
 
-use crate::solution::{NodeError, ProbeSteps, ProbeTable, diagonal, largest_force, last_state, norm};
+use crate::solution::{NodeError, ProbeSteps, ProbeTable, diagonal, largest_force, largest_moment, last_state, norm};
 
 /// Part of what the network's size or forces suggest below which values are rounding alone.
 const ROUNDING: f64 = 1e-9;
@@ -191,7 +191,10 @@ impl Noise {
         let size = diagonal(structure.nodes.iter().copied());
         let largest_force = history.steps.iter().filter_map(last_state).map(largest_force).fold(0.0, f64::max);
         let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
-        let force = (ROUNDING * largest_force).max(FORCE_ROUNDING * axial.fold(0.0, f64::max));
+        // What bends by moments alone has no forces but rounding.
+        let moments = history.steps.iter().filter_map(last_state).map(largest_moment).fold(0.0, f64::max);
+        let least = largest_force.max(moments / size);
+        let force = (ROUNDING * least).max(FORCE_ROUNDING * axial.fold(0.0, f64::max));
         Self { size, largest_force, force }
     }
 }
