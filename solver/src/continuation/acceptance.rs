@@ -20,6 +20,9 @@ const FARTHER: f64 = 1.5;
 /// Contraction of an iteration whose first increment says where it leads: all that follow move it by about as much as this part of
 /// that one (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sec. 2.1).
 const CONTRACTS: f64 = 0.05;
+/// An angle (radians) by which a hinge turns in one increment at most, a sixth of a right one: bars that are hinged pass dead centres,
+/// and windows without a stable state, that neither end of a longer increment tells of.
+const HINGE: f64 = std::f64::consts::PI / 12.0;
 /// A rotation (radians) after which pivots may be lost, and iterations be many, on any path.
 const RADIAN: f64 = 1.0;
 
@@ -123,6 +126,8 @@ pub fn is_doubtful<const D: usize>(
 /// another direction than the tangent of the path has where it came to, or than the path had before, or farther than it was
 /// `foreseen` to and than that tangent explains.
 ///
+/// Hinges that turn far say nothing of what lies between.
+///
 /// An iteration that leaps over a limit point comes out on a path that the way there crosses, or that hardly moves any more. The
 /// factors are those of the present state, at this fraction of a ramp that is `step` beyond the last state; `apply` brings the
 /// drives to a fraction.
@@ -134,6 +139,9 @@ pub fn came_aside<const D: usize>(
     apply: &mut dyn FnMut(&mut System<D>, f64),
     tuning: &Tuning,
 ) -> bool {
+    if system.hinges_turned(last) > HINGE {
+        return true;
+    }
     let is_as_foreseen = |(moved, foreseen): (&Size, &Size)| {
         let [moved, foreseen] = [moved, foreseen].map(|size| size.largest());
         let times = tuning.longer.sqrt();

@@ -2,11 +2,12 @@
 //!
 //! What carries a member along has no part in it: a long chain that swings around deforms the same way all along.
 
-use pennate_elements::rotation::{Quaternion, compose, inverse, log, turn};
+use pennate_elements::rotation::{Quaternion, angle, compose, inverse, log, turn};
 use pennate_elements::small::{V3, cross, norm, sub};
 
 use super::places::Places;
 use super::{State, System};
+use crate::joints::EndKind;
 use crate::structure::MemberId;
 
 /// Displacement, over the length of a member, and spin of its end, in the frame of its start.
@@ -43,6 +44,27 @@ impl<const D: usize> System<D> {
             self.over_length(member, displacement, turn(back, [by[3], by[4], by[5]]))
         };
         (0..self.structure.members.len()).map(of).collect()
+    }
+
+    /// The largest angle by which a released end of a member has turned against its joint since another state.
+    pub(crate) fn hinges_turned(&self, since: &State) -> f64 {
+        let of = |(member, kinds): (MemberId, &[EndKind; 2])| {
+            let turned = |end: usize| {
+                let joint = self.topology.links[self.structure.members[member].nodes[end]].joint;
+                let angles = |places: &Places| places.releases[member][end].angle - places.joints[joint].place.angle;
+                let turns = |places: &Places| {
+                    let [own, carried] = [places.releases[member][end].rotation, places.joints[joint].place.rotation];
+                    compose(inverse(carried), own)
+                };
+                match D {
+                    _ if kinds[end] == EndKind::Welded => 0.0,
+                    3 => (angles(&self.places) - angles(&since.places)).abs(),
+                    _ => angle(compose(turns(&self.places), inverse(turns(&since.places)))),
+                }
+            };
+            turned(0).max(turned(1))
+        };
+        self.topology.ends.iter().enumerate().map(of).fold(0.0, f64::max)
     }
 
     /// Squares of two such motions and, between them, their product, of every part of the network that nothing connects to others.
