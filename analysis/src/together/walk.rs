@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use pennate_solver::continuation::{self, OutOfPlane};
+use pennate_solver::continuation::{self, OutOfPlane, QUARTER_TURN};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
@@ -43,7 +43,15 @@ pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
     // The moment of a rotation in space that is let go has no potential while it fades.
     let fades = |change: &Change| matches!(change, Change::Free { component: 3.., .. });
     let fading = structure.dimension == Dimension::Space && steps.iter().flat_map(|step| &step.changes).any(fades);
-    relaxed && !fading && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
+    // More than what one increment turns.
+    let turns = |change: &Change| match *change {
+        Change::Prescribe { component: 3.., to: angle, .. } | Change::MoveBy { component: 3.., by: angle, .. } => {
+            angle.abs() > QUARTER_TURN
+        }
+        _ => false,
+    };
+    let turning = steps.iter().flat_map(|step| &step.changes).any(turns);
+    relaxed && !fading && !turning && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
 }
 
 /// Whether designs may share one structure: gravity would be that of all of them.

@@ -65,6 +65,10 @@ pub trait OutOfPlane<const D: usize> {
     fn renew(&mut self, plane: &System<D>) -> bool;
 }
 
+/// The most that an increment turns what is held (radians). Rotations are the same after a whole turn: what is turned by more than
+/// half a one may come to where it should by the other way round, an element as well as a crank, which has two dead centres a turn.
+pub const QUARTER_TURN: f64 = std::f64::consts::FRAC_PI_2;
+
 /// Follows the steps of a structure.
 pub struct Continuation<'a, const D: usize> {
     /// The structure in its present state.
@@ -294,7 +298,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         for &(drive, value) in &step.targets {
             to[drive] = value;
         }
-        let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64);
+        let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64).min(self.longest_turn());
         let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
         let mut run = Run {
             ramp: &ramp,
@@ -325,6 +329,12 @@ impl<'a, const D: usize> Continuation<'a, D> {
         if !so_far.going && record.status != Status::Interrupted && self.inside.is_empty() && !overheld {
             self.inside = self.members_out_of_sight();
         }
+    }
+
+    /// The part of a ramp that turns nothing that is held by more than a quarter turn; equal ones make the whole.
+    fn longest_turn(&self) -> f64 {
+        let turns = self.held.values().filter(|held| held.component > 2).map(|held| (held.to - held.from).abs());
+        1.0 / (turns.fold(0.0, f64::max) / QUARTER_TURN).ceil().max(1.0)
     }
 
     /// Members between joints that do not move: neither an arc nor a mode can be measured by the motions of these, and what
