@@ -70,7 +70,7 @@ pub struct StepHistory {
     /// How fast the last state accepted may vary along the elements of every member, where an estimate was asked for.
     pub variations: Vec<Vec<Variation>>,
     /// Whether the last state is stable; `None` where loads have no potential and masses are not known, and where rounding hides the sign of the lowest
-    /// stiffness ([`Note::WithinRounding`]).
+    /// stiffness ([`Note::WithinRounding`]) or the mesh does ([`Note::TooCoarse`]).
     pub stable: Option<bool>,
     /// In which space that was judged.
     pub stability: Dimension,
@@ -167,6 +167,9 @@ pub enum Note {
     },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,
+    /// Elements of the next order lose stability where these do not, or the other way round: the end of a step is nearer to a
+    /// singular state than these can tell.
+    TooCoarse,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
     /// Stability could only be judged in the plane: a moment about z has no potential for rotations out of it.

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use pennate_analysis::accuracy::Accuracy;
 use pennate_analysis::solution::{NodeError, ProbeSteps, Solution, Timing, last_state, status_name};
 use pennate_models::Model;
-use pennate_solver::history::{CriticalKind, Equilibrium, Growth, MemberState, MeshSize, Note, Rounding, StepHistory};
+use pennate_solver::history::{CriticalKind, Equilibrium, Growth, MemberState, MeshSize, Rounding, StepHistory};
 use pennate_solver::structure::Dimension;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 use super::layout::write_json;
 use super::origin::Origin;
 use super::table::note_in_words;
-use super::text::WITHIN_ROUNDING;
+use super::text::undecided;
 
 /// Writes the results of a run; `pictures` are the names of those that were written beside it.
 ///
@@ -256,7 +256,7 @@ impl<'a> Step<'a> {
             iterations: step.iterations,
             factorizations: step.factorizations,
             stable: step.stable,
-            undecided: step.notes.contains(&Note::WithinRounding).then_some(WITHIN_ROUNDING),
+            undecided: undecided(step),
             notes: step.notes.iter().map(|note| note_in_words(model, note)).collect(),
             stability: dimension_name(step.stability),
             vibration: step.vibration.as_ref().map(Vibration::from),

@@ -13,7 +13,7 @@ use pennate_solver::history::{
 };
 use pennate_solver::structure::Dimension;
 
-use super::text::{Align, WITHIN_ROUNDING, columns, duration, estimate, list, number, percent, shown};
+use super::text::{Align, columns, duration, estimate, list, number, percent, shown, undecided};
 use crate::explain::{force_unit, moment_unit};
 
 /// Steps that get a column of their own; of more the last ones.
@@ -99,16 +99,16 @@ fn steps(solution: &Solution) -> String {
 }
 
 fn stability(dimension: Dimension, step: &StepHistory) -> String {
-    let verdict = match step.stable {
+    let verdict = match (step.stable, undecided(step)) {
         _ if step.increments.is_empty() => return "-".to_owned(),
-        None if step.notes.contains(&Note::WithinRounding) => return format!("not known: {WITHIN_ROUNDING}"),
-        None => return "not known: the loads have no potential".to_owned(),
-        Some(true) => "yes".to_owned(),
-        Some(false) if step.vibration.is_some() => match step.vibration.map(|vibration| vibration.growth) {
+        (None, Some(why)) => return format!("not known: {why}"),
+        (None, None) => return "not known: the loads have no potential".to_owned(),
+        (Some(true), _) => "yes".to_owned(),
+        (Some(false), _) if step.vibration.is_some() => match step.vibration.map(|vibration| vibration.growth) {
             Some(Growth::Flutter { .. }) => "NO, it flutters".to_owned(),
             _ => "NO, it diverges".to_owned(),
         },
-        Some(false) => format!("NO, {}", counted(step.negative_pivots, "negative pivot")),
+        (Some(false), _) => format!("NO, {}", counted(step.negative_pivots, "negative pivot")),
     };
     if dimension == Dimension::Plane && step.stability == Dimension::Plane {
         format!("{verdict}, in the plane")
@@ -248,9 +248,7 @@ fn node_row(model: &Model, step: &StepHistory, state: &Equilibrium, index: usize
 /// What a reader must know besides, one sentence a line.
 fn remarks(solution: &Solution) -> String {
     let mut out = String::new();
-    let open = |step: &StepHistory| {
-        !step.increments.is_empty() && step.stable.is_none() && !step.notes.contains(&Note::WithinRounding)
-    };
+    let open = |step: &StepHistory| !step.increments.is_empty() && step.stable.is_none() && undecided(step).is_none();
     if solution.steps().any(|(_, step)| open(step)) {
         let _ = writeln!(
             out,
@@ -351,6 +349,10 @@ pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
         }
         Note::WithinRounding => {
             "the end is a singular state, as far as rounding can tell: whether it is stable is not known.".to_owned()
+        }
+        Note::TooCoarse => {
+            "elements of the next order have another verdict on the end: it is nearer to a singular state than the mesh can tell."
+                .to_owned()
         }
         Note::StabilityInPlane => "stability is judged in the plane alone.".to_owned(),
         Note::NoPotentialOutOfPlane => {

@@ -1,9 +1,16 @@
 //! Numbers, names and columns for a person.
 
+use pennate_solver::history::{Note, StepHistory};
 use unicode_width::UnicodeWidthStr;
 
-/// What a table, a sweep and the results say of a state whose stability rounding hides.
-pub const WITHIN_ROUNDING: &str = "within rounding of a singular state";
+/// What a table, a sweep and the results say of the end of a step whose stability rounding hides, or elements that are too coarse.
+pub fn undecided(step: &StepHistory) -> Option<&'static str> {
+    step.notes.iter().find_map(|note| match note {
+        Note::WithinRounding => Some("within rounding of a singular state"),
+        Note::TooCoarse => Some("nearer to a singular state than the mesh can tell"),
+        _ => None,
+    })
+}
 
 /// A name on one line: control characters are spelled out.
 pub fn shown(name: &str) -> String {

@@ -13,11 +13,11 @@ use pennate_analysis::solution::{ProbeTable, Solution, stable, status_name};
 use pennate_analysis::sweep::{Answer, Case, Parameter, Plan};
 use pennate_models::error::InputError;
 use pennate_models::{Document, InputErrors, Model};
-use pennate_solver::history::{Note, Status};
+use pennate_solver::history::Status;
 
 use crate::explain;
 use crate::output::files::{WriteError, make_directory};
-use crate::output::text::{WITHIN_ROUNDING, shown};
+use crate::output::text::{shown, undecided};
 
 use self::table::{Columns, Earlier, Journal, Manifest, Row};
 
@@ -291,9 +291,9 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Row {
     if let (Some((name, _)), true) = (unstable, row.reason.is_empty()) {
         row.reason = format!("step '{}' ends in an unstable state", shown(name));
     }
-    let undecided = solution.steps().find(|(_, step)| step.notes.contains(&Note::WithinRounding));
-    if let (Some((name, _)), true) = (undecided, row.reason.is_empty()) {
-        row.reason = format!("step '{}' ends {WITHIN_ROUNDING}", shown(name));
+    let open = solution.steps().find_map(|(name, step)| Some((name, undecided(step)?)));
+    if let (Some((name, why)), true) = (open, row.reason.is_empty()) {
+        row.reason = format!("step '{}' ends {why}", shown(name));
     }
     row
 }

@@ -12,5 +12,6 @@ mod leaps;
 mod modes;
 mod toggles;
 mod tuning;
+mod turns;
 mod verdict;
 mod verdicts;

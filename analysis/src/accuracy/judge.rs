@@ -1,7 +1,7 @@
 //! What a mesh is worth: whether it is fine enough, whether a finer one would help, and which.
 
 use pennate_models::{Mesh, Model};
-use pennate_solver::history::{History, Status};
+use pennate_solver::history::{History, Note, Status};
 
 use super::points::has_unknown_points;
 use super::refine::{halved, is_at_limit, is_finer_everywhere, member_factors, missing, shortened};
@@ -63,6 +63,13 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
             return Next::Refine(finer);
         }
     }
+    // The next order has another verdict on an end: it is nearer to a singular point than the mesh can tell.
+    if !interrupted && is_too_coarse(history) && rounds < MAX_ROUNDS {
+        let finer = halved(model, mesh);
+        if finer != *mesh {
+            return Next::Refine(finer);
+        }
+    }
     // A singular point is known as well as the last mesh moved it, where the mesh before it found it too.
     if has_unknown_points(history) && rounds < ROUNDS {
         let finer = halved(model, mesh);
@@ -102,6 +109,11 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     }
     let most = if mesh.grading.is_empty() { ROUNDS } else { MAX_ROUNDS };
     if rounds >= most { Next::End(Verdict::TooFine) } else { Next::Refine(finer) }
+}
+
+/// Whether elements of the next order have another verdict on the end of a step.
+fn is_too_coarse(history: &History) -> bool {
+    history.steps.iter().any(|step| step.notes.contains(&Note::TooCoarse))
 }
 
 /// Whether the end of every step that has come to it was found on a finer mesh too.

@@ -260,6 +260,9 @@ impl<const D: usize> Walk<D> {
         if inertia.idle + inertia.negative > 0 {
             return None;
         }
+        if self.system.may_hide_signs(&inertia) && self.system.hidden_signs() > 0 {
+            return None;
+        }
         self.system.tangent.note_rest(&self.system.pattern);
         self.rest = Firmness { own: inertia.smallest, lateral: 0.0 };
         self.here = self.rest;
@@ -452,7 +455,10 @@ impl<const D: usize> Walk<D> {
         let finer = self.finer.get_or_insert_with(build);
         finer.hold_like(system);
         finer.prolong(system);
-        Newton::default().solve(finer, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
+        let found = Newton::default().solve(finer, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
+        if found.inertia.negative > 0 {
+            return None;
+        }
         let state = results::equilibrium(finer);
         let missing =
             finer.members.slots.iter().map(|slot| finer.members.packs[slot.pack].top_energy(slot.lane)).collect();

@@ -83,6 +83,8 @@ pub struct Continuation<'a, const D: usize> {
     pub vibration: Option<fn(&System<D>, Dimension) -> Option<Vibration>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
+    /// Its negative pivots at the last end that it was brought to.
+    negative_refined: usize,
     /// Makes it when it is first needed.
     pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
@@ -166,6 +168,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             lateral: None,
             vibration: None,
             refined: None,
+            negative_refined: 0,
             make_refined: None,
             coarse: None,
             near: None,
@@ -224,6 +227,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             if so_far.going && self.options.estimate && (so_far.winding || !self.options.rough) {
                 let start = (self.options.clock)();
                 if let Some((state, missing)) = self.refine() {
+                    self.note_other_verdict(&mut record);
                     record.refined = Some(state);
                     record.missing = missing;
                     kept = self.keep_refined();
@@ -385,7 +389,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
                 (Vec::new(), None)
             }
             // What rounding explains of a stiffness is none.
-            0 if at_rest.smallest >= mechanism::NEAR || system.hidden_signs() == 0 => {
+            0 if !system.may_hide_signs(at_rest) || system.hidden_signs() == 0 => {
                 (Vec::new(), wants_near.then(|| mechanism::near_motion(system)).flatten())
             }
             _ => (mechanism::free_motions(system), None),
@@ -466,6 +470,16 @@ impl<'a, const D: usize> Continuation<'a, D> {
         chains.map(|(pack, lane)| pack.variations(lane)).collect()
     }
 
+    /// Notes where elements of the next order, whose state has just been found, have another verdict in the plane or in space.
+    fn note_other_verdict(&mut self, record: &mut StepHistory) {
+        let (own, other) = (self.base.own, self.negative_refined);
+        let Some(refined) = self.refined.as_mut().filter(|_| record.stable.is_some() && own != other) else { return };
+        if self.base.potential && (other < own || refined.certain_negative() > own) {
+            record.stable = None;
+            record.notes.push(Note::TooCoarse);
+        }
+    }
+
     /// The present equilibrium on elements of the next order, and what the members lack for it.
     fn refine(&mut self) -> Option<(Equilibrium, Vec<f64>)> {
         if self.refined.is_none() {
@@ -476,7 +490,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
         refined.loading.auxiliary = self.system.loading.auxiliary;
         refined.hold_like(&self.system);
         refined.prolong(&self.system);
-        self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
+        let found = self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
+        self.negative_refined = found.inertia.negative;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
         let chains = (0..refined.members.count()).map(|member| refined.members.chain(member));
