@@ -173,7 +173,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if !self.loaded {
             return;
         }
-        let force = scale(self.pieces[e].length, self.loads[self.segment_of[e]]);
+        let force = scale(self.pieces[e].length, self.loads[self.mesh.segment_of[e]]);
         let part = T::splat(self.table.integrals[P - 1]);
         for d in 0..Self::TRANSLATIONS {
             first[d] -= (T::one() - part) * force[d];
@@ -256,7 +256,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         local: &[[T; D]; P],
         k: &mut Local<T, D, P>,
     ) -> (Turn<T, D>, [[[T; 3]; D]; P]) {
-        let load = scale(self.pieces[e].length, B::pull_back(frame, self.loads[self.segment_of[e]]));
+        let load = scale(self.pieces[e].length, B::pull_back(frame, self.loads[self.mesh.segment_of[e]]));
         let inverse = T::one() / self.pieces[e].length;
         let mut arm = scale(inverse, self.pieces[e].bulge);
         let mut coupling = [zeros(); P];

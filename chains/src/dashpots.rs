@@ -39,15 +39,6 @@ impl<T, const D: usize> Default for Dashpots<T, D> {
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// Mass of an element end, against displacements and against rotations.
-    pub(super) fn end_mass(&self, index: usize, lane: usize) -> [f64; 2] {
-        let part = |element: usize| self.pieces[element].length.lane(lane) / (2.0 * P as f64);
-        let left = if index > 0 { part(index - 1) } else { 0.0 };
-        let right = if index < self.pieces.len() { part(index) } else { 0.0 };
-        let mass = left + right;
-        [mass, mass * (2.0 * mass) * (2.0 * mass)]
-    }
-
     /// Brings the dashpots to the present state.
     pub(super) fn load_dashpots(&mut self) {
         let elements = self.pieces.len();
@@ -60,7 +51,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let saved = self.saved(&dashpots.anchor);
         for lane in 0..T::LANES {
             for index in 1..elements {
-                let [mass, inertia] = self.end_mass(index, lane);
+                let [mass, inertia] = self.mesh.end_mass(lane, index);
                 let (now, then) =
                     (B::pose(&self.state.nodes[index], lane), B::pose(&saved.node::<T, B, D>(index), lane));
                 let u = sub(now.displacement, then.displacement);
@@ -98,7 +89,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn load_work_impl(&self, lane: usize) -> f64 {
         let mut work = 0.0;
         for (element, piece) in self.pieces.iter().enumerate() {
-            let load = lanes::lane_of(&self.loads[self.segment_of[element]], lane);
+            let load = lanes::lane_of(&self.loads[self.mesh.segment_of[element]], lane);
             if load == [0.0; 3] {
                 continue;
             }

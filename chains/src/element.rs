@@ -59,7 +59,7 @@ impl WithLaw for Stiffness<'_> {
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn element_impl(&self, index: usize, e: usize) -> ElementState<D> {
         let packed = &self.pieces[e];
-        let segment = self.segment_of[e];
+        let segment = self.mesh.segment_of[e];
         let moduli = &self.moduli[segment];
         ElementState {
             formulation: B::Law::FORMULATION,

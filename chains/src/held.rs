@@ -53,7 +53,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (mut length, mut force, mut compliance) = (0.0, 0.0, 0.0);
         let mut is_rigid = true;
         for (e, piece) in self.pieces.iter().enumerate() {
-            let moduli = &self.moduli[self.segment_of[e]];
+            let moduli = &self.moduli[self.mesh.segment_of[e]];
             if moduli.held[0].lane(lane) == 0.0 {
                 continue;
             }
@@ -78,7 +78,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Adds the same to the axial force of all these parts.
     pub(super) fn add_held_force_impl(&mut self, lane: usize, by: f64) {
         for e in 0..self.pieces.len() {
-            if self.moduli[self.segment_of[e]].held[0].lane(lane) == 0.0 {
+            if self.moduli[self.mesh.segment_of[e]].held[0].lane(lane) == 0.0 {
                 continue;
             }
             for stress in &mut self.state.stress[e * P..(e + 1) * P] {

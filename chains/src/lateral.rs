@@ -45,7 +45,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn set_lateral_moduli_impl(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
         let all = &mut self.lateral.moduli;
-        all.resize_with(self.segments, Moduli::default);
+        all.resize_with(self.mesh.segments(), Moduli::default);
         let target = &mut all[segment];
         for d in 0..6 {
             target.stiffness[d].set_lane(lane, moduli.stiffness[d]);
@@ -129,7 +129,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         softest: &mut T,
     ) -> Ends<T, 3> {
         let piece = &self.pieces[e];
-        let segment = self.segment_of[e];
+        let segment = self.mesh.segment_of[e];
         let frame = <plane::Plane as Beam<T, 3>>::frame(piece, first, last);
         let (mut local, mut stress) = ([[T::zero(); 3]; P], [[T::zero(); 3]; P]);
         for i in 0..P {

@@ -14,12 +14,12 @@ use pennate_elements::small::norm;
 
 use crate::held::stiffness;
 use crate::member::Variation;
-use crate::{Chain, Pack, lanes};
+use crate::{Chain, lanes};
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn variations_impl(&self, lane: usize) -> Vec<Variation> {
         let one = |element: usize| {
-            let moduli = &self.moduli[self.segment_of[element]];
+            let moduli = &self.moduli[self.mesh.segment_of[element]];
             let stiffness = |d: usize| stiffness(moduli, d, lane);
             let square = |stress: &[T; D]| {
                 let stress = lanes::lane(stress, lane);
@@ -38,6 +38,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 rate: stress.iter().map(square).fold(0.0, f64::max).sqrt(),
             }
         };
-        (0..self.elements()).map(one).collect()
+        (0..self.mesh.elements()).map(one).collect()
     }
 }

@@ -7,6 +7,7 @@
 
 use pennate_elements::beam::{At, Beam, Ends, Moduli, Piece};
 use pennate_elements::interpolation::{Table, node};
+use pennate_elements::laws::LocalLaw;
 use pennate_elements::real::Real;
 use pennate_elements::small::{Ldl, M3, V3, scale, zeros};
 
@@ -38,11 +39,11 @@ use dashpots::Dashpots;
 pub use element::ElementState;
 pub use fibres::Fibres;
 pub use geometry::Bent;
-use geometry::{Curve, Geometry, members_of};
+use geometry::{Curve, Geometry};
 pub use held::HeldForce;
 use lateral::Lateral;
 pub use measures::Measures;
-pub use mesh::{ChainMesh, SegmentMesh};
+pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
 pub use pack::{MemberEnds, Pack};
 pub use rows::{EndPlaces, EndRows};
 pub use side::{Part, Side};
@@ -52,6 +53,8 @@ pub use variation::SegmentVariation;
 
 /// No number has more lanes.
 pub const MOST_LANES: usize = 8;
+/// No element has more nodes after its first one.
+pub const MOST_NODES: usize = 5;
 
 /// What changes in a chain during a solve.
 #[derive(Clone, Debug, Default)]
@@ -90,13 +93,11 @@ impl<T, const D: usize> Default for KeptFactors<T, D> {
 /// Chains of equal mesh with elements of order P.
 #[derive(Debug)]
 pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
-    members: Vec<usize>,
+    mesh: PackMesh,
     table: Table<P>,
     pieces: Vec<Piece<T>>,
     /// Gauss frames and unloaded local positions of nodes 1…P; empty for straight members.
     curves: Vec<Curve<T, P>>,
-    segment_of: Vec<usize>,
-    segments: usize,
     /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
     fibres: Vec<[T; 3]>,
     moduli: Vec<Moduli<T, D>>,
@@ -149,9 +150,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// The same without what elimination fills.
     fn without_factors(meshes: &[ChainMesh]) -> Self {
-        let Geometry { pieces, curves, segment_of, fibres, total_length, chord } = Geometry::<T, P>::new(meshes);
-        let elements = segment_of.len();
-        let segments = meshes[0].segments.len();
+        let mesh = PackMesh::new::<P>(B::Law::FORMULATION, meshes);
+        let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &mesh);
+        let (elements, segments) = (mesh.elements(), mesh.segments());
         let state = ChainState {
             nodes: vec![B::Pose::default(); elements + 1],
             local: vec![[T::zero(); D]; elements * P],
@@ -160,12 +161,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let frame = B::frame(&pieces[0], &state.nodes[0], &state.nodes[1]);
         let o = T::zero();
         Self {
-            members: members_of(meshes),
+            mesh,
             table: Table::new(),
             pieces,
             curves,
-            segment_of,
-            segments,
             fibres,
             moduli: vec![Moduli::default(); segments],
             loads: vec![[o; 3]; segments],
@@ -197,13 +196,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     fn renew_impl(&mut self, meshes: &[ChainMesh]) -> bool {
         let segments = &meshes[0].segments;
         let elements: usize = segments.iter().map(|segment| segment.elements).sum();
-        if meshes.len() > T::LANES || segments.len() != self.segments || elements != self.frames.len() {
+        if meshes.len() > T::LANES || segments.len() != self.mesh.segments() || elements != self.frames.len() {
             return false;
         }
-        let Geometry { pieces, curves, segment_of, fibres, total_length, chord } = Geometry::<T, P>::new(meshes);
+        self.mesh = PackMesh::new::<P>(B::Law::FORMULATION, meshes);
+        let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &self.mesh);
         let o = T::zero();
-        self.members = members_of(meshes);
-        (self.pieces, self.curves, self.segment_of, self.fibres) = (pieces, curves, segment_of, fibres);
+        (self.pieces, self.curves, self.fibres) = (pieces, curves, fibres);
         (self.total_length, self.chord, self.reach) = (total_length, chord, B::Pose::default());
         self.moduli.fill(Moduli::default());
         self.loads.fill([o; 3]);
@@ -257,14 +256,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             table: &self.table,
             piece: &self.pieces[element],
             curved: self.curved(element),
-            moduli: &self.moduli[self.segment_of[element]],
+            moduli: &self.moduli[self.mesh.segment_of[element]],
             local,
             stress: self.stress_of(element),
         }
     }
-}
-
-/// First element of a segment; the number of all elements where there is no such segment.
-fn first_of(segment_of: &[usize], segment: usize) -> usize {
-    segment_of.partition_point(|&s| s < segment)
 }

@@ -3,7 +3,6 @@
 use std::any::Any;
 
 use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
-use pennate_elements::laws::{About, LocalLaw};
 use pennate_elements::real::Real;
 use pennate_elements::small::{Ldl, V3, axpy, zeros};
 
@@ -11,24 +10,20 @@ use crate::element::ElementState;
 use crate::held::HeldForce;
 use crate::measures::Measures;
 use crate::member::{MemberShape, SectionForces, Variation};
-use crate::mesh::ChainMesh;
+use crate::mesh::{ChainMesh, PackMesh};
 use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
 use crate::size::Size;
 use crate::transfer::{Field, InLanes};
 use crate::variation::SegmentVariation;
-use crate::{Chain, KeptFactors, MOST_LANES, condense, first_of, lanes, state, unroll};
+use crate::{Chain, KeptFactors, MOST_LANES, condense, lanes, state, unroll};
 
 /// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
 
 /// The chains of the members that lie side by side in one `T`, whatever their order.
 pub trait Pack<const D: usize>: Send {
-    /// Members of the lanes, by index in the structure.
-    fn members(&self) -> &[usize];
-    /// Number of segments of each member.
-    fn segments(&self) -> usize;
-    /// Unloaded length of the elements of a segment.
-    fn element_length(&self, lane: usize, segment: usize) -> f64;
+    /// How the members are divided into elements.
+    fn mesh(&self) -> &PackMesh;
     /// Sets stiffness and induced strains of a segment.
     fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
     /// Dead force per unloaded length.
@@ -103,8 +98,6 @@ pub trait Pack<const D: usize>: Send {
     /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
     /// mass; zero takes them away.
     fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
-    /// Mass of the ends for those dashpots: against displacements and against rotations.
-    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2];
     /// Strain energy in the highest mode of the strains of all elements: what elements of an order less lack.
     fn top_energy(&self, lane: usize) -> f64;
     /// Work of the load along the member from the unloaded state.
@@ -140,10 +133,6 @@ pub trait Pack<const D: usize>: Send {
     fn as_any(&self) -> &dyn Any;
     /// Where a member is at a unit coordinate of one of its elements.
     fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
-    /// First element of a segment, and their number.
-    fn elements_of(&self, segment: usize) -> (usize, usize);
-    /// Where the elements of a member begin and end along its unloaded length: one more than elements, from zero on.
-    fn spans(&self, lane: usize) -> Vec<f64>;
     /// How fast the state of a member may vary along each of its elements.
     fn variations(&self, lane: usize) -> Vec<Variation>;
     /// The largest force that a section of a member carries, along its axis and across, by lane.
@@ -157,18 +146,10 @@ pub trait Pack<const D: usize>: Send {
     fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
     /// What [`Pack::sample`] is interpolated from.
     fn field(&self, lane: usize, element: usize) -> Field<D>;
-    /// Gauss points in the unit interval.
-    fn points(&self) -> &[f64];
     /// Where the node before an element is, and after the last one.
     fn element_end(&self, lane: usize, index: usize) -> Placement;
     /// An element with all that it is evaluated at.
     fn element(&self, lane: usize, element: usize) -> ElementState<D>;
-    /// Number of elements of each member.
-    fn elements(&self) -> usize;
-    /// Their polynomial order.
-    fn order(&self) -> usize;
-    /// What is known of their law.
-    fn about(&self) -> About;
     /// Present length and largest strains of every member.
     fn measures(&self) -> Vec<Measures>;
     /// Tangent at the middle of the unloaded length, and the load along the member up to there.
@@ -182,16 +163,8 @@ pub trait Pack<const D: usize>: Send {
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T, B, D, P> {
-    fn members(&self) -> &[usize] {
-        &self.members
-    }
-
-    fn segments(&self) -> usize {
-        self.segments
-    }
-
-    fn element_length(&self, lane: usize, segment: usize) -> f64 {
-        self.pieces[first_of(&self.segment_of, segment)].length.lane(lane)
+    fn mesh(&self) -> &PackMesh {
+        &self.mesh
     }
 
     fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
@@ -285,7 +258,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]) {
-        for (lane, &member) in self.members.iter().enumerate() {
+        for (lane, &member) in self.mesh.members.iter().enumerate() {
             for (target, force) in forces[member].iter_mut().zip([&self.ends.r0, &self.ends.r1]) {
                 for d in 0..D {
                     target[components[d]] = force[d].lane(lane);
@@ -304,7 +277,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
         let [start, end] = T::run(condense::Bare(self));
-        (0..self.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
+        (0..self.mesh.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
     }
 
     fn energy(&self, lane: usize) -> f64 {
@@ -380,10 +353,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.dashpots.anchor.extend_from_slice(anchor);
     }
 
-    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2] {
-        [self.end_mass(0, lane), self.end_mass(self.frames.len(), lane)]
-    }
-
     fn top_energy(&self, lane: usize) -> f64 {
         self.top_energy_impl(lane)
     }
@@ -451,22 +420,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.place_impl(lane, element, s)
     }
 
-    fn elements_of(&self, segment: usize) -> (usize, usize) {
-        let first = first_of(&self.segment_of, segment);
-        (first, first_of(&self.segment_of, segment + 1) - first)
-    }
-
-    fn spans(&self, lane: usize) -> Vec<f64> {
-        let mut ends = Vec::with_capacity(self.pieces.len() + 1);
-        let mut at = 0.0;
-        ends.push(at);
-        for piece in &self.pieces {
-            at += piece.length.lane(lane);
-            ends.push(at);
-        }
-        ends
-    }
-
     fn variations(&self, lane: usize) -> Vec<Variation> {
         self.variations_impl(lane)
     }
@@ -496,28 +449,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.field_impl(lane, element)
     }
 
-    fn points(&self) -> &[f64] {
-        &self.table.points
-    }
-
     fn element_end(&self, lane: usize, index: usize) -> Placement {
         B::pose(&self.state.nodes[index], lane)
     }
 
     fn element(&self, lane: usize, element: usize) -> ElementState<D> {
         self.element_impl(lane, element)
-    }
-
-    fn elements(&self) -> usize {
-        self.frames.len()
-    }
-
-    fn order(&self) -> usize {
-        P
-    }
-
-    fn about(&self) -> About {
-        B::Law::ABOUT
     }
 
     fn measures(&self) -> Vec<Measures> {
@@ -530,7 +467,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn total_load(&self, lane: usize) -> V3<f64> {
         let mut total = [0.0; 3];
-        for (piece, &segment) in self.pieces.iter().zip(&self.segment_of) {
+        for (piece, &segment) in self.pieces.iter().zip(&self.mesh.segment_of) {
             axpy(&mut total, piece.length.lane(lane), lanes::lane_of(&self.loads[segment], lane));
         }
         total

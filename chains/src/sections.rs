@@ -39,7 +39,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         force: V3<f64>,
         moment: V3<f64>,
     ) -> Vec<SectionForces> {
-        let mut sections = Vec::with_capacity(self.frames.len() * P + self.segments);
+        let mut sections = Vec::with_capacity(self.frames.len() * P + self.mesh.segments());
         let start = point(origin, &self.element_end_of(lane, 0), &lanes(&self.pieces[0].axes, lane), &identity());
         let mut last = start;
         let mut unloaded = origin;
@@ -59,13 +59,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
         };
         for (e, piece) in self.pieces.iter().enumerate() {
-            let segment = self.segment_of[e];
+            let segment = self.mesh.segment_of[e];
             let axes = lanes(&piece.axes, lane);
             let from = self.element_end_of(lane, e);
             let local = self.local_unknowns(e);
             let length = piece.length.lane(lane);
             let load = lane_of(&self.loads[segment], lane);
-            if e == 0 || self.segment_of[e - 1] != segment {
+            if e == 0 || self.mesh.segment_of[e - 1] != segment {
                 sections.push(section(&last, &carried, before, segment));
             }
             for i in 0..P {

@@ -52,7 +52,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<
     fn run(self) -> T {
         let Self(chain) = self;
         let mut largest = T::zero();
-        for (e, &segment) in chain.segment_of.iter().enumerate() {
+        for (e, &segment) in chain.mesh.segment_of.iter().enumerate() {
             let moduli = &chain.moduli[segment];
             let (mut held, mut compliance) = (T::zero(), [T::zero(); D]);
             for d in 0..D {
@@ -88,7 +88,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for (e, piece) in self.pieces.iter().enumerate() {
             let length = piece.length.lane(lane);
             let here = left.min(length);
-            axpy(&mut carried, here, lane_of(&self.loads[self.segment_of[e]], lane));
+            axpy(&mut carried, here, lane_of(&self.loads[self.mesh.segment_of[e]], lane));
             if left <= length * (1.0 + 1e-12) || e + 1 == self.pieces.len() {
                 let s = (left / length).min(1.0);
                 let (local, _) = self.sample(lane, e, s);
@@ -112,7 +112,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut load_so_far = [0.0; 3];
         let mut load_moment = [0.0; 3];
         for e in 0..self.frames.len() {
-            let segment = self.segment_of[e];
+            let segment = self.mesh.segment_of[e];
             let axes = lanes(&self.pieces[e].axes, lane);
             let from = self.element_end(lane, e);
             let local = self.local_unknowns(e);
@@ -176,7 +176,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut energy = 0.0;
         for e in 0..self.frames.len() {
             let strains = self.strains(e);
-            let moduli = &self.moduli[self.segment_of[e]];
+            let moduli = &self.moduli[self.mesh.segment_of[e]];
             for d in 0..D {
                 if moduli.held[d].lane(lane) < 1.0 {
                     let top: f64 = (0..P).map(|g| mode[g] * strains[g][d].lane(lane)).sum();

@@ -83,7 +83,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn distances_impl(&self, row: &[f64]) -> [Size; MOST_LANES] {
         let [turned, moved] = T::run(Distance(self, row));
         let mut sizes = [Size::default(); MOST_LANES];
-        for lane in 0..self.members.len() {
+        for lane in 0..self.mesh.members.len() {
             sizes[lane] = Size { rotation: B::angle(turned.lane(lane)), displacement: moved.lane(lane).sqrt() };
         }
         sizes

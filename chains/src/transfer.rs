@@ -8,12 +8,7 @@ use pennate_elements::real::{Real, Work};
 use pennate_elements::small::{V3, axpy, scale};
 
 use crate::lanes;
-use crate::{Bent, Chain, Pack};
-
-/// The highest order of an element.
-const MOST: usize = 5;
-/// Elements whose lengths differ by no more than this part are the same: rounding.
-const SAME: f64 = 1e-12;
+use crate::{Bent, Chain, MOST_NODES as MOST, Pack};
 
 /// Local unknowns of the nodes of an element and mixed stresses at its Gauss points; what its order does not have is zero.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +89,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut divided = Vec::new();
         let mut poses = Vec::new();
         for (lane, &(coarse, from)) in sources.iter().enumerate() {
-            if self.is_divided_alike(lane, coarse, from) {
+            if self.mesh.is_divided_like(lane, coarse.mesh(), from) {
                 self.enrich(lane, coarse, from);
             } else {
                 poses.resize(self.state.local.len(), B::Pose::default());
@@ -119,9 +114,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     fn enrich_in_lanes(&mut self, sources: &[(&dyn Pack<D>, usize)]) -> bool {
         let coarse = sources[0].0;
         let alike = |(lane, &(_, from)): (usize, &(&dyn Pack<D>, usize))| {
-            lane == from && self.is_divided_alike(lane, coarse, from)
+            lane == from && self.mesh.is_divided_like(lane, coarse.mesh(), from)
         };
-        if coarse.members() != self.members || !sources.iter().enumerate().all(alike) {
+        if coarse.mesh().members != self.mesh.members || !sources.iter().enumerate().all(alike) {
             return false;
         }
         let InLanes { nodes, local, stress } = coarse.in_lanes();
@@ -130,14 +125,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             .zip(local.downcast_ref::<Vec<[T; D]>>())
             .zip(stress.downcast_ref::<Vec<[T; D]>>());
         let Some(((nodes, local), stress)) = kinds else { return false };
-        let order = coarse.order();
-        let weights = self.weights_of(order, coarse.points());
+        let order = coarse.mesh().order;
+        let weights = self.weights_of(order, coarse.mesh().points());
         T::run(Enrich { chain: self, order, nodes, local, stress, weights });
         true
     }
 
     pub(super) fn adopt_impl(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
-        debug_assert_eq!((self.frames.len(), P), (source.elements(), source.order()));
+        debug_assert_eq!((self.frames.len(), P), (source.mesh().elements(), source.mesh().order));
         for index in 0..self.state.nodes.len() {
             B::set_pose(&mut self.state.nodes[index], lane, &source.element_end(from, index));
         }
@@ -171,8 +166,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for index in 0..self.state.nodes.len() {
             B::set_pose(&mut self.state.nodes[index], lane, &coarse.element_end(from, index));
         }
-        let order = coarse.order();
-        let [at_nodes, at_points] = self.weights_of(order, coarse.points());
+        let order = coarse.mesh().order;
+        let [at_nodes, at_points] = self.weights_of(order, coarse.mesh().points());
         for e in 0..self.frames.len() {
             let field = coarse.field(from, e);
             for i in 0..P {
@@ -189,19 +184,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
-    /// Whether a member has the same elements here and there, whatever their order.
-    fn is_divided_alike(&self, lane: usize, other: &dyn Pack<D>, from: usize) -> bool {
-        let same = |segment: usize| {
-            let [own, others] = [self.element_length(lane, segment), other.element_length(from, segment)];
-            self.elements_of(segment) == other.elements_of(segment) && (own - others).abs() <= SAME * own
-        };
-        self.segments == other.segments() && self.frames.len() == other.elements() && (0..self.segments).all(same)
-    }
-
     /// Takes over the state of a member divided into other elements, but for the local unknowns, whose places are left
     /// in `poses`.
     fn divide(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize, poses: &mut [B::Pose]) {
-        let (own, others) = (self.spans(lane), coarse.spans(from));
+        let (own, others) = (self.mesh.spans(lane), coarse.mesh().spans(from));
         // Element of the coarse member, and the place in it.
         let locate = |x: f64| {
             let e = others[1..others.len() - 1].partition_point(|&end| end <= x);
@@ -244,7 +230,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     pub(super) fn lift_impl(&mut self, plane: &dyn Pack<3>) {
-        for lane in 0..self.members.len() {
+        for lane in 0..self.mesh.members.len() {
             for index in 0..self.state.nodes.len() {
                 B::set_pose(&mut self.state.nodes[index], lane, &plane.element_end(lane, index));
             }

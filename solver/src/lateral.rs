@@ -157,16 +157,16 @@ impl Lateral {
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
         for pack in 0..plane.members.packs.len() {
             let forces = plane.loading.carried_forces(plane.members.packs[pack].as_ref());
-            for lane in 0..plane.members.packs[pack].members().len() {
-                let index = plane.members.packs[pack].members()[lane];
+            for lane in 0..plane.members.packs[pack].mesh().members.len() {
+                let index = plane.members.packs[pack].mesh().members[lane];
                 let turn = plane.members.slots[index].turn;
                 let length = plane.structure.members[index].length();
                 for segment in 0..plane.structure.members[index].segments.len() {
                     let section = plane.section(index, segment);
                     let pack = &mut plane.members.packs[pack];
-                    let lengths = [pack.element_length(lane, segment), length];
+                    let lengths = [pack.mesh().element_length(lane, segment), length];
                     let auxiliary = plane.loading.auxiliary;
-                    let moduli = packs::moduli(&section, pack.about(), lengths, &turn, auxiliary, forces[lane]);
+                    let moduli = packs::moduli(&section, pack.mesh().about(), lengths, &turn, auxiliary, forces[lane]);
                     pack.set_lateral_moduli(lane, segment, &moduli);
                 }
             }

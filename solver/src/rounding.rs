@@ -178,7 +178,7 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
     let turned = [0, 1].map(|end| norm(log(pack.end(slot.lane, end).rotation)));
     let turned = UNIT * turned[0].max(turned[1]).min(1.0);
     // Errors of elements in a row add up like steps of either sign.
-    let steps = (pack.elements() as f64).sqrt();
+    let steps = (pack.mesh().elements() as f64).sqrt();
     let moves = lots.draw_along(turned * (steps * length + arms), direction(system, index));
     let turns = lots.draw_three(turned * steps);
     let shift = [moves[0], moves[1], moves[2], turns[0], turns[1], turns[2]];

@@ -767,7 +767,7 @@ impl Beginning {
         for member in 0..system.members.count() {
             let slot = &system.members.slots[member];
             let pack = &system.members.packs[slot.pack];
-            for e in 0..pack.elements() {
+            for e in 0..pack.mesh().elements() {
                 let state = pack.element(slot.lane, e);
                 let own = Evaluated::of(&state, &response.stressings[member][e], operators::Part::Rate);
                 scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);

@@ -240,7 +240,7 @@ fn left_out(rest: &Stepped, steps: &[Stepped; 3], size: f64) -> f64 {
 fn states(system: &System<6>) -> Vec<Vec<ElementState<6>>> {
     let member = |slot: &crate::system::MemberSlot| {
         let pack = &system.members.packs[slot.pack];
-        (0..pack.elements()).map(|e| pack.element(slot.lane, e)).collect()
+        (0..pack.mesh().elements()).map(|e| pack.element(slot.lane, e)).collect()
     };
     system.members.slots.iter().map(member).collect()
 }

@@ -170,7 +170,7 @@ impl Assembled {
         for member in 0..system.members.count() {
             let slot = &system.members.slots[member];
             let (pack, lane) = (&system.members.packs[slot.pack], slot.lane);
-            for e in 0..pack.elements() {
+            for e in 0..pack.mesh().elements() {
                 let state = pack.element(lane, e);
                 let stressing = present(&state);
                 let inertia = || inertia(&system.section(member, state.segment).section, &slot.turn);
@@ -290,14 +290,14 @@ pub(crate) fn present(state: &ElementState<6>) -> Stressing {
 pub(crate) fn entries(system: &System<6>) -> usize {
     let member = |slot: &MemberSlot| {
         let pack = &system.members.packs[slot.pack];
-        pack.elements() * (6 * (pack.order() + 1)).pow(2)
+        pack.mesh().elements() * (6 * (pack.mesh().order + 1)).pow(2)
     };
     system.members.slots.iter().map(member).sum()
 }
 
 /// Unknowns of the nodes of an element.
 pub(crate) fn element_columns(system: &System<6>, unknowns: &Unknowns, member: usize, e: usize) -> Vec<Vec<Column>> {
-    let order = system.members.packs[system.members.slots[member].pack].order();
+    let order = system.members.packs[system.members.slots[member].pack].mesh().order;
     (0..=order).map(|i| unknowns.member_node(system, member, e * order + i)).collect()
 }
 

@@ -13,7 +13,7 @@ impl<const D: usize> System<D> {
         self.places.copy_from(&other.places);
         (self.loading.prestress, self.loading.fraction) = (other.loading.prestress, other.loading.fraction);
         for pack in &mut self.members.packs {
-            for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
+            for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member);
                 pack.adopt(lane, from, theirs);
             }
@@ -37,7 +37,7 @@ impl<const D: usize> System<D> {
         self.places.releases.copy_from_slice(releases);
         (self.loading.prestress, self.loading.fraction) = (other.loading.prestress, other.loading.fraction);
         for pack in &mut self.members.packs {
-            for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
+            for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member + members);
                 pack.adopt(lane, from, theirs);
             }

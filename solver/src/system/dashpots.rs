@@ -36,7 +36,8 @@ impl<const D: usize> System<D> {
         for member in 0..self.members.count() {
             let (pack, lane) = self.members.chain(member);
             let nodes = self.structure.members[member].nodes;
-            for (node, [mass, inertia]) in nodes.into_iter().zip(pack.end_masses(lane)) {
+            for (end, node) in [0, pack.mesh().elements()].into_iter().zip(nodes) {
+                let [mass, inertia] = pack.mesh().end_mass(lane, end);
                 let link = &self.topology.links[node];
                 let arm = norm(link.arm);
                 masses[link.joint][0] += mass;

@@ -61,7 +61,7 @@ impl<const D: usize> Members<D> {
     ) -> Self {
         let mut slots: Vec<Option<MemberSlot>> = vec![None; structure.members.len()];
         for (pack, chain) in packs.iter().enumerate() {
-            for (lane, &member) in chain.members().iter().enumerate() {
+            for (lane, &member) in chain.mesh().members.iter().enumerate() {
                 slots[member] = Some(MemberSlot::of(structure, topology, member, [pack, lane]));
             }
         }
@@ -126,8 +126,8 @@ impl<const D: usize> Members<D> {
 
     /// Whether the same members lie in the same lanes of others.
     pub(super) fn lie_as(&self, others: &Self) -> bool {
-        let own = self.packs.iter().map(|pack| pack.members());
-        own.eq(others.packs.iter().map(|pack| pack.members()))
+        let own = self.packs.iter().map(|pack| &pack.mesh().members);
+        own.eq(others.packs.iter().map(|pack| &pack.mesh().members))
     }
 
     /// Puts the ends of the chains of some packs where their joints are.
@@ -192,7 +192,7 @@ impl<const D: usize> Members<D> {
         let of = |pack: &dyn Pack<D>| {
             let forces = pack.carried_forces();
             let own = |lane: usize| pack.held_force(lane).map_or(0.0, |held| forces[lane] / held.auxiliary);
-            (0..pack.members().len()).map(own).fold(0.0, f64::max)
+            (0..pack.mesh().members.len()).map(own).fold(0.0, f64::max)
         };
         self.packs.iter().map(|pack| of(pack.as_ref())).fold(0.0, f64::max)
     }

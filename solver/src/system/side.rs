@@ -53,7 +53,7 @@ impl Side {
         entries: usize,
     ) -> Option<Self> {
         let joints_of = |member: usize| structure.members[member].nodes.map(|node| topology.links[node].joint);
-        let first = members.packs.first()?.members();
+        let first = members.packs.first()?.mesh().members.as_slice();
         let [one, next, ..] = *first else { return None };
         let lanes = first.len();
         let joints = joints_of(next)[0].checked_sub(joints_of(one)[0]).filter(|&joints| joints > 0)?;
@@ -68,7 +68,7 @@ impl Side {
             let plain = |&member: &usize| {
                 scatters.members[member].is_plain && meets_joints(structure, topology, members, member)
             };
-            let own = pack.members();
+            let own = &pack.mesh().members;
             let may = own.len() == lanes && own.iter().all(plain);
             let joints: Vec<[usize; 2]> = own.iter().map(|&member| joints_of(member)).collect();
             let places: Vec<&EndPlaces> = own.iter().map(|&member| &scatters.members[member].plain).collect();
@@ -112,7 +112,7 @@ impl Side {
         members: &Members<D>,
     ) -> bool {
         let beside = members.packs.iter().zip(&self.packs).filter(|(_, beside)| beside.is_some());
-        let mut own = beside.flat_map(|(pack, _)| pack.members());
+        let mut own = beside.flat_map(|(pack, _)| &pack.mesh().members);
         own.all(|&member| meets_joints(structure, topology, members, member))
     }
 

@@ -78,7 +78,7 @@ impl<const D: usize> System<D> {
             });
         }
         for (pack, row) in self.members.packs.iter().zip(&other.chains) {
-            for (&member, size) in pack.members().iter().zip(pack.distances(row)) {
+            for (&member, size) in pack.mesh().members.iter().zip(pack.distances(row)) {
                 let part = parts.members[member];
                 all[part] = all[part].join(size);
             }
@@ -163,7 +163,7 @@ impl<const D: usize> System<D> {
         self.loading.follow(&coarse.loading);
         for pack in &mut self.members.packs {
             let source = |&member: &usize| coarse.members.chain(member);
-            let sources: Vec<_> = pack.members().iter().map(source).collect();
+            let sources: Vec<_> = pack.mesh().members.iter().map(source).collect();
             pack.prolong(&sources);
         }
         self.apply_drives();

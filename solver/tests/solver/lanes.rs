@@ -75,7 +75,7 @@ fn told<const D: usize>(chain: &dyn Pack<D>, lane: usize) -> [Vec<f64>; 5] {
     let scalars =
         vec![chain.energy(lane), chain.measures()[lane].length, negative as f64, smallest, chain.size(lane).largest()];
     let (mut shape, mut stresses) = (Vec::new(), Vec::new());
-    for element in 0..chain.elements() {
+    for element in 0..chain.mesh().elements() {
         let (local, stress) = chain.sample(lane, element, 0.3);
         shape.extend(local.into_iter().chain(chain.element_end(lane, element + 1).displacement));
         stresses.extend(stress);
@@ -108,7 +108,7 @@ fn side_by_side<const D: usize>(build: Build<D>, members: usize, of: impl Fn(usi
     let places: Vec<(usize, usize)> = together
         .iter()
         .enumerate()
-        .flat_map(|(pack, chain)| (0..chain.members().len()).map(move |lane| (pack, lane)))
+        .flat_map(|(pack, chain)| (0..chain.mesh().members.len()).map(move |lane| (pack, lane)))
         .collect();
     assert_eq!(places.len(), members);
     for round in 0..3 {
