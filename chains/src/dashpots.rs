@@ -6,9 +6,9 @@
 use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
 use pennate_elements::rotation;
-use pennate_elements::small::{dot, sub};
+use pennate_elements::small::sub;
 
-use crate::{Chain, lanes};
+use crate::Chain;
 
 /// Stiffness and force of the dashpots at the present state.
 #[derive(Debug)]
@@ -83,34 +83,5 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
         }
         self.dashpots = dashpots;
-    }
-
-    /// Work of the load along the member from the unloaded state.
-    pub(super) fn load_work_impl(&self, lane: usize) -> f64 {
-        let mut work = 0.0;
-        for (element, piece) in self.pieces.iter().enumerate() {
-            let load = lanes::lane_of(&self.loads[self.mesh.segment_of[element]], lane);
-            if load == [0.0; 3] {
-                continue;
-            }
-            let first = B::pose(&self.state.nodes[element], lane);
-            let last = B::pose(&self.state.nodes[element + 1], lane);
-            let left = 1.0 - self.table.integrals.iter().sum::<f64>();
-            let mut mean = [0.0; 3];
-            let mut take = |weight: f64, u: [f64; 3]| {
-                for (m, u) in mean.iter_mut().zip(u) {
-                    *m += weight * u;
-                }
-            };
-            for i in 0..Self::INNER_NODES {
-                let local = lanes::lane(&self.state.local[element * P + i], lane);
-                let reference = lanes::lane_of(&self.reference(element, i), lane);
-                take(self.table.integrals[i], B::interior(piece, &first, reference, local, lane).displacement);
-            }
-            take(self.table.integrals[P - 1], last.displacement);
-            take(left, first.displacement);
-            work += piece.length.lane(lane) * dot(load, mean);
-        }
-        work
     }
 }

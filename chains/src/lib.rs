@@ -30,26 +30,32 @@ mod shape;
 mod side;
 mod size;
 mod state;
+mod strains;
 mod transfer;
 mod unroll;
 mod variation;
+mod work;
 
 pub use condense::ROUNDING;
 use dashpots::Dashpots;
-pub use element::ElementState;
+pub use element::{ElementState, SegmentState, Unloaded, element, place, sample};
 pub use fibres::Fibres;
 pub use geometry::Bent;
 use geometry::{Curve, Geometry};
-pub use held::HeldForce;
+pub use held::{HeldForce, held_force};
 use lateral::Lateral;
+pub use layers::variations;
 pub use measures::Measures;
 pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
 pub use pack::{MemberEnds, Pack};
 pub use rows::{EndPlaces, EndRows};
+pub use sections::sections;
+pub use shape::{middle, shape};
 pub use side::{Part, Side};
 pub use size::Size;
 use size::Sizes;
 pub use variation::SegmentVariation;
+pub use work::{load_work, top_energy, total_load};
 
 /// No number has more lanes.
 pub const MOST_LANES: usize = 8;

@@ -5,7 +5,7 @@ use pennate_elements::real::{Real, Work};
 
 use crate::Chain;
 use crate::member::Peak;
-use crate::shape::Strains;
+use crate::strains::Strains;
 
 /// Present length of the axis of a member, and its largest strains.
 #[derive(Clone, Copy, Debug, Default)]

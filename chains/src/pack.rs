@@ -4,18 +4,16 @@ use std::any::Any;
 
 use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
 use pennate_elements::real::Real;
-use pennate_elements::small::{Ldl, V3, axpy, zeros};
+use pennate_elements::small::{Ldl, V3, zeros};
 
-use crate::element::ElementState;
-use crate::held::HeldForce;
+use crate::element::{SegmentState, Unloaded};
 use crate::measures::Measures;
-use crate::member::{MemberShape, SectionForces, Variation};
 use crate::mesh::{ChainMesh, PackMesh};
 use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
 use crate::size::Size;
-use crate::transfer::{Field, InLanes};
+use crate::transfer::InLanes;
 use crate::variation::SegmentVariation;
-use crate::{Chain, KeptFactors, MOST_LANES, condense, lanes, state, unroll};
+use crate::{Chain, KeptFactors, MOST_LANES, MOST_NODES, condense, lanes, state, unroll};
 
 /// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
@@ -28,8 +26,6 @@ pub trait Pack<const D: usize>: Send {
     fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
     /// Dead force per unloaded length.
     fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>);
-    /// Where an end of the member is, 0 its start and 1 its end.
-    fn end(&self, lane: usize, end: usize) -> Placement;
     /// Puts an end of the member somewhere.
     fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
     /// Linearizes every element and eliminates everything between the ends.
@@ -67,8 +63,6 @@ pub trait Pack<const D: usize>: Send {
     fn energy(&self, lane: usize) -> f64;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
-    /// The axial force of what cannot be stretched; `None` where all of a member can.
-    fn held_force(&self, lane: usize) -> Option<HeldForce>;
     /// Adds to that force.
     fn add_held_force(&mut self, lane: usize, by: f64);
     /// Sets the motion of both ends that the next advance makes: displacements, then spins.
@@ -98,10 +92,6 @@ pub trait Pack<const D: usize>: Send {
     /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
     /// mass; zero takes them away.
     fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
-    /// Strain energy in the highest mode of the strains of all elements: what elements of an order less lack.
-    fn top_energy(&self, lane: usize) -> f64;
-    /// Work of the load along the member from the unloaded state.
-    fn load_work(&self, lane: usize) -> f64;
     /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
     fn save(&self, row: &mut Vec<f64>);
     /// Takes the state in a row.
@@ -131,35 +121,26 @@ pub trait Pack<const D: usize>: Send {
     fn in_lanes(&self) -> InLanes<'_>;
     /// The chain itself, for another one of its kind.
     fn as_any(&self) -> &dyn Any;
-    /// Where a member is at a unit coordinate of one of its elements.
-    fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
-    /// How fast the state of a member may vary along each of its elements.
-    fn variations(&self, lane: usize) -> Vec<Variation>;
     /// The largest force that a section of a member carries, along its axis and across, by lane.
     fn carried_forces(&self) -> [f64; MOST_LANES];
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
     /// Copies the state of a plane chain with the same elements and order into a spatial one.
     fn lift(&mut self, plane: &dyn Pack<3>);
-    /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
-    /// Gauss points).
-    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
-    /// What [`Pack::sample`] is interpolated from.
-    fn field(&self, lane: usize, element: usize) -> Field<D>;
     /// Where the node before an element is, and after the last one.
-    fn element_end(&self, lane: usize, index: usize) -> Placement;
-    /// An element with all that it is evaluated at.
-    fn element(&self, lane: usize, element: usize) -> ElementState<D>;
+    fn node(&self, lane: usize, index: usize) -> Placement;
+    /// Local unknowns of nodes 1…P of an element, the last node's by where the ends are.
+    fn local(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
+    /// Mixed stresses at its Gauss points.
+    fn stress(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
+    /// Strains there.
+    fn strains(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
+    /// Its unloaded geometry.
+    fn unloaded(&self, lane: usize, element: usize) -> Unloaded;
+    /// Section and load of a segment.
+    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D>;
     /// Present length and largest strains of every member.
     fn measures(&self) -> Vec<Measures>;
-    /// Tangent at the middle of the unloaded length, and the load along the member up to there.
-    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
-    /// Sum of the load along the member.
-    fn total_load(&self, lane: usize) -> V3<f64>;
-    /// Shape and section forces; `force` and `moment` act on the start of the member, `origin` is its unloaded place.
-    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape;
-    /// Section forces at all nodes of the elements, from the actions on the start of the member.
-    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces>;
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T, B, D, P> {
@@ -191,10 +172,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         } else if self.loaded {
             self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
         }
-    }
-
-    fn end(&self, lane: usize, end: usize) -> Placement {
-        B::pose(&self.state.nodes[end * self.frames.len()], lane)
     }
 
     fn set_end(&mut self, lane: usize, end: usize, placement: &Placement) {
@@ -288,10 +265,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.violation_impl()
     }
 
-    fn held_force(&self, lane: usize) -> Option<HeldForce> {
-        self.held_force_impl(lane)
-    }
-
     fn add_held_force(&mut self, lane: usize, by: f64) {
         self.add_held_force_impl(lane, by);
     }
@@ -353,14 +326,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.dashpots.anchor.extend_from_slice(anchor);
     }
 
-    fn top_energy(&self, lane: usize) -> f64 {
-        self.top_energy_impl(lane)
-    }
-
-    fn load_work(&self, lane: usize) -> f64 {
-        self.load_work_impl(lane)
-    }
-
     fn save(&self, row: &mut Vec<f64>) {
         self.save_impl(row);
     }
@@ -416,14 +381,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self
     }
 
-    fn place(&self, lane: usize, element: usize, s: f64) -> Placement {
-        self.place_impl(lane, element, s)
-    }
-
-    fn variations(&self, lane: usize) -> Vec<Variation> {
-        self.variations_impl(lane)
-    }
-
     fn carried_forces(&self) -> [f64; MOST_LANES] {
         self.carried_forces_impl()
     }
@@ -441,43 +398,31 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.lift_impl(plane);
     }
 
-    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
-        self.sample_impl(lane, element, s)
-    }
-
-    fn field(&self, lane: usize, element: usize) -> Field<D> {
-        self.field_impl(lane, element)
-    }
-
-    fn element_end(&self, lane: usize, index: usize) -> Placement {
+    fn node(&self, lane: usize, index: usize) -> Placement {
         B::pose(&self.state.nodes[index], lane)
     }
 
-    fn element(&self, lane: usize, element: usize) -> ElementState<D> {
-        self.element_impl(lane, element)
+    fn local(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
+        self.local_impl(lane, element)
+    }
+
+    fn stress(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
+        self.stress_impl(lane, element)
+    }
+
+    fn strains(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
+        self.strains_impl(lane, element)
+    }
+
+    fn unloaded(&self, lane: usize, element: usize) -> Unloaded {
+        self.unloaded_impl(lane, element)
+    }
+
+    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D> {
+        self.segment_impl(lane, segment)
     }
 
     fn measures(&self) -> Vec<Measures> {
         self.measures_impl()
-    }
-
-    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>) {
-        self.middle_impl(lane)
-    }
-
-    fn total_load(&self, lane: usize) -> V3<f64> {
-        let mut total = [0.0; 3];
-        for (piece, &segment) in self.pieces.iter().zip(&self.mesh.segment_of) {
-            axpy(&mut total, piece.length.lane(lane), lanes::lane_of(&self.loads[segment], lane));
-        }
-        total
-    }
-
-    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape {
-        self.shape_impl(lane, origin, force, moment)
-    }
-
-    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces> {
-        self.sections_impl(lane, origin, force, moment)
     }
 }

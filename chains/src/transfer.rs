@@ -2,20 +2,13 @@
 
 use std::any::Any;
 
-use pennate_elements::beam::{Beam, Piece, Placement};
+use pennate_elements::beam::{Beam, Piece};
 use pennate_elements::interpolation::node;
 use pennate_elements::real::{Real, Work};
-use pennate_elements::small::{V3, axpy, scale};
+use pennate_elements::small::axpy;
 
-use crate::lanes;
-use crate::{Bent, Chain, MOST_NODES as MOST, Pack};
-
-/// Local unknowns of the nodes of an element and mixed stresses at its Gauss points; what its order does not have is zero.
-#[derive(Clone, Copy, Debug)]
-pub struct Field<const D: usize> {
-    local: [[f64; D]; MOST],
-    stress: [[f64; D]; MOST],
-}
+use crate::element::{node_weights, place, point_weights, sample};
+use crate::{Chain, MOST_NODES, Pack};
 
 /// The state of a pack as it lies in the lanes: nodes, local unknowns and stresses are vectors of the kinds that its own
 /// chain has.
@@ -33,7 +26,7 @@ struct Enrich<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     local: &'a [[T; D]],
     stress: &'a [[T; D]],
     /// Weights of the nodes and of the Gauss points of the other order, at every node and point of this one.
-    weights: [[[f64; MOST]; P]; 2],
+    weights: [[[f64; MOST_NODES]; P]; 2],
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_, T, B, D, P> {
@@ -134,14 +127,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn adopt_impl(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
         debug_assert_eq!((self.frames.len(), P), (source.mesh().elements(), source.mesh().order));
         for index in 0..self.state.nodes.len() {
-            B::set_pose(&mut self.state.nodes[index], lane, &source.element_end(from, index));
+            B::set_pose(&mut self.state.nodes[index], lane, &source.node(from, index));
         }
         for e in 0..self.frames.len() {
-            let field = source.field(from, e);
+            let (local, stress) = (source.local(from, e), source.stress(from, e));
             for i in 0..P {
                 for d in 0..D {
-                    self.state.local[e * P + i][d].set_lane(lane, field.local[i][d]);
-                    self.state.stress[e * P + i][d].set_lane(lane, field.stress[i][d]);
+                    self.state.local[e * P + i][d].set_lane(lane, local[i][d]);
+                    self.state.stress[e * P + i][d].set_lane(lane, stress[i][d]);
                 }
             }
         }
@@ -152,8 +145,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     /// Weights of the nodes and of the Gauss points of another order, at every node and point of this one.
-    fn weights_of(&self, order: usize, points: &[f64]) -> [[[f64; MOST]; P]; 2] {
-        let mut weights = [[[0.0; MOST]; P]; 2];
+    fn weights_of(&self, order: usize, points: &[f64]) -> [[[f64; MOST_NODES]; P]; 2] {
+        let mut weights = [[[0.0; MOST_NODES]; P]; 2];
         for i in 0..P {
             weights[0][i] = node_weights(order, node(i + 1, P));
             weights[1][i] = point_weights(points, self.table.points[i]);
@@ -164,17 +157,17 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Takes over the state of a member of the same elements and another order.
     fn enrich(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
         for index in 0..self.state.nodes.len() {
-            B::set_pose(&mut self.state.nodes[index], lane, &coarse.element_end(from, index));
+            B::set_pose(&mut self.state.nodes[index], lane, &coarse.node(from, index));
         }
         let order = coarse.mesh().order;
         let [at_nodes, at_points] = self.weights_of(order, coarse.mesh().points());
         for e in 0..self.frames.len() {
-            let field = coarse.field(from, e);
+            let (unknowns, stresses) = (coarse.local(from, e), coarse.stress(from, e));
             for i in 0..P {
                 let (mut local, mut stress) = ([0.0; D], [0.0; D]);
                 for k in 0..order {
-                    axpy(&mut local, at_nodes[i][k], field.local[k]);
-                    axpy(&mut stress, at_points[i][k], field.stress[k]);
+                    axpy(&mut local, at_nodes[i][k], unknowns[k]);
+                    axpy(&mut stress, at_points[i][k], stresses[k]);
                 }
                 for d in 0..D {
                     self.state.local[e * P + i][d].set_lane(lane, local[d]);
@@ -199,13 +192,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let at = |x: f64| locate(start + x * (end - start));
             for (node, x) in [(element, 0.0), (element + 1, 1.0)] {
                 let (e, s) = at(x);
-                B::set_pose(&mut self.state.nodes[node], lane, &coarse.place(from, e, s));
+                B::set_pose(&mut self.state.nodes[node], lane, &place(coarse, from, e, s));
             }
             for i in 0..P {
                 let (e, s) = at(node(i + 1, P));
-                B::set_pose(&mut poses[element * P + i], lane, &coarse.place(from, e, s));
+                B::set_pose(&mut poses[element * P + i], lane, &place(coarse, from, e, s));
                 let (e, s) = at(points[i]);
-                let (_, stress) = coarse.sample(from, e, s);
+                let (_, stress) = sample(coarse, from, e, s);
                 for d in 0..D {
                     self.state.stress[element * P + i][d].set_lane(lane, stress[d]);
                 }
@@ -213,31 +206,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
-    pub(super) fn place_impl(&self, lane: usize, element: usize, s: f64) -> Placement {
-        let (local, _) = self.sample_impl(lane, element, s);
-        let reference = self.unloaded(lane, element, s);
-        B::interior(&self.pieces[element], &self.element_end(lane, element), reference, local, lane)
-    }
-
-    /// Unloaded position at a unit coordinate of an element, in its own axes.
-    pub(super) fn unloaded(&self, lane: usize, element: usize, s: f64) -> V3<f64> {
-        let piece = &self.pieces[element];
-        if self.curves.is_empty() {
-            return scale(s, lanes::lane(&piece.chord, lane));
-        }
-        let bent = Bent { length: piece.length.lane(lane), curvature: self.initial_curvature(element, lane) };
-        bent.position(s * bent.length)
-    }
-
     pub(super) fn lift_impl(&mut self, plane: &dyn Pack<3>) {
         for lane in 0..self.mesh.members.len() {
             for index in 0..self.state.nodes.len() {
-                B::set_pose(&mut self.state.nodes[index], lane, &plane.element_end(lane, index));
+                B::set_pose(&mut self.state.nodes[index], lane, &plane.node(lane, index));
             }
             for e in 0..self.frames.len() {
                 for i in 0..P {
-                    let (local, _) = plane.sample(lane, e, node(i + 1, P));
-                    let (_, stress) = plane.sample(lane, e, self.table.points[i]);
+                    let (local, _) = sample(plane, lane, e, node(i + 1, P));
+                    let (_, stress) = sample(plane, lane, e, self.table.points[i]);
                     let flat = [local[0], local[1], 0.0, 0.0, 0.0, (0.5 * local[2]).tan()];
                     let forces = [stress[0], stress[1], 0.0, 0.0, 0.0, stress[2]];
                     for d in 0..D {
@@ -248,45 +225,4 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
         }
     }
-
-    pub(super) fn sample_impl(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
-        let field = self.field_impl(lane, element);
-        let (at_nodes, at_points) = (node_weights(P, s), point_weights(&self.table.points, s));
-        let (mut local, mut stress) = ([0.0; D], [0.0; D]);
-        for k in 0..P {
-            axpy(&mut local, at_nodes[k], field.local[k]);
-            axpy(&mut stress, at_points[k], field.stress[k]);
-        }
-        (local, stress)
-    }
-
-    pub(super) fn field_impl(&self, lane: usize, element: usize) -> Field<D> {
-        let unknowns = self.local_unknowns(element);
-        let (mut local, mut stress) = ([[0.0; D]; MOST], [[0.0; D]; MOST]);
-        for k in 0..P {
-            local[k] = lanes::lane(&unknowns[k], lane);
-            stress[k] = lanes::lane(&self.state.stress[element * P + k], lane);
-        }
-        Field { local, stress }
-    }
-}
-
-/// Values at `s` of the shape functions of nodes 1 to `order`.
-fn node_weights(order: usize, s: f64) -> [f64; MOST] {
-    let mut weights = [0.0; MOST];
-    for i in 1..=order {
-        let others = (0..=order).filter(|&j| j != i);
-        weights[i - 1] = others.map(|j| (s - node(j, order)) / (node(i, order) - node(j, order))).product();
-    }
-    weights
-}
-
-/// Values at `s` of the polynomials that are one at one of the points and zero at the others.
-fn point_weights(points: &[f64], s: f64) -> [f64; MOST] {
-    let mut weights = [0.0; MOST];
-    for (g, point) in points.iter().enumerate() {
-        let others = points.iter().filter(|other| *other != point);
-        weights[g] = others.map(|other| (s - other) / (point - other)).product();
-    }
-    weights
 }

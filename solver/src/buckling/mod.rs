@@ -23,6 +23,7 @@ use std::sync::Arc;
 use pennate_elements::small::{V3, add, cross, norm, scale, sub};
 
 use crate::base::{self, Base, Reach};
+use crate::chain;
 use crate::error::SolveError;
 use crate::modes::{Found, Part, Place, place, split};
 use crate::options::{Options, Progress};
@@ -768,7 +769,7 @@ impl Beginning {
             let slot = &system.members.slots[member];
             let pack = &system.members.packs[slot.pack];
             for e in 0..pack.mesh().elements() {
-                let state = pack.element(slot.lane, e);
+                let state = chain::element(pack.as_ref(), slot.lane, e);
                 let own = Evaluated::of(&state, &response.stressings[member][e], operators::Part::Rate);
                 scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);
             }

@@ -16,7 +16,7 @@ use pennate_elements::{beam::Beam, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
 use super::unknowns::{Column, Unknowns, end_curvature, network_node};
-use crate::chain::ElementState;
+use crate::chain::{self, ElementState};
 use crate::packs::Turn;
 use crate::system::{MemberSlot, System};
 
@@ -169,9 +169,9 @@ impl Assembled {
         all.stiffness.reserve(2 * entries);
         for member in 0..system.members.count() {
             let slot = &system.members.slots[member];
-            let (pack, lane) = (&system.members.packs[slot.pack], slot.lane);
+            let (pack, lane) = (system.members.packs[slot.pack].as_ref(), slot.lane);
             for e in 0..pack.mesh().elements() {
-                let state = pack.element(lane, e);
+                let state = chain::element(pack, lane, e);
                 let stressing = present(&state);
                 let inertia = || inertia(&system.section(member, state.segment).section, &slot.turn);
                 let columns = element_columns(system, unknowns, member, e);

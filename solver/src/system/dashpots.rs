@@ -3,6 +3,7 @@
 use pennate_elements::small::{dot, norm};
 
 use super::{Places, State, System};
+use crate::chain::load_work;
 
 /// Dashpots between every node and where it was.
 #[derive(Debug, Default)]
@@ -78,7 +79,7 @@ impl<const D: usize> System<D> {
         let mut energy = self.tangent.spring_energy;
         for member in 0..self.members.count() {
             let (pack, lane) = self.members.chain(member);
-            energy += pack.energy(lane) - pack.load_work(lane);
+            energy += pack.energy(lane) - load_work(pack, lane);
         }
         for (node, load) in self.loading.nodes.iter().enumerate() {
             let link = &self.topology.links[node];

@@ -7,7 +7,7 @@ use pennate_elements::small::{V3, scale, tmul};
 use rayon::prelude::*;
 
 use super::{Places, State};
-use crate::chain::{MemberEnds, Pack};
+use crate::chain::{MemberEnds, Pack, held_force};
 use crate::joints::{EndKind, Topology};
 use crate::packs::Turn;
 use crate::structure::{Member, MemberId, Structure};
@@ -86,7 +86,12 @@ impl<const D: usize> Members<D> {
         (self.packs[slot.pack].as_ref(), slot.lane)
     }
 
-    /// The same, to be changed.
+    /// The same of all members, in their order.
+    pub fn chains(&self) -> impl Iterator<Item = (&dyn Pack<D>, usize)> {
+        self.slots.iter().map(|slot| (self.packs[slot.pack].as_ref(), slot.lane))
+    }
+
+    /// The pack of a member and its lane, to be changed.
     pub(crate) fn chain_mut(&mut self, member: MemberId) -> (&mut dyn Pack<D>, usize) {
         let slot = &self.slots[member];
         (self.packs[slot.pack].as_mut(), slot.lane)
@@ -191,7 +196,7 @@ impl<const D: usize> Members<D> {
     pub(crate) fn give(&self) -> f64 {
         let of = |pack: &dyn Pack<D>| {
             let forces = pack.carried_forces();
-            let own = |lane: usize| pack.held_force(lane).map_or(0.0, |held| forces[lane] / held.auxiliary);
+            let own = |lane: usize| held_force(pack, lane).map_or(0.0, |held| forces[lane] / held.auxiliary);
             (0..pack.mesh().members.len()).map(own).fold(0.0, f64::max)
         };
         self.packs.iter().map(|pack| of(pack.as_ref())).fold(0.0, f64::max)

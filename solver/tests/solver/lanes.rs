@@ -3,7 +3,7 @@
 use pennate_elements::beam::{Moduli, Placement};
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
-use pennate_solver::chain::Pack;
+use pennate_solver::chain::{Pack, sample};
 use pennate_solver::packs;
 use pennate_solver::structure::{Dimension, Formulation, Member, Release, Segment, Structure};
 
@@ -76,8 +76,8 @@ fn told<const D: usize>(chain: &dyn Pack<D>, lane: usize) -> [Vec<f64>; 5] {
         vec![chain.energy(lane), chain.measures()[lane].length, negative as f64, smallest, chain.size(lane).largest()];
     let (mut shape, mut stresses) = (Vec::new(), Vec::new());
     for element in 0..chain.mesh().elements() {
-        let (local, stress) = chain.sample(lane, element, 0.3);
-        shape.extend(local.into_iter().chain(chain.element_end(lane, element + 1).displacement));
+        let (local, stress) = sample(chain, lane, element, 0.3);
+        shape.extend(local.into_iter().chain(chain.node(lane, element + 1).displacement));
         stresses.extend(stress);
     }
     [tangent, forces, scalars, shape, stresses]
