@@ -54,6 +54,7 @@ pub use shape::{middle, shape};
 pub use side::{Part, Side};
 pub use size::Size;
 use size::Sizes;
+pub use transfer::{NewNodes, NewState, adopt, lift, prolong};
 pub use variation::SegmentVariation;
 pub use work::{load_work, top_energy, total_load};
 
@@ -156,7 +157,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// The same without what elimination fills.
     fn without_factors(meshes: &[ChainMesh]) -> Self {
-        let mesh = PackMesh::new::<P>(B::Law::FORMULATION, meshes);
+        let mesh = PackMesh::new::<P>(T::LANES, B::Law::FORMULATION, meshes);
         let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &mesh);
         let (elements, segments) = (mesh.elements(), mesh.segments());
         let state = ChainState {
@@ -205,7 +206,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if meshes.len() > T::LANES || segments.len() != self.mesh.segments() || elements != self.frames.len() {
             return false;
         }
-        self.mesh = PackMesh::new::<P>(B::Law::FORMULATION, meshes);
+        self.mesh = PackMesh::new::<P>(T::LANES, B::Law::FORMULATION, meshes);
         let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &self.mesh);
         let o = T::zero();
         (self.pieces, self.curves, self.fibres) = (pieces, curves, fibres);

@@ -39,6 +39,8 @@ const SAME: f64 = 1e-12;
 pub struct PackMesh {
     /// Members of the lanes, by index in the structure.
     pub members: Vec<usize>,
+    /// Numbers that lie side by side, those of the members and more where these do not fill the lanes.
+    pub lanes: usize,
     /// Formulation of the elements.
     pub formulation: Formulation,
     /// Their polynomial order.
@@ -53,7 +55,7 @@ pub struct PackMesh {
 
 impl PackMesh {
     /// Of members of equal mesh, on elements of order P.
-    pub(crate) fn new<const P: usize>(formulation: Formulation, meshes: &[ChainMesh]) -> Self {
+    pub(crate) fn new<const P: usize>(lanes: usize, formulation: Formulation, meshes: &[ChainMesh]) -> Self {
         let segments = &meshes[0].segments;
         let mut segment_of = Vec::new();
         let mut lengths = vec![[0.0; MOST_LANES]; segments.len()];
@@ -67,6 +69,7 @@ impl PackMesh {
         let table = Table::<P>::new();
         let mut mesh = Self {
             members: meshes.iter().map(|mesh| mesh.member).collect(),
+            lanes,
             formulation,
             order: P,
             segment_of,

@@ -11,7 +11,7 @@ use crate::measures::Measures;
 use crate::mesh::{ChainMesh, PackMesh};
 use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
 use crate::size::Size;
-use crate::transfer::InLanes;
+use crate::transfer::NewState;
 use crate::variation::SegmentVariation;
 use crate::{Chain, KeptFactors, MOST_LANES, MOST_NODES, condense, lanes, state, unroll};
 
@@ -19,7 +19,7 @@ use crate::{Chain, KeptFactors, MOST_LANES, MOST_NODES, condense, lanes, state, 
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
 
 /// The chains of the members that lie side by side in one `T`, whatever their order.
-pub trait Pack<const D: usize>: Send {
+pub trait Pack<const D: usize>: Any + Send {
     /// How the members are divided into elements.
     fn mesh(&self) -> &PackMesh;
     /// Sets stiffness and induced strains of a segment.
@@ -35,12 +35,11 @@ pub trait Pack<const D: usize>: Send {
     fn keep_factors(&mut self);
     /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
     /// brought to the ends by the factors of then, which is right to second order in what was moved since. Where factors are kept
-    /// the next [`Pack::advance`] goes on with them; that is said.
-    fn refresh(&mut self) -> bool;
-    /// The same by the factors of a pack that [`Pack::like`] made this one from; stiffness and ends become those of that one.
-    fn refresh_by(&mut self, source: &dyn Pack<D>);
+    /// the next [`Pack::advance`] goes on with them; that is said. With a source, which [`Pack::like`] made this pack from, by the
+    /// factors of that one, whose stiffness and ends become those of this one.
+    fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool;
     /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
-    /// own, and serve [`Pack::refresh_by`] alone.
+    /// own, and serve [`Pack::refresh`] by those of this pack alone.
     fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
     /// Begins anew with other members of the same mesh, unloaded and at rest; false, with nothing changed, where their mesh is
     /// another one or they are more than the lanes hold.
@@ -94,10 +93,12 @@ pub trait Pack<const D: usize>: Send {
     fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
     /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
     fn save(&self, row: &mut Vec<f64>);
-    /// Takes the state in a row.
-    fn restore(&mut self, row: &[f64]);
-    /// Takes poses and local unknowns of the state in a row, and a part of the change of the mixed stresses since.
-    fn restore_shape(&mut self, row: &[f64], part: f64);
+    /// Takes the state in a row: poses, local unknowns, and the mixed stresses but for a part of their change since.
+    fn restore(&mut self, row: &[f64], part: f64);
+    /// Takes the state that a pack of the same members and elements, of another order, put in a row.
+    fn enrich(&mut self, row: &[f64], from: &PackMesh);
+    /// Puts an element of a member into a state.
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<D>);
     /// How far the element ends of every member are from the state in a row, by lane.
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES];
     /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
@@ -109,24 +110,10 @@ pub trait Pack<const D: usize>: Send {
     fn condense_lateral(&mut self);
     /// What that left: components uz, φx, φy of both ends; and pivots as those of [`Pack::pivots`].
     fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64);
-    /// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of
-    /// this pack the other pack and the lane there.
-    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
-    /// Takes over the state of a member with as many elements of the same order and formulation, number by number: its
-    /// geometry may be another.
-    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize);
-    /// Takes over the state of a pack that [`Pack::like`] made this one from, lane by lane.
-    fn adopt_all(&mut self, source: &dyn Pack<D>);
-    /// What another pack may take over as it is.
-    fn in_lanes(&self) -> InLanes<'_>;
-    /// The chain itself, for another one of its kind.
-    fn as_any(&self) -> &dyn Any;
     /// The largest force that a section of a member carries, along its axis and across, by lane.
     fn carried_forces(&self) -> [f64; MOST_LANES];
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
-    /// Copies the state of a plane chain with the same elements and order into a spatial one.
-    fn lift(&mut self, plane: &dyn Pack<3>);
     /// Where the node before an element is, and after the last one.
     fn node(&self, lane: usize, index: usize) -> Placement;
     /// Local unknowns of nodes 1…P of an element, the last node's by where the ends are.
@@ -192,7 +179,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.kept.inner_own.resize(elements * Self::INNER_NODES, zero);
     }
 
-    fn refresh(&mut self) -> bool {
+    fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool {
+        if let Some(source) = source {
+            let any: &dyn Any = source;
+            let Some(source) = any.downcast_ref::<Self>() else { return false };
+            self.ends = source.ends;
+            T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
+            return false;
+        }
         if self.dashpots.stiffness > 0.0 {
             self.load_dashpots();
         }
@@ -202,12 +196,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             false => T::run(condense::Refresh::<T, B, D, P, false>(self, None)),
         }
         keeps
-    }
-
-    fn refresh_by(&mut self, source: &dyn Pack<D>) {
-        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
-        self.ends = source.ends;
-        T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
     }
 
     fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
@@ -330,12 +318,16 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.save_impl(row);
     }
 
-    fn restore(&mut self, row: &[f64]) {
-        T::run(state::Restore { chain: self, row, part: 0.0 });
+    fn restore(&mut self, row: &[f64], part: f64) {
+        T::run(state::Restore { chain: self, row, part });
     }
 
-    fn restore_shape(&mut self, row: &[f64], part: f64) {
-        T::run(state::Restore { chain: self, row, part });
+    fn enrich(&mut self, row: &[f64], from: &PackMesh) {
+        self.enrich_impl(row, from);
+    }
+
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<D>) {
+        self.set_element_impl(lane, element, state);
     }
 
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES] {
@@ -358,29 +350,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.lateral_impl(lane)
     }
 
-    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
-        self.prolong_impl(sources);
-    }
-
-    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
-        self.adopt_impl(lane, source, from);
-    }
-
-    fn adopt_all(&mut self, source: &dyn Pack<D>) {
-        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
-        self.state.nodes.copy_from_slice(&source.state.nodes);
-        self.state.local.copy_from_slice(&source.state.local);
-        self.state.stress.copy_from_slice(&source.state.stress);
-    }
-
-    fn in_lanes(&self) -> InLanes<'_> {
-        self.in_lanes_impl()
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
     fn carried_forces(&self) -> [f64; MOST_LANES] {
         self.carried_forces_impl()
     }
@@ -392,10 +361,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.factors = Vec::new();
         self.kept = KeptFactors::default();
         self.increments = Vec::new();
-    }
-
-    fn lift(&mut self, plane: &dyn Pack<3>) {
-        self.lift_impl(plane);
     }
 
     fn node(&self, lane: usize, index: usize) -> Placement {

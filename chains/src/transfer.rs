@@ -1,32 +1,156 @@
-//! The state of a chain taken over by one of another order, or by a spatial one.
+//! The state of members taken over from other packs: of other meshes, of another order, from the plane into space.
 
-use std::any::Any;
-
-use pennate_elements::beam::{Beam, Piece};
+use pennate_elements::beam::{Beam, Piece, Placement};
 use pennate_elements::interpolation::node;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::axpy;
 
-use crate::element::{node_weights, place, point_weights, sample};
-use crate::{Chain, MOST_NODES, Pack};
+use crate::element::{at_nodes, at_points, node_weights, place, point_weights, sample};
+use crate::lanes::lane;
+use crate::state::Saved;
+use crate::{Chain, MOST_NODES, Pack, PackMesh};
 
-/// The state of a pack as it lies in the lanes: nodes, local unknowns and stresses are vectors of the kinds that its own
-/// chain has.
-pub struct InLanes<'a> {
-    pub nodes: &'a dyn Any,
-    pub local: &'a dyn Any,
-    pub stress: &'a dyn Any,
+/// State of an element that it is to have.
+#[derive(Clone, Copy, Debug)]
+pub struct NewState<'a, const D: usize> {
+    /// Where its ends are.
+    pub ends: [Placement; 2],
+    /// Where nodes 1…P are.
+    pub nodes: NewNodes<'a, D>,
+    /// Mixed stresses at the Gauss points.
+    pub stress: [[f64; D]; MOST_NODES],
+}
+
+/// Where nodes 1…P of an element are.
+#[derive(Clone, Copy, Debug)]
+pub enum NewNodes<'a, const D: usize> {
+    /// By their local unknowns.
+    Local(&'a [[f64; D]; MOST_NODES]),
+    /// By their places.
+    Placed(&'a [Placement; MOST_NODES]),
+}
+
+/// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of a pack
+/// another pack and the lane there.
+pub fn prolong<const D: usize>(pack: &mut dyn Pack<D>, sources: &[(&dyn Pack<D>, usize)]) {
+    if let Some(&(source, _)) = sources.first().filter(|(source, _)| lie_alike(pack.mesh(), source.mesh(), sources)) {
+        let mut row = Vec::new();
+        source.save(&mut row);
+        pack.enrich(&row, source.mesh());
+        return;
+    }
+    for (lane, &(source, from)) in sources.iter().enumerate() {
+        if pack.mesh().is_divided_like(lane, source.mesh(), from) {
+            enrich(pack, lane, source, from);
+        } else {
+            divide(pack, lane, source, from);
+        }
+    }
+}
+
+/// Whether these are the same members in the same lanes of one other pack, on the same elements of any order.
+fn lie_alike<const D: usize>(own: &PackMesh, other: &PackMesh, sources: &[(&dyn Pack<D>, usize)]) -> bool {
+    let alike =
+        |(lane, &(_, from)): (usize, &(&dyn Pack<D>, usize))| lane == from && own.is_divided_like(lane, other, from);
+    own.lanes == other.lanes && own.members == other.members && sources.iter().enumerate().all(alike)
+}
+
+/// Takes over the state of a member with as many elements of the same order and formulation, number by number: its geometry may be
+/// another.
+pub fn adopt<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, source: &dyn Pack<D>, from: usize) {
+    let (own, other) = (pack.mesh(), source.mesh());
+    debug_assert_eq!((own.elements(), own.order), (other.elements(), other.order));
+    for e in 0..pack.mesh().elements() {
+        let ends = [source.node(from, e), source.node(from, e + 1)];
+        let nodes = NewNodes::Local(&source.local(from, e));
+        pack.set_element(lane, e, &NewState { ends, nodes, stress: source.stress(from, e) });
+    }
+}
+
+/// Copies the state of plane members with the same elements into spatial ones.
+pub fn lift(space: &mut dyn Pack<6>, plane: &dyn Pack<3>) {
+    let (order, points) = (space.mesh().order, space.mesh().points().to_vec());
+    for lane in 0..space.mesh().members.len() {
+        for e in 0..space.mesh().elements() {
+            let ends = [plane.node(lane, e), plane.node(lane, e + 1)];
+            let (local, stress) = (plane.local(lane, e), plane.stress(lane, e));
+            let (mut unknowns, mut forces) = ([[0.0; 6]; MOST_NODES], [[0.0; 6]; MOST_NODES]);
+            for i in 0..order {
+                let [x, y, angle] = at_nodes(plane.mesh(), &local, node(i + 1, order));
+                unknowns[i] = [x, y, 0.0, 0.0, 0.0, (0.5 * angle).tan()];
+                let [axial, shear, moment] = at_points(plane.mesh(), &stress, points[i]);
+                forces[i] = [axial, shear, 0.0, 0.0, 0.0, moment];
+            }
+            space.set_element(lane, e, &NewState { ends, nodes: NewNodes::Local(&unknowns), stress: forces });
+        }
+    }
+}
+
+/// Weights of the nodes and of the Gauss points of another order, at every node and point of an order.
+fn weights(own: &PackMesh, other: &PackMesh) -> [[[f64; MOST_NODES]; MOST_NODES]; 2] {
+    let mut weights = [[[0.0; MOST_NODES]; MOST_NODES]; 2];
+    for (i, &point) in own.points().iter().enumerate() {
+        weights[0][i] = node_weights(other.order, node(i + 1, own.order));
+        weights[1][i] = point_weights(other.points(), point);
+    }
+    weights
+}
+
+/// Takes over the state of a member of the same elements and another order.
+fn enrich<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, coarse: &dyn Pack<D>, from: usize) {
+    let (elements, order) = (pack.mesh().elements(), pack.mesh().order);
+    let [at_nodes, at_points] = weights(pack.mesh(), coarse.mesh());
+    for e in 0..elements {
+        let (unknowns, stresses) = (coarse.local(from, e), coarse.stress(from, e));
+        let (mut local, mut stress) = ([[0.0; D]; MOST_NODES], [[0.0; D]; MOST_NODES]);
+        for i in 0..order {
+            for k in 0..coarse.mesh().order {
+                axpy(&mut local[i], at_nodes[i][k], unknowns[k]);
+                axpy(&mut stress[i], at_points[i][k], stresses[k]);
+            }
+        }
+        let ends = [coarse.node(from, e), coarse.node(from, e + 1)];
+        pack.set_element(lane, e, &NewState { ends, nodes: NewNodes::Local(&local), stress });
+    }
+}
+
+/// Takes over the state of a member divided into other elements.
+fn divide<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, coarse: &dyn Pack<D>, from: usize) {
+    let (own, others) = (pack.mesh().spans(lane), coarse.mesh().spans(from));
+    // Element of the coarse member, and the place in it.
+    let locate = |x: f64| {
+        let e = others[1..others.len() - 1].partition_point(|&end| end <= x);
+        (e, ((x - others[e]) / (others[e + 1] - others[e])).clamp(0.0, 1.0))
+    };
+    let (elements, order, points) = (pack.mesh().elements(), pack.mesh().order, pack.mesh().points().to_vec());
+    // At a unit coordinate of an element.
+    let at = |element: usize, x: f64| locate(own[element] + x * (own[element + 1] - own[element]));
+    let placed = |element: usize, x: f64| {
+        let (e, s) = at(element, x);
+        place(coarse, from, e, s)
+    };
+    let mut first = placed(0, 0.0);
+    for element in 0..elements {
+        let last = if element + 1 < elements { placed(element + 1, 0.0) } else { placed(element, 1.0) };
+        let (mut nodes, mut stress) = ([Placement::default(); MOST_NODES], [[0.0; D]; MOST_NODES]);
+        for i in 0..order {
+            nodes[i] = placed(element, node(i + 1, order));
+            let (e, s) = at(element, points[i]);
+            (_, stress[i]) = sample(coarse, from, e, s);
+        }
+        let nodes = NewNodes::Placed(&nodes);
+        pack.set_element(lane, element, &NewState { ends: [first, last], nodes, stress });
+        first = last;
+    }
 }
 
 /// The state of members of the same elements and another order, as work in lanes.
 struct Enrich<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     chain: &'a mut Chain<T, B, D, P>,
     order: usize,
-    nodes: &'a [B::Pose],
-    local: &'a [[T; D]],
-    stress: &'a [[T; D]],
+    saved: Saved<'a>,
     /// Weights of the nodes and of the Gauss points of the other order, at every node and point of this one.
-    weights: [[[f64; MOST_NODES]; P]; 2],
+    weights: [[[f64; MOST_NODES]; MOST_NODES]; 2],
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_, T, B, D, P> {
@@ -34,17 +158,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_,
 
     #[inline(always)]
     fn run(self) {
-        let Self { chain, order, nodes, local, stress, weights: [at_nodes, at_points] } = self;
-        chain.state.nodes.copy_from_slice(nodes);
+        let Self { chain, order, saved, weights: [at_nodes, at_points] } = self;
+        for (index, node) in chain.state.nodes.iter_mut().enumerate() {
+            *node = saved.node::<T, B, D>(index);
+        }
         for (e, piece) in chain.pieces.iter().enumerate() {
-            let last = B::last_local(&B::frame(piece, &nodes[e], &nodes[e + 1]));
+            let last = B::last_local(&B::frame(piece, &chain.state.nodes[e], &chain.state.nodes[e + 1]));
             for i in 0..P {
                 let (mut x, mut s) = ([T::zero(); D], [T::zero(); D]);
                 for k in 0..order {
-                    let unknowns = if k + 1 == order { &last } else { &local[e * order + k] };
+                    let unknowns = if k + 1 == order { last } else { saved.local(e * order + k) };
+                    let stress: [T; D] = saved.stress(e * order + k);
                     for d in 0..D {
                         x[d] = x[d].plus(T::splat(at_nodes[i][k]), unknowns[d]);
-                        s[d] = s[d].plus(T::splat(at_points[i][k]), stress[e * order + k][d]);
+                        s[d] = s[d].plus(T::splat(at_points[i][k]), stress[d]);
                     }
                 }
                 chain.state.local[e * P + i] = x;
@@ -54,175 +181,68 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_,
     }
 }
 
-/// Local unknowns that belong to the places of the nodes within the elements, as work in lanes.
-struct Locals<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, &'a [B::Pose]);
+/// Local unknowns that belong to the places of the nodes of an element, as work in lanes.
+struct Locals<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    chain: &'a Chain<T, B, D, P>,
+    element: usize,
+    first: B::Pose,
+    nodes: [B::Pose; P],
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Locals<'_, T, B, D, P> {
-    type Output = Vec<[T; D]>;
+    type Output = [[T; D]; P];
 
     #[inline(always)]
-    fn run(self) -> Vec<[T; D]> {
-        let Self(chain, poses) = self;
-        let mut local = Vec::with_capacity(poses.len());
-        for (e, piece) in chain.pieces.iter().enumerate() {
-            for i in 0..P {
-                let piece = Piece { chord: chain.reference(e, i), ..*piece };
-                local.push(B::last_local(&B::frame(&piece, &chain.state.nodes[e], &poses[e * P + i])));
-            }
+    fn run(self) -> [[T; D]; P] {
+        let Self { chain, element, first, nodes } = self;
+        let mut local = [[T::zero(); D]; P];
+        for i in 0..P {
+            let piece = Piece { chord: chain.reference(element, i), ..chain.pieces[element] };
+            local[i] = B::last_local(&B::frame(&piece, &first, &nodes[i]));
         }
         local
     }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn prolong_impl(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
-        if self.enrich_in_lanes(sources) {
-            return;
-        }
-        let mut divided = Vec::new();
-        let mut poses = Vec::new();
-        for (lane, &(coarse, from)) in sources.iter().enumerate() {
-            if self.mesh.is_divided_like(lane, coarse.mesh(), from) {
-                self.enrich(lane, coarse, from);
-            } else {
-                poses.resize(self.state.local.len(), B::Pose::default());
-                self.divide(lane, coarse, from, &mut poses);
-                divided.push(lane);
-            }
-        }
-        if divided.is_empty() {
-            return;
-        }
-        let local = T::run(Locals(self, &poses));
-        for (own, placed) in self.state.local.iter_mut().zip(&local) {
-            for d in 0..D {
-                for &lane in &divided {
-                    own[d].set_lane(lane, placed[d].lane(lane));
-                }
-            }
-        }
+    pub(super) fn enrich_impl(&mut self, row: &[f64], from: &PackMesh) {
+        let (saved, weights) = (self.saved_on(row, from.order), weights(&self.mesh, from));
+        T::run(Enrich { chain: self, order: from.order, saved, weights });
     }
 
-    /// Takes over the state of a pack of the same members and elements that lie in the same lanes; false for any other.
-    fn enrich_in_lanes(&mut self, sources: &[(&dyn Pack<D>, usize)]) -> bool {
-        let coarse = sources[0].0;
-        let alike = |(lane, &(_, from)): (usize, &(&dyn Pack<D>, usize))| {
-            lane == from && self.mesh.is_divided_like(lane, coarse.mesh(), from)
+    pub(super) fn set_element_impl(&mut self, index: usize, element: usize, state: &NewState<'_, D>) {
+        for (node, end) in self.state.nodes[element..element + 2].iter_mut().zip(&state.ends) {
+            B::set_pose(node, index, end);
+        }
+        let local = match state.nodes {
+            NewNodes::Local(local) => *local,
+            NewNodes::Placed(places) => self.local_of_places(index, element, places),
         };
-        if coarse.mesh().members != self.mesh.members || !sources.iter().enumerate().all(alike) {
-            return false;
-        }
-        let InLanes { nodes, local, stress } = coarse.in_lanes();
-        let kinds = nodes
-            .downcast_ref::<Vec<B::Pose>>()
-            .zip(local.downcast_ref::<Vec<[T; D]>>())
-            .zip(stress.downcast_ref::<Vec<[T; D]>>());
-        let Some(((nodes, local), stress)) = kinds else { return false };
-        let order = coarse.mesh().order;
-        let weights = self.weights_of(order, coarse.mesh().points());
-        T::run(Enrich { chain: self, order, nodes, local, stress, weights });
-        true
-    }
-
-    pub(super) fn adopt_impl(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
-        debug_assert_eq!((self.frames.len(), P), (source.mesh().elements(), source.mesh().order));
-        for index in 0..self.state.nodes.len() {
-            B::set_pose(&mut self.state.nodes[index], lane, &source.node(from, index));
-        }
-        for e in 0..self.frames.len() {
-            let (local, stress) = (source.local(from, e), source.stress(from, e));
-            for i in 0..P {
-                for d in 0..D {
-                    self.state.local[e * P + i][d].set_lane(lane, local[i][d]);
-                    self.state.stress[e * P + i][d].set_lane(lane, stress[i][d]);
-                }
-            }
-        }
-    }
-
-    pub(super) fn in_lanes_impl(&self) -> InLanes<'_> {
-        InLanes { nodes: &self.state.nodes, local: &self.state.local, stress: &self.state.stress }
-    }
-
-    /// Weights of the nodes and of the Gauss points of another order, at every node and point of this one.
-    fn weights_of(&self, order: usize, points: &[f64]) -> [[[f64; MOST_NODES]; P]; 2] {
-        let mut weights = [[[0.0; MOST_NODES]; P]; 2];
         for i in 0..P {
-            weights[0][i] = node_weights(order, node(i + 1, P));
-            weights[1][i] = point_weights(points, self.table.points[i]);
-        }
-        weights
-    }
-
-    /// Takes over the state of a member of the same elements and another order.
-    fn enrich(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
-        for index in 0..self.state.nodes.len() {
-            B::set_pose(&mut self.state.nodes[index], lane, &coarse.node(from, index));
-        }
-        let order = coarse.mesh().order;
-        let [at_nodes, at_points] = self.weights_of(order, coarse.mesh().points());
-        for e in 0..self.frames.len() {
-            let (unknowns, stresses) = (coarse.local(from, e), coarse.stress(from, e));
-            for i in 0..P {
-                let (mut local, mut stress) = ([0.0; D], [0.0; D]);
-                for k in 0..order {
-                    axpy(&mut local, at_nodes[i][k], unknowns[k]);
-                    axpy(&mut stress, at_points[i][k], stresses[k]);
-                }
-                for d in 0..D {
-                    self.state.local[e * P + i][d].set_lane(lane, local[d]);
-                    self.state.stress[e * P + i][d].set_lane(lane, stress[d]);
-                }
+            let at = element * P + i;
+            for d in 0..D {
+                self.state.local[at][d].set_lane(index, local[i][d]);
+                self.state.stress[at][d].set_lane(index, state.stress[i][d]);
             }
         }
     }
 
-    /// Takes over the state of a member divided into other elements, but for the local unknowns, whose places are left
-    /// in `poses`.
-    fn divide(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize, poses: &mut [B::Pose]) {
-        let (own, others) = (self.mesh.spans(lane), coarse.mesh().spans(from));
-        // Element of the coarse member, and the place in it.
-        let locate = |x: f64| {
-            let e = others[1..others.len() - 1].partition_point(|&end| end <= x);
-            (e, ((x - others[e]) / (others[e + 1] - others[e])).clamp(0.0, 1.0))
-        };
-        let points = self.table.points;
-        for element in 0..self.frames.len() {
-            let [start, end] = [own[element], own[element + 1]];
-            let at = |x: f64| locate(start + x * (end - start));
-            for (node, x) in [(element, 0.0), (element + 1, 1.0)] {
-                let (e, s) = at(x);
-                B::set_pose(&mut self.state.nodes[node], lane, &place(coarse, from, e, s));
-            }
-            for i in 0..P {
-                let (e, s) = at(node(i + 1, P));
-                B::set_pose(&mut poses[element * P + i], lane, &place(coarse, from, e, s));
-                let (e, s) = at(points[i]);
-                let (_, stress) = sample(coarse, from, e, s);
-                for d in 0..D {
-                    self.state.stress[element * P + i][d].set_lane(lane, stress[d]);
-                }
-            }
+    /// Local unknowns of the nodes of an element at these places, seen from where it begins.
+    fn local_of_places(
+        &self,
+        index: usize,
+        element: usize,
+        places: &[Placement; MOST_NODES],
+    ) -> [[f64; D]; MOST_NODES] {
+        let mut nodes = [B::Pose::default(); P];
+        for (node, place) in nodes.iter_mut().zip(places) {
+            B::set_pose(node, index, place);
         }
-    }
-
-    pub(super) fn lift_impl(&mut self, plane: &dyn Pack<3>) {
-        for lane in 0..self.mesh.members.len() {
-            for index in 0..self.state.nodes.len() {
-                B::set_pose(&mut self.state.nodes[index], lane, &plane.node(lane, index));
-            }
-            for e in 0..self.frames.len() {
-                for i in 0..P {
-                    let (local, _) = sample(plane, lane, e, node(i + 1, P));
-                    let (_, stress) = sample(plane, lane, e, self.table.points[i]);
-                    let flat = [local[0], local[1], 0.0, 0.0, 0.0, (0.5 * local[2]).tan()];
-                    let forces = [stress[0], stress[1], 0.0, 0.0, 0.0, stress[2]];
-                    for d in 0..D {
-                        self.state.local[e * P + i][d].set_lane(lane, flat[d]);
-                        self.state.stress[e * P + i][d].set_lane(lane, forces[d]);
-                    }
-                }
-            }
+        let found = T::run(Locals { chain: self, element, first: self.state.nodes[element], nodes });
+        let mut local = [[0.0; D]; MOST_NODES];
+        for (local, found) in local.iter_mut().zip(&found) {
+            *local = lane(found, index);
         }
+        local
     }
 }

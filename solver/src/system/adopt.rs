@@ -1,6 +1,7 @@
 //! The state of a system taken over by one of the same topology and mesh whose numbers are others.
 
 use super::System;
+use crate::chain::adopt;
 use crate::joints::Held;
 
 impl<const D: usize> System<D> {
@@ -15,7 +16,7 @@ impl<const D: usize> System<D> {
         for pack in &mut self.members.packs {
             for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member);
-                pack.adopt(lane, from, theirs);
+                adopt(pack.as_mut(), lane, from, theirs);
             }
         }
         self.place_ends();
@@ -39,7 +40,7 @@ impl<const D: usize> System<D> {
         for pack in &mut self.members.packs {
             for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member + members);
-                pack.adopt(lane, from, theirs);
+                adopt(pack.as_mut(), lane, from, theirs);
             }
         }
         self.place_ends();

@@ -125,7 +125,7 @@ impl<const D: usize> Members<D> {
     /// Forces at the present state, by the factors of the one before; whether all packs keep what goes on with them.
     pub(super) fn refresh(&mut self) -> bool {
         let keep = AtomicBool::new(true);
-        self.for_packs(|pack| _ = keep.fetch_and(pack.refresh(), Ordering::Relaxed));
+        self.for_packs(|pack| _ = keep.fetch_and(pack.refresh(None), Ordering::Relaxed));
         keep.into_inner()
     }
 
@@ -177,7 +177,7 @@ impl<const D: usize> Members<D> {
     /// Goes back to what was between the ends.
     pub(super) fn restore(&mut self, from: &State) {
         for (pack, row) in self.packs.iter_mut().zip(&from.chains) {
-            pack.restore(row);
+            pack.restore(row, 0.0);
         }
     }
 

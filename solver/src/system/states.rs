@@ -5,7 +5,7 @@ use pennate_elements::small::{V3, norm, sub};
 
 use super::places::spin_between;
 use super::{Places, System};
-use crate::chain::Size;
+use crate::chain::{self, Size};
 use crate::continuation::Tuning;
 use crate::joints::{EndKind, JointState};
 use crate::reduce;
@@ -57,7 +57,7 @@ impl<const D: usize> System<D> {
     pub(crate) fn restore_shape(&mut self, from: &State, part: f64) {
         self.places.copy_from(&from.places);
         for (pack, row) in self.members.packs.iter_mut().zip(&from.chains) {
-            pack.restore_shape(row, part);
+            pack.restore(row, part);
         }
     }
 
@@ -164,7 +164,7 @@ impl<const D: usize> System<D> {
         for pack in &mut self.members.packs {
             let source = |&member: &usize| coarse.members.chain(member);
             let sources: Vec<_> = pack.mesh().members.iter().map(source).collect();
-            pack.prolong(&sources);
+            chain::prolong(pack.as_mut(), &sources);
         }
         self.apply_drives();
         self.place_ends();
@@ -180,7 +180,7 @@ impl System<6> {
         }
         self.loading.follow(&plane.loading);
         for (space, plane) in self.members.packs.iter_mut().zip(&plane.members.packs) {
-            space.lift(plane.as_ref());
+            chain::lift(space.as_mut(), plane.as_ref());
         }
         self.apply_drives();
         self.place_ends();
