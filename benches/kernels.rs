@@ -66,7 +66,7 @@ fn element<B: Beam<f64, D>, const D: usize, const P: usize>(criterion: &mut Crit
     };
     let mut chain = Chain::<f64, B, D, P>::new(&[mesh]);
     let stiffness = [300.0, 60.0, 60.0, 500.0, 700.0, 700.0];
-    chain.set_moduli(0, 0, &Moduli { stiffness, ..Moduli::default() });
+    chain.set_segment(0, 0, &Moduli { stiffness, ..Moduli::default() }, [0.0; 3]);
     criterion.bench_function(&format!("{name} {P}: condensation of {ELEMENTS} elements"), |bencher| {
         bencher.iter(|| black_box(&mut chain).condense());
     });

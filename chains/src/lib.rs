@@ -43,11 +43,11 @@ pub use fibres::Fibres;
 pub use geometry::Bent;
 use geometry::{Curve, Geometry};
 pub use held::{HeldForce, held_force};
-use lateral::Lateral;
+pub use lateral::LateralEnds;
 pub use layers::variations;
 pub use measures::Measures;
 pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
-pub use pack::{MemberEnds, Pack};
+pub use pack::{Interior, MemberEnds, NodesBy, Pack};
 pub use rows::{EndPlaces, EndRows};
 pub use sections::sections;
 pub use shape::{middle, shape};
@@ -135,7 +135,6 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     reach: B::Pose,
     sizes: Sizes<T>,
     dashpots: Dashpots<T, D>,
-    lateral: Lateral<T>,
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
@@ -195,7 +194,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             reach: B::Pose::default(),
             sizes: Sizes::default(),
             dashpots: Dashpots::default(),
-            lateral: Lateral::default(),
         }
     }
 
@@ -223,7 +221,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.bare = [[o; D]; 2];
         self.sizes = Sizes::default();
         self.dashpots = Dashpots::default();
-        self.lateral = Lateral::default();
         true
     }
 

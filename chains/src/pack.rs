@@ -7,6 +7,7 @@ use pennate_elements::real::Real;
 use pennate_elements::small::{Ldl, V3, zeros};
 
 use crate::element::{SegmentState, Unloaded};
+use crate::lateral::LateralEnds;
 use crate::measures::Measures;
 use crate::mesh::{ChainMesh, PackMesh};
 use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
@@ -18,14 +19,32 @@ use crate::{Chain, KeptFactors, MOST_LANES, MOST_NODES, condense, lanes, state, 
 /// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
 
+/// What elimination finds between the ends of a member.
+#[derive(Clone, Copy, Debug)]
+pub struct Interior {
+    /// Strain energy.
+    pub energy: f64,
+    /// Number of negative pivots.
+    pub negative: usize,
+    /// The smallest pivot over the diagonal entry that elimination left it of.
+    pub smallest: f64,
+}
+
+/// How the nodes between the ends of members are placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodesBy {
+    /// One after the other by the local unknowns of the elements; what these miss the ends by is shared.
+    Elements,
+    /// By their increments, each on its own.
+    Increments,
+}
+
 /// The chains of the members that lie side by side in one `T`, whatever their order.
 pub trait Pack<const D: usize>: Any + Send {
     /// How the members are divided into elements.
     fn mesh(&self) -> &PackMesh;
-    /// Sets stiffness and induced strains of a segment.
-    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
-    /// Dead force per unloaded length.
-    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>);
+    /// Sets stiffness and induced strains of a segment, and the dead force per unloaded length on it.
+    fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>);
     /// Puts an end of the member somewhere.
     fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
     /// Linearizes every element and eliminates everything between the ends.
@@ -46,20 +65,20 @@ pub trait Pack<const D: usize>: Any + Send {
     fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
-    /// The forces of these alone, which are all that [`Pack::refresh`] changes.
-    fn end_forces(&self, lane: usize) -> [[f64; D]; 2];
-    /// The same of all members, by index in the structure, in these components; others stay.
+    /// Puts the forces of these alone, which are all that [`Pack::refresh`] changes, into those of all members, by index in the
+    /// structure, in these components; others stay.
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]);
     /// Adds the forces of the ends of all members to rows of joints, whose lanes are theirs, and with places the stiffness too:
     /// start and end of each are at the joints of these rows. The squares of the largest force and moment.
     fn add_ends(&self, rows: &mut EndRows, joints: [usize; 2], places: Option<&EndPlaces>) -> [f64; 2];
-    /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
-    fn pivots(&self, lane: usize) -> (usize, f64);
+    /// What the last [`Pack::condense`] found beside them; the energy is that of the last [`Pack::refresh`] too.
+    fn interior(&self, lane: usize) -> Interior;
+    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state, with these spatial
+    /// moduli of all segments, by lane. What that leaves, by lane.
+    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds>;
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
     /// are held, those within the elements too: the terms that elimination subtracts from. For every member of the pack.
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]>;
-    /// Strain energy of the member.
-    fn energy(&self, lane: usize) -> f64;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
     /// Adds to that force.
@@ -72,20 +91,16 @@ pub trait Pack<const D: usize>: Any + Send {
     /// in space.
     fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]);
     /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
-    /// [`Pack::set_end`] and [`Pack::unroll`].
+    /// [`Pack::set_end`] and [`Pack::place_nodes`].
     fn advance(&mut self);
     /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
     fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
-    /// Places the nodes between the ends by the local unknowns of the elements; what these miss the ends by is shared.
-    fn unroll(&mut self);
-    /// Moves the nodes between the ends by their increments, each on its own.
-    fn shift(&mut self);
-    /// Size of the last increment.
-    fn size(&self, lane: usize) -> Size;
+    /// Places the nodes between the ends.
+    fn place_nodes(&mut self, by: NodesBy);
+    /// Size of the last increment, and of what it is without the motion that the member makes as a whole with its start.
+    fn sizes(&self, lane: usize) -> [Size; 2];
     /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
-    /// The same without the motion that the member makes as a whole with its start.
-    fn own_size(&self, lane: usize) -> Size;
     /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
     fn set_plain(&mut self, plain: bool);
     /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
@@ -98,18 +113,12 @@ pub trait Pack<const D: usize>: Any + Send {
     /// Takes the state that a pack of the same members and elements, of another order, put in a row.
     fn enrich(&mut self, row: &[f64], from: &PackMesh);
     /// Puts an element of a member into a state.
-    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<D>);
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>);
     /// How far the element ends of every member are from the state in a row, by lane.
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES];
     /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
     /// so many times what led to them from a state before; nodes follow as after [`Pack::advance`].
     fn predict(&mut self, states: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>);
-    /// Sets the spatial moduli of a segment of a plane chain, for its lateral stiffness.
-    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
-    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state.
-    fn condense_lateral(&mut self);
-    /// What that left: components uz, φx, φy of both ends; and pivots as those of [`Pack::pivots`].
-    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64);
     /// The largest force that a section of a member carries, along its axis and across, by lane.
     fn carried_forces(&self) -> [f64; MOST_LANES];
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
@@ -135,7 +144,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         &self.mesh
     }
 
-    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+    fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>) {
         let target = &mut self.moduli[segment];
         for d in 0..D {
             let from = if D == 6 { d } else { [0, 1, 5][d] };
@@ -146,9 +155,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
             target.set_lane(lane, value);
         }
-    }
-
-    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>) {
         for (target, value) in self.loads[segment].iter_mut().zip(load) {
             target.set_lane(lane, value);
         }
@@ -218,10 +224,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         }
     }
 
-    fn end_forces(&self, lane: usize) -> [[f64; D]; 2] {
-        [lanes::lane(&self.ends.r0, lane), lanes::lane(&self.ends.r1, lane)]
-    }
-
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]) {
         for (lane, &member) in self.mesh.members.iter().enumerate() {
             for (target, force) in forces[member].iter_mut().zip([&self.ends.r0, &self.ends.r1]) {
@@ -236,17 +238,21 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(AddEnds { chain: self, rows, joints, places })
     }
 
-    fn pivots(&self, lane: usize) -> (usize, f64) {
-        (self.negative.lane(lane) as usize, 1.0 / self.softest.lane(lane))
+    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds> {
+        self.condense_lateral_impl(moduli)
+    }
+
+    fn interior(&self, lane: usize) -> Interior {
+        Interior {
+            energy: self.energy.lane(lane),
+            negative: self.negative.lane(lane) as usize,
+            smallest: 1.0 / self.softest.lane(lane),
+        }
     }
 
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
         let [start, end] = T::run(condense::Bare(self));
         (0..self.mesh.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
-    }
-
-    fn energy(&self, lane: usize) -> f64 {
-        self.energy.lane(lane)
     }
 
     fn violation(&self) -> f64 {
@@ -281,23 +287,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.carried_impl(lane, end, from)
     }
 
-    fn unroll(&mut self) {
-        T::run(unroll::Unroll(self));
-    }
-
-    fn shift(&mut self) {
-        let inner = 1..self.frames.len();
-        for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
-            B::advance(node, increment);
+    fn place_nodes(&mut self, by: NodesBy) {
+        match by {
+            NodesBy::Elements => T::run(unroll::Unroll(self)),
+            NodesBy::Increments => {
+                let inner = 1..self.frames.len();
+                for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
+                    B::advance(node, increment);
+                }
+            }
         }
     }
 
-    fn size(&self, lane: usize) -> Size {
-        self.sizes.whole(lane)
-    }
-
-    fn own_size(&self, lane: usize) -> Size {
-        self.sizes.own(lane)
+    fn sizes(&self, lane: usize) -> [Size; 2] {
+        self.sizes.of(lane)
     }
 
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
@@ -326,7 +329,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.enrich_impl(row, from);
     }
 
-    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<D>) {
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>) {
         self.set_element_impl(lane, element, state);
     }
 
@@ -336,18 +339,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn predict(&mut self, [before, last]: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>) {
         T::run(state::Predict { chain: self, before, last, ratio, bend });
-    }
-
-    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
-        self.set_lateral_moduli_impl(lane, segment, moduli);
-    }
-
-    fn condense_lateral(&mut self) {
-        self.condense_lateral_impl();
-    }
-
-    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
-        self.lateral_impl(lane)
     }
 
     fn carried_forces(&self) -> [f64; MOST_LANES] {

@@ -44,12 +44,9 @@ pub(super) struct Sizes<T> {
 }
 
 impl<T: Real> Sizes<T> {
-    pub(crate) fn whole(&self, lane: usize) -> Size {
-        Size { rotation: self.whole[0].lane(lane), displacement: self.whole[1].lane(lane) }
-    }
-
-    pub(crate) fn own(&self, lane: usize) -> Size {
-        Size { rotation: self.own[0].lane(lane), displacement: self.own[1].lane(lane) }
+    pub(crate) fn of(&self, lane: usize) -> [Size; 2] {
+        let Self { whole, own } = self;
+        [whole, own].map(|of| Size { rotation: of[0].lane(lane), displacement: of[1].lane(lane) })
     }
 }
 

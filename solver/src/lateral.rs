@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use crate::chain::LateralEnds;
 use crate::continuation::OutOfPlane;
 use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
@@ -155,26 +156,26 @@ impl Lateral {
         system.loading.fraction = plane.loading.fraction;
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
+        let mut found: Vec<Vec<LateralEnds>> = Vec::with_capacity(plane.members.packs.len());
         for pack in 0..plane.members.packs.len() {
             let forces = plane.loading.carried_forces(plane.members.packs[pack].as_ref());
-            for lane in 0..plane.members.packs[pack].mesh().members.len() {
-                let index = plane.members.packs[pack].mesh().members[lane];
-                let turn = plane.members.slots[index].turn;
+            let mesh = plane.members.packs[pack].mesh();
+            let mut moduli = Vec::with_capacity(mesh.members.len());
+            for (lane, &index) in mesh.members.iter().enumerate() {
+                let turn = &plane.members.slots[index].turn;
                 let length = plane.structure.members[index].length();
-                for segment in 0..plane.structure.members[index].segments.len() {
+                let of_segment = |segment: usize| {
                     let section = plane.section(index, segment);
-                    let pack = &mut plane.members.packs[pack];
-                    let lengths = [pack.mesh().element_length(lane, segment), length];
-                    let auxiliary = plane.loading.auxiliary;
-                    let moduli = packs::moduli(&section, pack.mesh().about(), lengths, &turn, auxiliary, forces[lane]);
-                    pack.set_lateral_moduli(lane, segment, &moduli);
-                }
+                    let lengths = [mesh.element_length(lane, segment), length];
+                    packs::moduli(&section, mesh.about(), lengths, turn, plane.loading.auxiliary, forces[lane])
+                };
+                moduli.push((0..mesh.segments()).map(of_segment).collect());
             }
-            plane.members.packs[pack].condense_lateral();
+            found.push(plane.members.packs[pack].condense_lateral(&moduli));
         }
         for index in 0..plane.members.count() {
-            let (pack, lane) = plane.members.chain(index);
-            let (ends, negative, smallest) = pack.lateral(lane);
+            let slot = &plane.members.slots[index];
+            let LateralEnds { ends, negative, smallest } = found[slot.pack][slot.lane];
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
             let mut factor = system.tangent.releases[index];

@@ -42,7 +42,7 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
     let measures: Vec<Vec<Measures>> = system.members.packs.iter().map(|pack| pack.measures()).collect();
     for (index, slot) in system.members.slots.iter().enumerate() {
         let pack = system.members.packs[slot.pack].as_ref();
-        energy += pack.energy(slot.lane);
+        energy += pack.interior(slot.lane).energy;
         let part = |end: usize, offset: usize| std::array::from_fn(|c| system.tangent.ends[index][end][offset + c]);
         let mut end_moments = [part(0, 3), part(1, 3)];
         for (end, kind) in topology.ends[index].iter().enumerate() {

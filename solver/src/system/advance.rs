@@ -7,7 +7,7 @@ use pennate_elements::small::norm;
 
 use super::System;
 use super::carriers::Carrier;
-use crate::chain::Size;
+use crate::chain::{NodesBy, Size};
 use crate::reduce;
 
 impl<const D: usize> System<D> {
@@ -36,11 +36,8 @@ impl<const D: usize> System<D> {
         self.move_releases();
         self.moves.motions = motions;
         self.place_ends();
-        if self.straight {
-            self.members.for_packs(|pack| pack.shift());
-        } else {
-            self.members.for_packs(|pack| pack.unroll());
-        }
+        let by = if self.straight { NodesBy::Increments } else { NodesBy::Elements };
+        self.members.for_packs(|pack| pack.place_nodes(by));
         self.moves.size()
     }
 
@@ -81,9 +78,9 @@ impl<const D: usize> System<D> {
         moves.by_part.fill(Size::default());
         for (slot, &part) in members.slots.iter().zip(&pattern.parts.members) {
             let pack = &members.packs[slot.pack];
-            let whole = pack.size(slot.lane);
+            let [whole, without_start] = pack.sizes(slot.lane);
             moves.by_part[part] = moves.by_part[part].join(whole);
-            own = own.join(if slot.released { whole } else { pack.own_size(slot.lane) });
+            own = own.join(if slot.released { whole } else { without_start });
         }
         for ((motion, carried), &part) in motions.iter().zip(&pattern.carried).zip(&pattern.parts.joints) {
             let (u, spin) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);

@@ -79,7 +79,7 @@ impl<const D: usize> System<D> {
         let mut energy = self.tangent.spring_energy;
         for member in 0..self.members.count() {
             let (pack, lane) = self.members.chain(member);
-            energy += pack.energy(lane) - load_work(pack, lane);
+            energy += pack.interior(lane).energy - load_work(pack, lane);
         }
         for (node, load) in self.loading.nodes.iter().enumerate() {
             let link = &self.topology.links[node];

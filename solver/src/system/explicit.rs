@@ -37,6 +37,7 @@ impl<const D: usize> System<D> {
         for (pack, &source) in self.members.packs.iter_mut().zip(sources) {
             pack.refresh(Some(other.members.packs[source].as_ref()));
         }
+        self.take_end_forces();
         self.tangent.forces.fill([0.0; 6]);
         let mut unused = std::mem::take(&mut self.moves.motions);
         for index in 0..self.members.count() {

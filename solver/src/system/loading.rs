@@ -303,10 +303,9 @@ impl MadeOf {
             let stiffest = forces.into_iter().filter(|force| force.is_finite()).fold(0.0, f64::max);
             let bending = if D == 3 { third } else { second.min(third) };
             sections.slenderness = sections.slenderness.max(description.length() * (stiffest / bending).sqrt());
-            chain.set_moduli(slot.lane, segment, &moduli);
             let weighs = self.gravity != [0.0; 3];
             let weight = if weighs { scale(section.section.mass_per_length, self.gravity) } else { [0.0; 3] };
-            chain.set_load(slot.lane, segment, add(self.line, weight));
+            chain.set_segment(slot.lane, segment, &moduli, add(self.line, weight));
         }
         sections
     }

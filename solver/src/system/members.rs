@@ -206,9 +206,9 @@ impl<const D: usize> Members<D> {
     pub(super) fn pivots(&self) -> (usize, f64) {
         let pivots = (0..self.count()).map(|member| {
             let (pack, lane) = self.chain(member);
-            pack.pivots(lane)
+            pack.interior(lane)
         });
-        pivots.fold((0, 1.0), |(count, smallest), (negative, least)| (count + negative, least.min(smallest)))
+        pivots.fold((0, 1.0), |(count, smallest), own| (count + own.negative, own.smallest.min(smallest)))
     }
 }
 

@@ -171,7 +171,6 @@ impl<const D: usize> System<D> {
             let Some(Beside { joints, places }) = beside else { continue };
             let squares = pack.add_ends(ends, *joints, (!keeps).then_some(places));
             tangent.note_squares(squares);
-            pack.put_end_forces(&active, &mut tangent.ends);
         }
         for (row, lane, part) in side.parts() {
             for joint in 0..side.joints {

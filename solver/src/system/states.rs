@@ -5,7 +5,7 @@ use pennate_elements::small::{V3, norm, sub};
 
 use super::places::spin_between;
 use super::{Places, System};
-use crate::chain::{self, Size};
+use crate::chain::{self, NodesBy, Size};
 use crate::continuation::Tuning;
 use crate::joints::{EndKind, JointState};
 use crate::reduce;
@@ -154,7 +154,7 @@ impl<const D: usize> System<D> {
             }
         }
         self.place_ends();
-        self.members.packs.iter_mut().for_each(|pack| pack.unroll());
+        self.members.packs.iter_mut().for_each(|pack| pack.place_nodes(NodesBy::Elements));
     }
 
     /// Takes over the state of a system of the same members on another mesh.

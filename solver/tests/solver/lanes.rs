@@ -3,7 +3,7 @@
 use pennate_elements::beam::{Moduli, Placement};
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
-use pennate_solver::chain::{Pack, sample};
+use pennate_solver::chain::{Interior, Pack, sample};
 use pennate_solver::packs;
 use pennate_solver::structure::{Dimension, Formulation, Member, Release, Segment, Structure};
 
@@ -49,13 +49,9 @@ fn play<const D: usize>(chain: &mut dyn Pack<D>, lane: usize, member: usize, rou
         let stiffness = [300.0, 60.0, 40.0, 500.0, 700.0, 700.0].map(|k| k * (1.0 + at(segment)));
         let held = if member == 2 { [1.0, 1.0, 0.0, 0.0, 0.0, 0.0] } else { [0.0; 6] };
         let softening = [0.01 * (1.0 + at(3)), 0.02 * (1.0 + at(4))];
-        chain.set_moduli(
-            lane,
-            segment,
-            &Moduli { stiffness, rest: [at(1), 0.0, 0.0, 0.0, 0.0, at(2)], held, softening },
-        );
         let load = if member == 1 { [at(3), at(4), 0.0] } else { [0.0; 3] };
-        chain.set_load(lane, segment, load);
+        let moduli = Moduli { stiffness, rest: [at(1), 0.0, 0.0, 0.0, 0.0, at(2)], held, softening };
+        chain.set_segment(lane, segment, &moduli, load);
     }
     for end in 0..2 {
         let angle = at(5 + end);
@@ -69,11 +65,11 @@ fn play<const D: usize>(chain: &mut dyn Pack<D>, lane: usize, member: usize, rou
 /// Everything that a chain tells of a member, by its kind.
 fn told<const D: usize>(chain: &dyn Pack<D>, lane: usize) -> [Vec<f64>; 5] {
     let ends = chain.condensed(lane);
-    let (negative, smallest) = chain.pivots(lane);
+    let Interior { energy, negative, smallest } = chain.interior(lane);
     let tangent = [ends.k00, ends.k01, ends.k11].into_iter().flatten().flatten().collect();
     let forces = ends.r0.into_iter().chain(ends.r1).collect();
     let scalars =
-        vec![chain.energy(lane), chain.measures()[lane].length, negative as f64, smallest, chain.size(lane).largest()];
+        vec![energy, chain.measures()[lane].length, negative as f64, smallest, chain.sizes(lane)[0].largest()];
     let (mut shape, mut stresses) = (Vec::new(), Vec::new());
     for element in 0..chain.mesh().elements() {
         let (local, stress) = sample(chain, lane, element, 0.3);
