@@ -13,10 +13,6 @@ use crate::Chain;
 /// Stiffness and force of the dashpots at the present state.
 #[derive(Debug)]
 pub(super) struct Dashpots<T, const D: usize> {
-    /// For a unit of mass; zero where there are none.
-    pub stiffness: f64,
-    /// The state that they hold the chain to, see [`Chain::saved`].
-    pub anchor: Vec<f64>,
     /// Diagonals and forces of the nodes between elements, by the element that follows.
     pub stiffnesses: Vec<[T; D]>,
     pub forces: Vec<[T; D]>,
@@ -27,14 +23,7 @@ pub(super) struct Dashpots<T, const D: usize> {
 
 impl<T, const D: usize> Default for Dashpots<T, D> {
     fn default() -> Self {
-        Self {
-            stiffness: 0.0,
-            anchor: Vec::new(),
-            stiffnesses: Vec::new(),
-            forces: Vec::new(),
-            inner_stiffness: Vec::new(),
-            inner_force: Vec::new(),
-        }
+        Self { stiffnesses: Vec::new(), forces: Vec::new(), inner_stiffness: Vec::new(), inner_force: Vec::new() }
     }
 }
 
@@ -48,7 +37,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         dashpots.forces.resize(elements + 1, zero);
         dashpots.inner_stiffness.resize(elements * Self::INNER_NODES, zero);
         dashpots.inner_force.resize(elements * Self::INNER_NODES, zero);
-        let saved = self.saved(&dashpots.anchor);
+        let saved = self.saved(&self.settings.anchor);
         for lane in 0..T::LANES {
             for index in 1..elements {
                 let [mass, inertia] = self.mesh.end_mass(lane, index);
@@ -63,7 +52,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 let change = [u[0], u[1], u[2], spin[0], spin[1], spin[2]];
                 for d in 0..D {
                     let component = if D == 6 { d } else { [0, 1, 5][d] };
-                    let weight: f64 = dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { inertia });
+                    let weight: f64 = self.settings.dashpots * (if d < Self::TRANSLATIONS { mass } else { inertia });
                     dashpots.stiffnesses[index][d].set_lane(lane, weight);
                     dashpots.forces[index][d].set_lane(lane, weight * change[component]);
                 }
@@ -74,7 +63,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                     let (node, local) = (element * Self::INNER_NODES + i, element * P + i);
                     for d in 0..D {
                         let weight: f64 =
-                            dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { mass * mass * mass });
+                            self.settings.dashpots * (if d < Self::TRANSLATIONS { mass } else { mass * mass * mass });
                         let change = self.state.local[local][d].lane(lane) - saved.local::<T, D>(local)[d].lane(lane);
                         dashpots.inner_stiffness[node][d].set_lane(lane, weight);
                         dashpots.inner_force[node][d].set_lane(lane, weight * change);

@@ -47,8 +47,8 @@ pub use lateral::LateralEnds;
 pub use layers::variations;
 pub use measures::Measures;
 pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
-pub use pack::{Interior, MemberEnds, NodesBy, Pack};
-pub use rows::{EndPlaces, EndRows};
+pub use pack::{Interior, MemberEnds, NodesBy, Pack, Settings};
+pub use rows::{EndPlaces, EndRows, OwnRows};
 pub use sections::sections;
 pub use shape::{middle, shape};
 pub use side::{Part, Side};
@@ -110,7 +110,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     moduli: Vec<Moduli<T, D>>,
     loads: Vec<V3<T>>,
     loaded: bool,
-    plain: bool,
+    settings: Settings,
     state: ChainState<B::Pose, T, D>,
     frames: Vec<B::Frame>,
     /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns where there are loads along the
@@ -175,7 +175,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             moduli: vec![Moduli::default(); segments],
             loads: vec![[o; 3]; segments],
             loaded: false,
-            plain: false,
+            settings: Settings::default(),
             state,
             frames: vec![frame; elements],
             inner: Vec::new(),
@@ -211,7 +211,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         (self.total_length, self.chord, self.reach) = (total_length, chord, B::Pose::default());
         self.moduli.fill(Moduli::default());
         self.loads.fill([o; 3]);
-        (self.loaded, self.plain) = (false, false);
+        self.loaded = false;
+        self.settings = Settings { keeps_factors: self.settings.keeps_factors, ..Settings::default() };
         self.inner_turn.clear();
         self.state.nodes.fill(B::Pose::default());
         self.state.local.fill([o; D]);

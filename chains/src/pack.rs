@@ -4,13 +4,13 @@ use std::any::Any;
 
 use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
 use pennate_elements::real::Real;
-use pennate_elements::small::{Ldl, V3, zeros};
+use pennate_elements::small::{V3, zeros};
 
 use crate::element::{SegmentState, Unloaded};
 use crate::lateral::LateralEnds;
 use crate::measures::Measures;
 use crate::mesh::{ChainMesh, PackMesh};
-use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
+use crate::rows::{AddEnds, EndPlaces, EndRows, TakePoses};
 use crate::size::Size;
 use crate::transfer::NewState;
 use crate::variation::SegmentVariation;
@@ -30,6 +30,20 @@ pub struct Interior {
     pub smallest: f64,
 }
 
+/// What an elimination does besides.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// Whether the geometric stiffness uses the stresses of the present strains, without mixed integration points.
+    pub plain: bool,
+    /// Whether all factors are kept, which [`Pack::refresh`] needs: half as much again as the way back to the interior.
+    pub keeps_factors: bool,
+    /// Stiffness, for a unit of mass, of dashpots that tie every node between the ends to where it is in a saved state; zero where
+    /// there are none.
+    pub dashpots: f64,
+    /// That state.
+    pub anchor: Vec<f64>,
+}
+
 /// How the nodes between the ends of members are placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodesBy {
@@ -45,13 +59,10 @@ pub trait Pack<const D: usize>: Any + Send {
     fn mesh(&self) -> &PackMesh;
     /// Sets stiffness and induced strains of a segment, and the dead force per unloaded length on it.
     fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>);
-    /// Puts an end of the member somewhere.
-    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
+    /// What the next eliminations do besides.
+    fn settings(&mut self) -> &mut Settings;
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self);
-    /// Keeps all factors from the next [`Pack::condense`] on, which [`Pack::refresh`] needs: half as much again as the way back to
-    /// the interior.
-    fn keep_factors(&mut self);
     /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
     /// brought to the ends by the factors of then, which is right to second order in what was moved since. Where factors are kept
     /// the next [`Pack::advance`] goes on with them; that is said. With a source, which [`Pack::like`] made this pack from, by the
@@ -83,16 +94,12 @@ pub trait Pack<const D: usize>: Any + Send {
     fn violation(&self) -> f64;
     /// Adds to that force.
     fn add_held_force(&mut self, lane: usize, by: f64);
-    /// Sets the motion of both ends that the next advance makes: displacements, then spins.
-    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
-    /// Sets those of all members from rows of joints, D a joint.
-    fn take_motions(&mut self, motions: &[f64], joints: [usize; 2]);
     /// Puts the ends of all members where joints are, from rows of poses: displacements, and the angle in the plane or the rotation
-    /// in space.
-    fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]);
-    /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
-    /// [`Pack::set_end`] and [`Pack::place_nodes`].
-    fn advance(&mut self);
+    /// in space. Start and end of each are at the joints of these rows.
+    fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]);
+    /// Back-substitution for motions of the ends, displacements, then spins, from rows of joints: new local unknowns of every
+    /// element. Nodes follow with [`Pack::set_ends`] and [`Pack::place_nodes`].
+    fn advance(&mut self, motions: &[f64], joints: [usize; 2]);
     /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
     fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
     /// Places the nodes between the ends.
@@ -101,11 +108,6 @@ pub trait Pack<const D: usize>: Any + Send {
     fn sizes(&self, lane: usize) -> [Size; 2];
     /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
-    /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
-    fn set_plain(&mut self, plain: bool);
-    /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
-    /// mass; zero takes them away.
-    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
     /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
     fn save(&self, row: &mut Vec<f64>);
     /// Takes the state in a row: poses, local unknowns, and the mixed stresses but for a part of their change since.
@@ -167,22 +169,18 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         }
     }
 
-    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement) {
-        let index = end * self.frames.len();
-        B::set_pose(&mut self.state.nodes[index], lane, placement);
+    fn settings(&mut self) -> &mut Settings {
+        &mut self.settings
     }
 
     fn condense(&mut self) {
-        if self.dashpots.stiffness > 0.0 {
+        if self.settings.keeps_factors {
+            self.keep_factors();
+        }
+        if self.settings.dashpots > 0.0 {
             self.load_dashpots();
         }
         T::run(condense::Condense(self));
-    }
-
-    fn keep_factors(&mut self) {
-        let (elements, zero) = (self.frames.len(), Ldl::new(&zeros()));
-        self.kept.own.resize(elements - 1, zero);
-        self.kept.inner_own.resize(elements * Self::INNER_NODES, zero);
     }
 
     fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool {
@@ -193,7 +191,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
             return false;
         }
-        if self.dashpots.stiffness > 0.0 {
+        if self.settings.dashpots > 0.0 {
             self.load_dashpots();
         }
         let keeps = self.kept.own.len() + 1 == self.frames.len() && self.kept.inner_own.len() == self.inner_rest.len();
@@ -263,24 +261,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.add_held_force_impl(lane, by);
     }
 
-    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]) {
-        let last = self.increments.len() - 1;
-        for d in 0..D {
-            self.increments[0][d].set_lane(lane, ends[0][d]);
-            self.increments[last][d].set_lane(lane, ends[1][d]);
-        }
-    }
-
-    fn take_motions(&mut self, motions: &[f64], joints: [usize; 2]) {
-        T::run(TakeMotions { chain: self, motions, joints });
-    }
-
-    fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]) {
+    fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]) {
         T::run(TakePoses { chain: self, poses, joints });
     }
 
-    fn advance(&mut self) {
-        T::run(condense::Advance(self));
+    fn advance(&mut self, motions: &[f64], joints: [usize; 2]) {
+        T::run(condense::Advance { chain: self, motions, joints });
     }
 
     fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement {
@@ -305,16 +291,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
         self.variation_impl(lane, ends)
-    }
-
-    fn set_plain(&mut self, plain: bool) {
-        self.plain = plain;
-    }
-
-    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]) {
-        self.dashpots.stiffness = stiffness;
-        self.dashpots.anchor.clear();
-        self.dashpots.anchor.extend_from_slice(anchor);
     }
 
     fn save(&self, row: &mut Vec<f64>) {

@@ -46,7 +46,7 @@ impl<const D: usize> System<D> {
         let active = self.pattern.equations.active;
         let side = self.pattern.side.clone();
         if let Some(side) = &side {
-            self.move_side(side, motions);
+            self.fill_side(side, motions);
         }
         for index in 0..self.members.count() {
             if side.as_ref().is_some_and(|side| side.has(self.members.slots[index].pack)) {
@@ -65,10 +65,10 @@ impl<const D: usize> System<D> {
                 let factor = &self.tangent.releases[index];
                 (ends, self.moves.releases[index]) = reduce::recover(&active, kinds, factor, &moves);
             }
-            let (pack, lane) = self.members.chain_mut(index);
-            pack.set_increment(lane, &ends);
+            self.members.set_motions(index, &ends);
         }
-        self.members.for_packs(|pack| pack.advance());
+        let (members, rows) = (&mut self.members, self.side_rows.motions());
+        members.advance(|pack| side.as_ref()?.joints_of(pack).map(|joints| (rows, joints)));
     }
 
     /// Measures how far members and joints move.

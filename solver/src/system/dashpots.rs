@@ -22,7 +22,9 @@ impl<const D: usize> System<D> {
         self.dashpots.stiffness = stiffness;
         self.dashpots.anchor.clone_from(&anchor.places);
         for (pack, row) in self.members.packs.iter_mut().zip(&anchor.chains) {
-            pack.set_dashpots(stiffness, row);
+            let settings = pack.settings();
+            settings.dashpots = stiffness;
+            settings.anchor.clone_from(row);
         }
         if self.dashpots.masses.is_empty() {
             self.dashpots.masses = self.joint_masses();
@@ -51,7 +53,7 @@ impl<const D: usize> System<D> {
     /// Takes the dashpots away.
     pub(crate) fn remove_dashpots(&mut self) {
         self.dashpots.stiffness = 0.0;
-        self.members.packs.iter_mut().for_each(|pack| pack.set_dashpots(0.0, &[]));
+        self.members.packs.iter_mut().for_each(|pack| pack.settings().dashpots = 0.0);
     }
 
     pub(super) fn assemble_dashpots(&mut self) {

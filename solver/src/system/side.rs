@@ -43,6 +43,13 @@ pub(super) struct Rows {
     poses: Vec<f64>,
 }
 
+impl Rows {
+    /// Motions of the joints.
+    pub(super) fn motions(&self) -> &[f64] {
+        &self.motions
+    }
+}
+
 impl Side {
     /// Those of a structure; nothing where no member has its likes beside it, at joints alike. `entries` are those of the whole matrix.
     pub(super) fn of<const D: usize>(
@@ -121,6 +128,11 @@ impl Side {
         self.packs[pack].is_some()
     }
 
+    /// The joints of the members of a pack, by row, where they lie beside their likes.
+    pub(super) fn joints_of(&self, pack: usize) -> Option<[usize; 2]> {
+        self.packs[pack].as_ref().map(|beside| beside.joints)
+    }
+
     /// The parts in lanes of rows: row, lane and part.
     fn parts(&self) -> impl Iterator<Item = (usize, usize, usize)> {
         let lanes = self.lanes;
@@ -197,22 +209,16 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// Moves the ends of members beside their likes by motions of the joints.
-    pub(super) fn move_side(&mut self, side: &Side, motions: &[[f64; 6]]) {
+    /// Puts motions of the joints in rows, for members beside their likes.
+    pub(super) fn fill_side(&mut self, side: &Side, motions: &[[f64; 6]]) {
         let active = self.pattern.equations.active;
-        let Rows { motions: rows, .. } = &mut self.side_rows;
-        side.fill(rows, |joint| {
+        side.fill(&mut self.side_rows.motions, |joint| {
             let mut own = [0.0; D];
             for i in 0..D {
                 own[i] = motions[joint][active[i]];
             }
             own
         });
-        for (pack, beside) in self.members.packs.iter_mut().zip(&side.packs) {
-            if let Some(Beside { joints, .. }) = beside {
-                pack.take_motions(rows, *joints);
-            }
-        }
     }
 
     /// Puts the ends of members beside their likes where their joints are.
@@ -232,7 +238,7 @@ impl<const D: usize> System<D> {
         }
         for (pack, beside) in self.members.packs.iter_mut().zip(&side.packs) {
             if let Some(Beside { joints, .. }) = beside {
-                pack.take_poses(poses, *joints);
+                pack.set_ends(poses, *joints);
             }
         }
     }

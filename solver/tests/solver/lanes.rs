@@ -3,7 +3,7 @@
 use pennate_elements::beam::{Moduli, Placement};
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
-use pennate_solver::chain::{Interior, Pack, sample};
+use pennate_solver::chain::{Interior, OwnRows, Pack, sample};
 use pennate_solver::packs;
 use pennate_solver::structure::{Dimension, Formulation, Member, Release, Segment, Structure};
 
@@ -43,7 +43,7 @@ fn chains<const D: usize>(build: Build<D>, members: Vec<Member>) -> Vec<Box<dyn 
 }
 
 /// Moves a chain that lies in a lane: two iterations, one of them at stresses, with a load where there is one.
-fn play<const D: usize>(chain: &mut dyn Pack<D>, lane: usize, member: usize, round: usize) {
+fn play<const D: usize>(chain: &mut dyn Pack<D>, rows: &mut OwnRows<D>, lane: usize, member: usize, round: usize) {
     let at = |i: usize| 0.05 * ((7 * member + 3 * round + i) as f64 * 1.3).sin();
     for segment in 0..2 {
         let stiffness = [300.0, 60.0, 40.0, 500.0, 700.0, 700.0].map(|k| k * (1.0 + at(segment)));
@@ -56,10 +56,10 @@ fn play<const D: usize>(chain: &mut dyn Pack<D>, lane: usize, member: usize, rou
     for end in 0..2 {
         let angle = at(5 + end);
         let place = Placement { displacement: [at(end), at(9 + end), 0.0], rotation: exp([0.0, 0.0, angle]), angle };
-        chain.set_end(lane, end, &place);
+        rows.set_pose(lane, end, &place);
     }
     let increment = |end: usize| std::array::from_fn(|d| if D == 3 || d < 5 { at(d + 7 * end) } else { 0.0 });
-    chain.set_increment(lane, &[increment(0), increment(1)]);
+    rows.set_motions(lane, &[increment(0), increment(1)]);
 }
 
 /// Everything that a chain tells of a member, by its kind.
@@ -107,15 +107,21 @@ fn side_by_side<const D: usize>(build: Build<D>, members: usize, of: impl Fn(usi
         .flat_map(|(pack, chain)| (0..chain.mesh().members.len()).map(move |lane| (pack, lane)))
         .collect();
     assert_eq!(places.len(), members);
+    let rows = |chains: &[Box<dyn Pack<D>>]| -> Vec<OwnRows<D>> {
+        chains.iter().map(|chain| OwnRows::new(chain.mesh().lanes)).collect()
+    };
+    let (mut rows_alone, mut rows_together) = (rows(&alone), rows(&together));
     for round in 0..3 {
-        for (member, (chain, &(pack, lane))) in alone.iter_mut().zip(&places).enumerate() {
-            play(chain.as_mut(), 0, member, round);
-            play(together[pack].as_mut(), lane, member, round);
+        for (member, &(pack, lane)) in places.iter().enumerate() {
+            play(alone[member].as_mut(), &mut rows_alone[member], 0, member, round);
+            play(together[pack].as_mut(), &mut rows_together[pack], lane, member, round);
         }
-        for chain in alone.iter_mut().chain(&mut together) {
-            chain.set_plain(round == 2);
+        let all = alone.iter_mut().chain(&mut together).zip(rows_alone.iter().chain(&rows_together));
+        for (chain, rows) in all {
+            chain.settings().plain = round == 2;
+            chain.set_ends(&rows.poses, [0, 1]);
             chain.condense();
-            chain.advance();
+            chain.advance(&rows.motions, [0, 1]);
         }
         for (member, (chain, &(pack, lane))) in alone.iter().zip(&places).enumerate() {
             let pairs = told(chain.as_ref(), 0).into_iter().zip(told(together[pack].as_ref(), lane));
