@@ -4,7 +4,7 @@
 use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 
-use crate::{Chain, MOST_LANES, Pack};
+use crate::{Chain, MOST_LANES, NewNodes, NewState, Pack};
 
 /// The axial force of the parts of a member that cannot be stretched, or hardly, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,20 @@ pub fn held_force<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> Option<Hel
     (length > 0.0).then(|| HeldForce { force: force / length, auxiliary: length / compliance, length, is_rigid })
 }
 
+/// Adds to that force in all parts of a member that have one.
+pub fn add_held_force<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, by: f64) {
+    for e in 0..pack.mesh().elements() {
+        if pack.segment(lane, pack.mesh().segment_of(e)).moduli.held[0] == 0.0 {
+            continue;
+        }
+        let mut stress = pack.stress(lane, e);
+        stress.iter_mut().for_each(|stress| stress[0] += by);
+        let ends = [pack.node(lane, e), pack.node(lane, e + 1)];
+        let local = pack.local(lane, e);
+        pack.set_element(lane, e, &NewState { ends, nodes: NewNodes::Local(&local), stress });
+    }
+}
+
 /// The largest force of the mixed stresses, along the axis and across, as work in lanes.
 struct Carried<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
 
@@ -70,18 +84,5 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut forces = [0.0; MOST_LANES];
         largest.store(&mut forces[..T::LANES]);
         forces
-    }
-
-    /// Adds the same to the axial force of all these parts.
-    pub(super) fn add_held_force_impl(&mut self, lane: usize, by: f64) {
-        for e in 0..self.pieces.len() {
-            if self.moduli[self.mesh.segment_of[e]].held[0].lane(lane) == 0.0 {
-                continue;
-            }
-            for stress in &mut self.state.stress[e * P..(e + 1) * P] {
-                let force = stress[0].lane(lane) + by;
-                stress[0].set_lane(lane, force);
-            }
-        }
     }
 }

@@ -42,7 +42,7 @@ pub use element::{ElementState, SegmentState, Unloaded, element, place, sample};
 pub use fibres::Fibres;
 pub use geometry::Bent;
 use geometry::{Curve, Geometry};
-pub use held::{HeldForce, held_force};
+pub use held::{HeldForce, add_held_force, held_force};
 pub use lateral::LateralEnds;
 pub use layers::variations;
 pub use measures::Measures;

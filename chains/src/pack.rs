@@ -55,12 +55,29 @@ pub enum NodesBy {
 
 /// The chains of the members that lie side by side in one `T`, whatever their order.
 pub trait Pack<const D: usize>: Any + Send {
+    // What it is made of.
+
     /// How the members are divided into elements.
     fn mesh(&self) -> &PackMesh;
-    /// Sets stiffness and induced strains of a segment, and the dead force per unloaded length on it.
+    /// Unloaded geometry of an element.
+    fn unloaded(&self, lane: usize, element: usize) -> Unloaded;
+    /// Section and load of a segment.
+    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D>;
+    /// Sets them: stiffness and induced strains, and the dead force per unloaded length.
     fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>);
     /// What the next eliminations do besides.
     fn settings(&mut self) -> &mut Settings;
+    /// Begins anew with other members of the same mesh, unloaded and at rest; false, with nothing changed, where their mesh is
+    /// another one or they are more than the lanes hold.
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
+    /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
+    /// own, and serve [`Pack::refresh`] by those of this pack alone.
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
+    /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
+    fn shed(&mut self);
+
+    // What is left of it at its ends.
+
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self);
     /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
@@ -68,12 +85,6 @@ pub trait Pack<const D: usize>: Any + Send {
     /// the next [`Pack::advance`] goes on with them; that is said. With a source, which [`Pack::like`] made this pack from, by the
     /// factors of that one, whose stiffness and ends become those of this one.
     fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool;
-    /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
-    /// own, and serve [`Pack::refresh`] by those of this pack alone.
-    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
-    /// Begins anew with other members of the same mesh, unloaded and at rest; false, with nothing changed, where their mesh is
-    /// another one or they are more than the lanes hold.
-    fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
     /// Puts the forces of these alone, which are all that [`Pack::refresh`] changes, into those of all members, by index in the
@@ -82,18 +93,19 @@ pub trait Pack<const D: usize>: Any + Send {
     /// Adds the forces of the ends of all members to rows of joints, whose lanes are theirs, and with places the stiffness too:
     /// start and end of each are at the joints of these rows. The squares of the largest force and moment.
     fn add_ends(&self, rows: &mut EndRows, joints: [usize; 2], places: Option<&EndPlaces>) -> [f64; 2];
-    /// What the last [`Pack::condense`] found beside them; the energy is that of the last [`Pack::refresh`] too.
+    /// What the last [`Pack::condense`] found between the ends; the energy is that of the last [`Pack::refresh`] too.
     fn interior(&self, lane: usize) -> Interior;
-    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state, with these spatial
-    /// moduli of all segments, by lane. What that leaves, by lane.
-    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds>;
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
     /// are held, those within the elements too: the terms that elimination subtracts from. For every member of the pack.
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]>;
-    /// Largest strain that a held (rigid) component still has.
-    fn violation(&self) -> f64;
-    /// Adds to that force.
-    fn add_held_force(&mut self, lane: usize, by: f64);
+    /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
+    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
+    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state, with these spatial
+    /// moduli of all segments, by lane. What that leaves, by lane.
+    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds>;
+
+    // How it moves.
+
     /// Puts the ends of all members where joints are, from rows of poses: displacements, and the angle in the plane or the rotation
     /// in space. Start and end of each are at the joints of these rows.
     fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]);
@@ -106,44 +118,52 @@ pub trait Pack<const D: usize>: Any + Send {
     fn place_nodes(&mut self, by: NodesBy);
     /// Size of the last increment, and of what it is without the motion that the member makes as a whole with its start.
     fn sizes(&self, lane: usize) -> [Size; 2];
-    /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
-    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
+
+    // Its state as numbers.
+
     /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
     fn save(&self, row: &mut Vec<f64>);
     /// Takes the state in a row: poses, local unknowns, and the mixed stresses but for a part of their change since.
     fn restore(&mut self, row: &[f64], part: f64);
     /// Takes the state that a pack of the same members and elements, of another order, put in a row.
     fn enrich(&mut self, row: &[f64], from: &PackMesh);
-    /// Puts an element of a member into a state.
-    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>);
     /// How far the element ends of every member are from the state in a row, by lane.
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES];
     /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
     /// so many times what led to them from a state before; nodes follow as after [`Pack::advance`].
     fn predict(&mut self, states: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>);
-    /// The largest force that a section of a member carries, along its axis and across, by lane.
-    fn carried_forces(&self) -> [f64; MOST_LANES];
-    /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
-    fn shed(&mut self);
     /// Where the node before an element is, and after the last one.
     fn node(&self, lane: usize, index: usize) -> Placement;
     /// Local unknowns of nodes 1…P of an element, the last node's by where the ends are.
     fn local(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
-    /// Mixed stresses at its Gauss points.
+    /// Mixed stresses at the Gauss points of an element.
     fn stress(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
-    /// Strains there.
+    /// Puts an element of a member into a state.
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>);
+
+    // What is measured in the lanes.
+
+    /// Strains at the Gauss points of an element.
     fn strains(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
-    /// Its unloaded geometry.
-    fn unloaded(&self, lane: usize, element: usize) -> Unloaded;
-    /// Section and load of a segment.
-    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D>;
     /// Present length and largest strains of every member.
     fn measures(&self) -> Vec<Measures>;
+    /// Largest strain that a held (rigid) component still has.
+    fn violation(&self) -> f64;
+    /// The largest force that a section of a member carries, along its axis and across, by lane.
+    fn carried_forces(&self) -> [f64; MOST_LANES];
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T, B, D, P> {
     fn mesh(&self) -> &PackMesh {
         &self.mesh
+    }
+
+    fn unloaded(&self, lane: usize, element: usize) -> Unloaded {
+        self.unloaded_impl(lane, element)
+    }
+
+    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D> {
+        self.segment_impl(lane, segment)
     }
 
     fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>) {
@@ -171,6 +191,25 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn settings(&mut self) -> &mut Settings {
         &mut self.settings
+    }
+
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool {
+        self.renew_impl(meshes)
+    }
+
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
+        let mut chain = Self::without_factors(meshes);
+        chain.increments = Vec::new();
+        Box::new(chain)
+    }
+
+    fn shed(&mut self) {
+        self.inner = Vec::new();
+        self.inner_rest = Vec::new();
+        self.inner_turn = Vec::new();
+        self.factors = Vec::new();
+        self.kept = KeptFactors::default();
+        self.increments = Vec::new();
     }
 
     fn condense(&mut self) {
@@ -202,16 +241,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         keeps
     }
 
-    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
-        let mut chain = Self::without_factors(meshes);
-        chain.increments = Vec::new();
-        Box::new(chain)
-    }
-
-    fn renew(&mut self, meshes: &[ChainMesh]) -> bool {
-        self.renew_impl(meshes)
-    }
-
     fn condensed(&self, lane: usize) -> MemberEnds<D> {
         Ends {
             k00: lanes::lanes(&self.ends.k00, lane),
@@ -236,10 +265,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(AddEnds { chain: self, rows, joints, places })
     }
 
-    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds> {
-        self.condense_lateral_impl(moduli)
-    }
-
     fn interior(&self, lane: usize) -> Interior {
         Interior {
             energy: self.energy.lane(lane),
@@ -253,12 +278,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         (0..self.mesh.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
     }
 
-    fn violation(&self) -> f64 {
-        self.violation_impl()
+    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
+        self.variation_impl(lane, ends)
     }
 
-    fn add_held_force(&mut self, lane: usize, by: f64) {
-        self.add_held_force_impl(lane, by);
+    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds> {
+        self.condense_lateral_impl(moduli)
     }
 
     fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]) {
@@ -289,10 +314,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.sizes.of(lane)
     }
 
-    fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
-        self.variation_impl(lane, ends)
-    }
-
     fn save(&self, row: &mut Vec<f64>) {
         self.save_impl(row);
     }
@@ -305,29 +326,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.enrich_impl(row, from);
     }
 
-    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>) {
-        self.set_element_impl(lane, element, state);
-    }
-
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES] {
         self.distances_impl(row)
     }
 
     fn predict(&mut self, [before, last]: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>) {
         T::run(state::Predict { chain: self, before, last, ratio, bend });
-    }
-
-    fn carried_forces(&self) -> [f64; MOST_LANES] {
-        self.carried_forces_impl()
-    }
-
-    fn shed(&mut self) {
-        self.inner = Vec::new();
-        self.inner_rest = Vec::new();
-        self.inner_turn = Vec::new();
-        self.factors = Vec::new();
-        self.kept = KeptFactors::default();
-        self.increments = Vec::new();
     }
 
     fn node(&self, lane: usize, index: usize) -> Placement {
@@ -342,19 +346,23 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.stress_impl(lane, element)
     }
 
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>) {
+        self.set_element_impl(lane, element, state);
+    }
+
     fn strains(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
         self.strains_impl(lane, element)
     }
 
-    fn unloaded(&self, lane: usize, element: usize) -> Unloaded {
-        self.unloaded_impl(lane, element)
-    }
-
-    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D> {
-        self.segment_impl(lane, segment)
-    }
-
     fn measures(&self) -> Vec<Measures> {
         self.measures_impl()
+    }
+
+    fn violation(&self) -> f64 {
+        self.violation_impl()
+    }
+
+    fn carried_forces(&self) -> [f64; MOST_LANES] {
+        self.carried_forces_impl()
     }
 }

@@ -11,7 +11,7 @@
 //! nearer. And under a load across it such a member has no equilibrium: it could bend only if its ends came nearer, F falls
 //! as the square of what N lets it bend, and every secant leads to a larger N.
 
-use crate::chain::held_force;
+use crate::chain::{add_held_force, held_force};
 use crate::structure::MemberId;
 use crate::system::System;
 
@@ -303,7 +303,7 @@ fn read<const D: usize>(system: &System<D>, members: &[MemberId], forces: &mut V
 fn add<const D: usize>(system: &mut System<D>, member: MemberId, by: f64) {
     let slot = &system.members.slots[member];
     let (pack, lane) = (slot.pack, slot.lane);
-    system.members.packs[pack].add_held_force(lane, by);
+    add_held_force(system.members.packs[pack].as_mut(), lane, by);
 }
 
 /// The largest force of the last assembly; where there are moments alone, what counts as no less beside them.
