@@ -90,7 +90,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Bare<'_, T
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Makes room for all factors.
     pub(super) fn keep_factors(&mut self) {
-        let (elements, zero) = (self.frames.len(), Ldl::new(&zeros()));
+        let elements = self.frames.len();
+        if self.kept.own.len() + 1 == elements && self.kept.inner_own.len() == elements * Self::INNER_NODES {
+            return;
+        }
+        let zero = Ldl::new(&zeros());
         self.kept.own.resize(elements - 1, zero);
         self.kept.inner_own.resize(elements * Self::INNER_NODES, zero);
     }

@@ -156,7 +156,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// The same without what elimination fills.
     fn without_factors(meshes: &[ChainMesh]) -> Self {
-        let mesh = PackMesh::new::<P>(T::LANES, B::Law::FORMULATION, meshes);
+        let table = Table::new();
+        let mesh = PackMesh::new(T::LANES, B::Law::FORMULATION, &table, meshes);
         let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &mesh);
         let (elements, segments) = (mesh.elements(), mesh.segments());
         let state = ChainState {
@@ -168,7 +169,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let o = T::zero();
         Self {
             mesh,
-            table: Table::new(),
+            table,
             pieces,
             curves,
             fibres,
@@ -204,7 +205,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if meshes.len() > T::LANES || segments.len() != self.mesh.segments() || elements != self.frames.len() {
             return false;
         }
-        self.mesh = PackMesh::new::<P>(T::LANES, B::Law::FORMULATION, meshes);
+        self.mesh = PackMesh::new(T::LANES, B::Law::FORMULATION, &self.table, meshes);
         let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &self.mesh);
         let o = T::zero();
         (self.pieces, self.curves, self.fibres) = (pieces, curves, fibres);

@@ -55,7 +55,12 @@ pub struct PackMesh {
 
 impl PackMesh {
     /// Of members of equal mesh, on elements of order P.
-    pub(crate) fn new<const P: usize>(lanes: usize, formulation: Formulation, meshes: &[ChainMesh]) -> Self {
+    pub(crate) fn new<const P: usize>(
+        lanes: usize,
+        formulation: Formulation,
+        table: &Table<P>,
+        meshes: &[ChainMesh],
+    ) -> Self {
         let segments = &meshes[0].segments;
         let mut segment_of = Vec::new();
         let mut lengths = vec![[0.0; MOST_LANES]; segments.len()];
@@ -66,7 +71,6 @@ impl PackMesh {
                 *length = own.length / own.elements as f64;
             }
         }
-        let table = Table::<P>::new();
         let mut mesh = Self {
             members: meshes.iter().map(|mesh| mesh.member).collect(),
             lanes,

@@ -47,8 +47,10 @@ impl<const D: usize> OwnRows<D> {
 
     /// What the ends of a member move by.
     pub fn set_motions(&mut self, lane: usize, ends: &[[f64; D]; 2]) {
-        for (row, motion) in self.motions.chunks_exact_mut(self.lanes).zip(ends.as_flattened()) {
-            row[lane] = *motion;
+        let mut at = lane;
+        for motion in ends.as_flattened() {
+            self.motions[at] = *motion;
+            at += self.lanes;
         }
     }
 
@@ -63,8 +65,10 @@ impl<const D: usize> OwnRows<D> {
     }
 
     fn put<const N: usize>(&mut self, lane: usize, end: usize, pose: [f64; N]) {
-        for (row, number) in self.poses.chunks_exact_mut(self.lanes).skip(end * N).zip(pose) {
-            row[lane] = number;
+        let mut at = end * N * self.lanes + lane;
+        for number in pose {
+            self.poses[at] = number;
+            at += self.lanes;
         }
     }
 }

@@ -15,10 +15,14 @@ pub fn middle<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> (V3<f64>, V3<f
     let whole = (0..mesh.elements()).fold(0.0, |whole, e| whole + mesh.length(lane, e));
     let mut left = 0.5 * whole;
     let mut carried = [0.0; 3];
+    let mut load = [0.0; 3];
     for e in 0..mesh.elements() {
-        let length = mesh.length(lane, e);
+        let (length, segment) = (mesh.length(lane, e), mesh.segment_of(e));
+        if e == 0 || segment != mesh.segment_of(e - 1) {
+            load = pack.segment(lane, segment).load;
+        }
         let here = left.min(length);
-        axpy(&mut carried, here, pack.segment(lane, mesh.segment_of(e)).load);
+        axpy(&mut carried, here, load);
         if left <= length * (1.0 + 1e-12) || e + 1 == mesh.elements() {
             let s = (left / length).min(1.0);
             let local = at_nodes(mesh, &pack.local(lane, e), s);
