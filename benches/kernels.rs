@@ -8,7 +8,7 @@ use pennate_elements::interpolation::Table;
 use pennate_elements::plane::{CorotationalPlane, Plane};
 use pennate_elements::small::identity;
 use pennate_elements::space::{CorotationalSpace, Space};
-use pennate_solver::chain::{Chain, ChainMesh, Pack, SegmentMesh};
+use pennate_solver::chain::{Chain, ChainMesh, OwnRows, Pack, SegmentMesh};
 use pennate_solver::structure::Fibres;
 
 /// Elements of the chain whose elimination is timed.
@@ -66,13 +66,13 @@ fn element<B: Beam<f64, D>, const D: usize, const P: usize>(criterion: &mut Crit
     };
     let mut chain = Chain::<f64, B, D, P>::new(&[mesh]);
     let stiffness = [300.0, 60.0, 60.0, 500.0, 700.0, 700.0];
-    chain.set_moduli(0, 0, &Moduli { stiffness, ..Moduli::default() });
+    chain.set_segment(0, 0, &Moduli { stiffness, ..Moduli::default() }, [0.0; 3]);
     criterion.bench_function(&format!("{name} {P}: condensation of {ELEMENTS} elements"), |bencher| {
         bencher.iter(|| black_box(&mut chain).condense());
     });
-    chain.set_increment(0, &[[0.0; D]; 2]);
+    let motions = OwnRows::<D>::new(1).motions;
     criterion.bench_function(&format!("{name} {P}: back-substitution of {ELEMENTS} elements"), |bencher| {
-        bencher.iter(|| black_box(&mut chain).advance());
+        bencher.iter(|| black_box(&mut chain).advance(&motions, [0, 1]));
     });
 }
 

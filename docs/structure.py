@@ -45,6 +45,9 @@ def rows():
         for match in re.finditer(r"^impl<const D: usize> System<D>", text, re.M)
     ]
     pack = block("\n".join(chains.values()), r"pub trait Pack<")
+    mesh = block("\n".join(chains.values()), r"impl PackMesh ")
+    heads = [head for text in chains.values() for head in re.findall(r"^pub fn [^{]*", text, re.M)]
+    beside = sum("dyn Pack<" in head for head in heads) + len(re.findall(r"^    pub fn ", mesh, re.M))
     follow = block((ROOT / "solver/src/continuation/follow.rs").read_text(), r"pub\(super\) fn follow\(")
     tuning = block((ROOT / "solver/src/continuation/tuning.rs").read_text(), r"pub struct Tuning ")
     steering = [*sources("solver/src/continuation").values(), (ROOT / "solver/src/newton.rs").read_text()]
@@ -54,6 +57,7 @@ def rows():
         ("fields of `System`", len(fields)),
         ("methods of `System`, in so many files", f"{sum(map(functions, parts))} in {len(methods)}"),
         ("methods behind `dyn Pack`", functions(pack)),
+        ("functions on what it hands out, with the methods of `PackMesh`", beside),
         ("lines of the loop along a path, `Continuation::follow`", follow.count("\n") + 1),
         ("numbers in the table of `tuning.rs`", len(re.findall(r"^    pub \w+:", tuning, re.M))),
         ("numbers with a name of their own beside it, in `continuation/` and `newton.rs`", consts),

@@ -3,7 +3,7 @@
 //! Theory: docs/theory/condensation.md, Eq. 4.1 to 4.5.
 
 use pennate_elements::beam::{Beam, Condensed, Ends, Local, Turn};
-use pennate_elements::real::{Real, Work};
+use pennate_elements::real::{Real, Work, load};
 use pennate_elements::small::{
     Ldl, add, axpy, madd, scale, sub_apply, sub_tapply, sub_tmul, sub_tmul_symmetric, transpose, zeros,
 };
@@ -44,15 +44,24 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize, const RESTS: bool> 
     }
 }
 
-/// The way back, as work in lanes.
-pub(super) struct Advance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+/// The way back from motions of joints, as work in lanes.
+pub(super) struct Advance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    pub chain: &'a mut Chain<T, B, D, P>,
+    pub motions: &'a [f64],
+    pub joints: [usize; 2],
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Advance<'_, T, B, D, P> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.0.advance_all();
+        let Self { chain, motions, joints } = self;
+        let last = chain.increments.len() - 1;
+        let size = D * T::LANES;
+        chain.increments[0] = load(&motions[joints[0] * size..(joints[0] + 1) * size]);
+        chain.increments[last] = load(&motions[joints[1] * size..(joints[1] + 1) * size]);
+        chain.advance_all();
     }
 }
 
@@ -79,20 +88,31 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Bare<'_, T
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// Makes room for all factors.
+    pub(super) fn keep_factors(&mut self) {
+        let elements = self.frames.len();
+        if self.kept.own.len() + 1 == elements && self.kept.inner_own.len() == elements * Self::INNER_NODES {
+            return;
+        }
+        let zero = Ldl::new(&zeros());
+        self.kept.own.resize(elements - 1, zero);
+        self.kept.inner_own.resize(elements * Self::INNER_NODES, zero);
+    }
+
     /// What an element is at its present state: its frame, and its local unknowns.
     #[inline(always)]
     fn evaluate<const TANGENT: bool>(&mut self, e: usize, k: &mut Local<T, D, P>) -> (B::Frame, [[T; D]; P]) {
         let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
-        if self.plain {
+        if self.settings.plain {
             self.reset_stress(e, &local);
         }
         let at = self.at(e, &local);
         B::local::<P, TANGENT>(&at, k);
         self.energy += k.energy;
 
-        if self.dashpots.stiffness > 0.0 {
+        if self.settings.dashpots > 0.0 {
             for i in 0..P - 1 {
                 let node = e * Self::INNER_NODES + i;
                 for d in 0..D {
@@ -173,7 +193,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if !self.loaded {
             return;
         }
-        let force = scale(self.pieces[e].length, self.loads[self.segment_of[e]]);
+        let force = scale(self.pieces[e].length, self.loads[self.mesh.segment_of[e]]);
         let part = T::splat(self.table.integrals[P - 1]);
         for d in 0..Self::TRANSLATIONS {
             first[d] -= (T::one() - part) * force[d];
@@ -225,7 +245,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for e in 1..self.frames.len() {
             let [first, last] = self.refresh_element::<RESTS>(e, source, &mut k);
             rest = add(rest, first);
-            if self.dashpots.stiffness > 0.0 {
+            if self.settings.dashpots > 0.0 {
                 rest = add(rest, self.dashpots.forces[e]);
             }
             if RESTS {
@@ -256,7 +276,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         local: &[[T; D]; P],
         k: &mut Local<T, D, P>,
     ) -> (Turn<T, D>, [[[T; 3]; D]; P]) {
-        let load = scale(self.pieces[e].length, B::pull_back(frame, self.loads[self.segment_of[e]]));
+        let load = scale(self.pieces[e].length, B::pull_back(frame, self.loads[self.mesh.segment_of[e]]));
         let inverse = T::one() / self.pieces[e].length;
         let mut arm = scale(inverse, self.pieces[e].bulge);
         let mut coupling = [zeros(); P];
@@ -290,7 +310,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let next = self.condense_element(e, &mut k);
             let mut pivot = madd(here, next.k00);
             rest = add(rest, next.r0);
-            if self.dashpots.stiffness > 0.0 {
+            if self.settings.dashpots > 0.0 {
                 for d in 0..D {
                     pivot[d][d] += self.dashpots.stiffnesses[e][d];
                     rest[d] += self.dashpots.forces[e][d];
@@ -317,7 +337,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             link = coupled;
         }
         let mut ends = Ends { k00: left, k01: transpose(&link), k11: here, r0: left_rest, r1: rest };
-        if self.dashpots.stiffness == 0.0 {
+        if self.settings.dashpots == 0.0 {
             balance(&mut ends, Self::TRANSLATIONS);
         }
         self.ends = ends;

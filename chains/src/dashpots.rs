@@ -6,17 +6,13 @@
 use pennate_elements::beam::Beam;
 use pennate_elements::real::Real;
 use pennate_elements::rotation;
-use pennate_elements::small::{dot, sub};
+use pennate_elements::small::sub;
 
-use crate::{Chain, lanes};
+use crate::Chain;
 
 /// Stiffness and force of the dashpots at the present state.
 #[derive(Debug)]
 pub(super) struct Dashpots<T, const D: usize> {
-    /// For a unit of mass; zero where there are none.
-    pub stiffness: f64,
-    /// The state that they hold the chain to, see [`Chain::saved`].
-    pub anchor: Vec<f64>,
     /// Diagonals and forces of the nodes between elements, by the element that follows.
     pub stiffnesses: Vec<[T; D]>,
     pub forces: Vec<[T; D]>,
@@ -27,27 +23,11 @@ pub(super) struct Dashpots<T, const D: usize> {
 
 impl<T, const D: usize> Default for Dashpots<T, D> {
     fn default() -> Self {
-        Self {
-            stiffness: 0.0,
-            anchor: Vec::new(),
-            stiffnesses: Vec::new(),
-            forces: Vec::new(),
-            inner_stiffness: Vec::new(),
-            inner_force: Vec::new(),
-        }
+        Self { stiffnesses: Vec::new(), forces: Vec::new(), inner_stiffness: Vec::new(), inner_force: Vec::new() }
     }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// Mass of an element end, against displacements and against rotations.
-    pub(super) fn end_mass(&self, index: usize, lane: usize) -> [f64; 2] {
-        let part = |element: usize| self.pieces[element].length.lane(lane) / (2.0 * P as f64);
-        let left = if index > 0 { part(index - 1) } else { 0.0 };
-        let right = if index < self.pieces.len() { part(index) } else { 0.0 };
-        let mass = left + right;
-        [mass, mass * (2.0 * mass) * (2.0 * mass)]
-    }
-
     /// Brings the dashpots to the present state.
     pub(super) fn load_dashpots(&mut self) {
         let elements = self.pieces.len();
@@ -57,10 +37,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         dashpots.forces.resize(elements + 1, zero);
         dashpots.inner_stiffness.resize(elements * Self::INNER_NODES, zero);
         dashpots.inner_force.resize(elements * Self::INNER_NODES, zero);
-        let saved = self.saved(&dashpots.anchor);
+        let saved = self.saved(&self.settings.anchor);
         for lane in 0..T::LANES {
             for index in 1..elements {
-                let [mass, inertia] = self.end_mass(index, lane);
+                let [mass, inertia] = self.mesh.end_mass(lane, index);
                 let (now, then) =
                     (B::pose(&self.state.nodes[index], lane), B::pose(&saved.node::<T, B, D>(index), lane));
                 let u = sub(now.displacement, then.displacement);
@@ -72,7 +52,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 let change = [u[0], u[1], u[2], spin[0], spin[1], spin[2]];
                 for d in 0..D {
                     let component = if D == 6 { d } else { [0, 1, 5][d] };
-                    let weight: f64 = dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { inertia });
+                    let weight: f64 = self.settings.dashpots * (if d < Self::TRANSLATIONS { mass } else { inertia });
                     dashpots.stiffnesses[index][d].set_lane(lane, weight);
                     dashpots.forces[index][d].set_lane(lane, weight * change[component]);
                 }
@@ -83,7 +63,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                     let (node, local) = (element * Self::INNER_NODES + i, element * P + i);
                     for d in 0..D {
                         let weight: f64 =
-                            dashpots.stiffness * (if d < Self::TRANSLATIONS { mass } else { mass * mass * mass });
+                            self.settings.dashpots * (if d < Self::TRANSLATIONS { mass } else { mass * mass * mass });
                         let change = self.state.local[local][d].lane(lane) - saved.local::<T, D>(local)[d].lane(lane);
                         dashpots.inner_stiffness[node][d].set_lane(lane, weight);
                         dashpots.inner_force[node][d].set_lane(lane, weight * change);
@@ -92,34 +72,5 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
         }
         self.dashpots = dashpots;
-    }
-
-    /// Work of the load along the member from the unloaded state.
-    pub(super) fn load_work_impl(&self, lane: usize) -> f64 {
-        let mut work = 0.0;
-        for (element, piece) in self.pieces.iter().enumerate() {
-            let load = lanes::lane_of(&self.loads[self.segment_of[element]], lane);
-            if load == [0.0; 3] {
-                continue;
-            }
-            let first = B::pose(&self.state.nodes[element], lane);
-            let last = B::pose(&self.state.nodes[element + 1], lane);
-            let left = 1.0 - self.table.integrals.iter().sum::<f64>();
-            let mut mean = [0.0; 3];
-            let mut take = |weight: f64, u: [f64; 3]| {
-                for (m, u) in mean.iter_mut().zip(u) {
-                    *m += weight * u;
-                }
-            };
-            for i in 0..Self::INNER_NODES {
-                let local = lanes::lane(&self.state.local[element * P + i], lane);
-                let reference = lanes::lane_of(&self.reference(element, i), lane);
-                take(self.table.integrals[i], B::interior(piece, &first, reference, local, lane).displacement);
-            }
-            take(self.table.integrals[P - 1], last.displacement);
-            take(left, first.displacement);
-            work += piece.length.lane(lane) * dot(load, mean);
-        }
-        work
     }
 }

@@ -6,7 +6,7 @@ use pennate_elements::real::Real;
 use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, add, apply, axpy, scale, tapply, tmul, zeros};
 
-use crate::{ChainMesh, Fibres, SegmentMesh};
+use crate::{ChainMesh, Fibres, PackMesh, SegmentMesh};
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Curve<T, const P: usize> {
@@ -66,8 +66,6 @@ pub(super) struct Geometry<T, const P: usize> {
     pub pieces: Vec<Piece<T>>,
     /// Empty for straight members.
     pub curves: Vec<Curve<T, P>>,
-    /// Segment of every element.
-    pub segment_of: Vec<usize>,
     /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
     pub fibres: Vec<[T; 3]>,
     pub total_length: T,
@@ -77,19 +75,14 @@ pub(super) struct Geometry<T, const P: usize> {
 
 impl<T: Real, const P: usize> Geometry<T, P> {
     /// The last member is repeated in the lanes where there are fewer.
-    pub(crate) fn new(meshes: &[ChainMesh]) -> Self {
-        let first = &meshes[0];
-        let mut segment_of = Vec::new();
-        for (index, segment) in first.segments.iter().enumerate() {
-            segment_of.resize(segment_of.len() + segment.elements, index);
-        }
-        let elements = segment_of.len();
+    pub(crate) fn new(meshes: &[ChainMesh], mesh: &PackMesh) -> Self {
+        let (segment_of, elements) = (&mesh.segment_of, mesh.elements());
         let curved = is_curved(meshes);
         let mut pieces = vec![Piece::default(); elements];
         let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
         let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
         let (mut total_length, mut chord) = (T::zero(), [T::zero(); 3]);
-        let mut fibres = vec![[T::zero(); 3]; first.segments.len()];
+        let mut fibres = vec![[T::zero(); 3]; mesh.segments()];
         for lane in 0..T::LANES {
             let mesh = &meshes[lane.min(meshes.len() - 1)];
             set_fibres(&mut fibres, lane, mesh);
@@ -129,16 +122,12 @@ impl<T: Real, const P: usize> Geometry<T, P> {
                 }
             }
         }
-        Self { pieces, curves, segment_of, fibres, total_length, chord }
+        Self { pieces, curves, fibres, total_length, chord }
     }
 }
 
 fn is_curved(meshes: &[ChainMesh]) -> bool {
     meshes.iter().flat_map(|mesh| &mesh.segments).any(|segment| segment.curvature != [0.0; 3])
-}
-
-pub(super) fn members_of(meshes: &[ChainMesh]) -> Vec<usize> {
-    meshes.iter().map(|mesh| mesh.member).collect()
 }
 
 fn set_fibres<T: Real>(fibres: &mut [[T; 3]], lane: usize, mesh: &ChainMesh) {

@@ -1,10 +1,10 @@
 //! The axial force of a member that cannot be stretched, or hardly, a number of its own, which no strain gives; and the force
 //! that any member carries.
 
-use pennate_elements::beam::{Beam, Moduli};
+use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
 
-use crate::{Chain, MOST_LANES};
+use crate::{Chain, MOST_LANES, NewNodes, NewState, Pack};
 
 /// The axial force of the parts of a member that cannot be stretched, or hardly, in the mean over their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +19,43 @@ pub struct HeldForce {
     pub is_rigid: bool,
 }
 
-/// Stiffness against a strain, infinite for one that is held.
-pub(crate) fn stiffness<T: Real, const D: usize>(moduli: &Moduli<T, D>, component: usize, lane: usize) -> f64 {
-    moduli.stiffness[component].lane(lane) / (1.0 - moduli.held[component].lane(lane))
+/// The axial force of what cannot be stretched; `None` where the strain of every part of the member gives its force.
+pub fn held_force<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> Option<HeldForce> {
+    let mesh = pack.mesh();
+    let weights = mesh.weights();
+    let (mut length, mut force, mut compliance) = (0.0, 0.0, 0.0);
+    let mut is_rigid = true;
+    for segment in 0..mesh.segments() {
+        let moduli = pack.segment(lane, segment).moduli;
+        if moduli.held[0] == 0.0 {
+            continue;
+        }
+        is_rigid &= moduli.held[0] == 1.0;
+        let own = mesh.element_length(lane, segment);
+        let (first, count) = mesh.elements_of(segment);
+        for e in first..first + count {
+            length += own;
+            compliance += own / moduli.stiffness[0];
+            for (stress, weight) in pack.stress(lane, e).iter().zip(weights) {
+                force += own * weight * stress[0];
+            }
+        }
+    }
+    (length > 0.0).then(|| HeldForce { force: force / length, auxiliary: length / compliance, length, is_rigid })
+}
+
+/// Adds to that force in all parts of a member that have one.
+pub fn add_held_force<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, by: f64) {
+    for e in 0..pack.mesh().elements() {
+        if pack.segment(lane, pack.mesh().segment_of(e)).moduli.held[0] == 0.0 {
+            continue;
+        }
+        let mut stress = pack.stress(lane, e);
+        stress.iter_mut().for_each(|stress| stress[0] += by);
+        let ends = [pack.node(lane, e), pack.node(lane, e + 1)];
+        let local = pack.local(lane, e);
+        pack.set_element(lane, e, &NewState { ends, nodes: NewNodes::Local(&local), stress });
+    }
 }
 
 /// The largest force of the mixed stresses, along the axis and across, as work in lanes.
@@ -45,46 +79,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Carried<'_
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// `None` where the strain of every part of the member gives its force.
-    pub(super) fn held_force_impl(&self, lane: usize) -> Option<HeldForce> {
-        if self.moduli.iter().all(|moduli| moduli.held[0].lane(lane) == 0.0) {
-            return None;
-        }
-        let (mut length, mut force, mut compliance) = (0.0, 0.0, 0.0);
-        let mut is_rigid = true;
-        for (e, piece) in self.pieces.iter().enumerate() {
-            let moduli = &self.moduli[self.segment_of[e]];
-            if moduli.held[0].lane(lane) == 0.0 {
-                continue;
-            }
-            let own = piece.length.lane(lane);
-            is_rigid &= moduli.held[0].lane(lane) == 1.0;
-            length += own;
-            compliance += own / moduli.stiffness[0].lane(lane);
-            for g in 0..P {
-                force += own * self.table.weights[g] * self.state.stress[e * P + g][0].lane(lane);
-            }
-        }
-        Some(HeldForce { force: force / length, auxiliary: length / compliance, length, is_rigid })
-    }
-
     pub(super) fn carried_forces_impl(&self) -> [f64; MOST_LANES] {
         let largest = T::run(Carried(self));
         let mut forces = [0.0; MOST_LANES];
         largest.store(&mut forces[..T::LANES]);
         forces
-    }
-
-    /// Adds the same to the axial force of all these parts.
-    pub(super) fn add_held_force_impl(&mut self, lane: usize, by: f64) {
-        for e in 0..self.pieces.len() {
-            if self.moduli[self.segment_of[e]].held[0].lane(lane) == 0.0 {
-                continue;
-            }
-            for stress in &mut self.state.stress[e * P..(e + 1) * P] {
-                let force = stress[0].lane(lane) + by;
-                stress[0].set_lane(lane, force);
-            }
-        }
     }
 }

@@ -10,74 +10,74 @@ use pennate_elements::small::{
 
 use crate::{Chain, MOST_LANES, lanes};
 
-/// The tangent of a plane chain out of its plane: components uz, φx, φy.
-#[derive(Debug)]
-pub(super) struct Lateral<T> {
-    /// Spatial ones, of every segment.
-    moduli: Vec<Moduli<T, 6>>,
-    /// Of the ends; it has no forces.
+/// What is left of a plane member out of its plane.
+#[derive(Clone, Copy, Debug)]
+pub struct LateralEnds {
+    /// Stiffness of the ends, components uz, φx, φy; they have no forces.
+    pub ends: Ends<f64, 3>,
+    /// Number of negative pivots of the eliminated interior.
+    pub negative: usize,
+    /// The smallest pivot over the diagonal entry that elimination left it of.
+    pub smallest: f64,
+}
+
+/// The tangent of a plane chain out of its plane.
+struct Lateral<T> {
     ends: Ends<T, 3>,
     /// Pivots of the interior that are negative, and the largest diagonal entry over the pivot that is left of it.
     negative: T,
     softest: T,
 }
 
-impl<T: Real> Default for Lateral<T> {
-    fn default() -> Self {
-        let o = T::zero();
-        let ends = Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; 3], r1: [o; 3] };
-        Self { moduli: Vec::new(), ends, negative: o, softest: T::one() }
-    }
-}
-
-/// The elimination, as work in lanes.
-struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a mut Chain<T, B, D, P>);
+/// The elimination, as work in lanes; with the spatial moduli of every segment.
+struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, &'a [Moduli<T, 6>]);
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'_, T, B, D, P> {
-    type Output = ();
+    type Output = Lateral<T>;
 
     #[inline(always)]
-    fn run(self) {
-        self.0.condense_lateral_all();
+    fn run(self) -> Lateral<T> {
+        self.0.condense_lateral_all(self.1)
     }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn set_lateral_moduli_impl(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
-        let all = &mut self.lateral.moduli;
-        all.resize_with(self.segments, Moduli::default);
-        let target = &mut all[segment];
-        for d in 0..6 {
-            target.stiffness[d].set_lane(lane, moduli.stiffness[d]);
-            target.rest[d].set_lane(lane, moduli.rest[d]);
-            target.held[d].set_lane(lane, moduli.held[d]);
+    pub(super) fn condense_lateral_impl(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds> {
+        let mut all = vec![Moduli::<T, 6>::default(); self.mesh.segments()];
+        for (lane, of_member) in moduli.iter().enumerate() {
+            for (target, moduli) in all.iter_mut().zip(of_member) {
+                for d in 0..6 {
+                    target.stiffness[d].set_lane(lane, moduli.stiffness[d]);
+                    target.rest[d].set_lane(lane, moduli.rest[d]);
+                    target.held[d].set_lane(lane, moduli.held[d]);
+                }
+                for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
+                    target.set_lane(lane, value);
+                }
+            }
         }
-        for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
-            target.set_lane(lane, value);
-        }
-    }
-
-    pub(super) fn condense_lateral_impl(&mut self) {
-        T::run(Condense(self));
-    }
-
-    pub(super) fn lateral_impl(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
-        let Lateral { ends, negative, softest, .. } = &self.lateral;
-        let ends = Ends {
-            k00: lanes::lanes(&ends.k00, lane),
-            k01: lanes::lanes(&ends.k01, lane),
-            k11: lanes::lanes(&ends.k11, lane),
-            r0: [0.0; 3],
-            r1: [0.0; 3],
+        let Lateral { ends, negative, softest } = T::run(Condense(self, &all));
+        let one = |lane: usize| LateralEnds {
+            ends: Ends {
+                k00: lanes::lanes(&ends.k00, lane),
+                k01: lanes::lanes(&ends.k01, lane),
+                k11: lanes::lanes(&ends.k11, lane),
+                r0: [0.0; 3],
+                r1: [0.0; 3],
+            },
+            negative: negative.lane(lane) as usize,
+            smallest: 1.0 / softest.lane(lane),
         };
-        (ends, negative.lane(lane) as usize, 1.0 / softest.lane(lane))
+        (0..self.mesh.members.len()).map(one).collect()
     }
 
     #[inline(always)]
-    fn condense_lateral_all(&mut self) {
+    fn condense_lateral_all(&self, moduli: &[Moduli<T, 6>]) -> Lateral<T> {
+        let o = T::zero();
+        let ends = Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; 3], r1: [o; 3] };
         // A chain in space has no plane that it could leave.
         if D != 3 {
-            return;
+            return Lateral { ends, negative: o, softest: T::one() };
         }
         let (mut negative, mut softest) = (T::zero(), T::one());
         let mut k = Local::zero();
@@ -85,7 +85,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut chain: Option<Ends<T, 3>> = None;
         for e in 0..self.frames.len() {
             let after = self.flat_pose(e + 1);
-            let next = self.lateral_element(e, [&before, &after], &mut k, &mut negative, &mut softest);
+            let next = self.lateral_element(e, moduli, [&before, &after], &mut k, &mut negative, &mut softest);
             before = after;
             chain = Some(match chain {
                 None => next,
@@ -103,10 +103,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 }
             });
         }
-        if let Some(ends) = chain {
-            self.lateral.ends = ends;
-        }
-        (self.lateral.negative, self.lateral.softest) = (negative, softest);
+        Lateral { ends: chain.unwrap_or(ends), negative, softest }
     }
 
     /// Where a node of a plane chain is.
@@ -123,13 +120,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     fn lateral_element(
         &self,
         e: usize,
+        moduli: &[Moduli<T, 6>],
         [first, last]: [&Pose<T>; 2],
         k: &mut Local<T, 3, P>,
         negative: &mut T,
         softest: &mut T,
     ) -> Ends<T, 3> {
         let piece = &self.pieces[e];
-        let segment = self.segment_of[e];
+        let segment = self.mesh.segment_of[e];
         let frame = <plane::Plane as Beam<T, 3>>::frame(piece, first, last);
         let (mut local, mut stress) = ([[T::zero(); 3]; P], [[T::zero(); 3]; P]);
         for i in 0..P {
@@ -137,7 +135,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             stress[i].copy_from_slice(&self.state.stress[e * P + i][..3]);
         }
         local[P - 1] = frame.local;
-        let moduli = &self.lateral.moduli[segment];
+        let moduli = &moduli[segment];
         let flat = plane::plane_moduli(moduli);
         let curved = self.curved(e);
         let at = At { table: &self.table, piece, curved, moduli: &flat, local: &local, stress: &stress };

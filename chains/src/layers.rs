@@ -8,36 +8,33 @@
 //!
 //! Theory: docs/theory/error.md, Eq. 9.6.
 
-use pennate_elements::beam::Beam;
-use pennate_elements::real::Real;
 use pennate_elements::small::norm;
 
-use crate::held::stiffness;
+use crate::Pack;
+use crate::element::SegmentState;
 use crate::member::Variation;
-use crate::{Chain, Pack, lanes};
 
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn variations_impl(&self, lane: usize) -> Vec<Variation> {
-        let one = |element: usize| {
-            let moduli = &self.moduli[self.segment_of[element]];
-            let stiffness = |d: usize| stiffness(moduli, d, lane);
-            let square = |stress: &[T; D]| {
-                let stress = lanes::lane(stress, lane);
-                if D == 3 {
-                    stress[0].hypot(stress[1]) / stiffness(2)
-                } else {
-                    let bending = stiffness(4).min(stiffness(5));
-                    let force = norm([stress[0], stress[1], stress[2]]);
-                    let moment = norm([stress[3], stress[4], stress[5]]);
-                    (force + moment * moment / stiffness(3).min(bending)) / bending
-                }
-            };
-            let stress = &self.state.stress[element * P..(element + 1) * P];
-            Variation {
-                length: self.pieces[element].length.lane(lane),
-                rate: stress.iter().map(square).fold(0.0, f64::max).sqrt(),
+/// How fast the state of a member may vary along each of its elements.
+pub fn variations<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> Vec<Variation> {
+    let mesh = pack.mesh();
+    let segments = SegmentState::all(pack, lane);
+    let one = |element: usize| {
+        let segment = &segments[mesh.segment_of(element)];
+        let square = |stress: &[f64; D]| {
+            if D == 3 {
+                stress[0].hypot(stress[1]) / segment.stiffness(2)
+            } else {
+                let bending = segment.stiffness(4).min(segment.stiffness(5));
+                let force = norm([stress[0], stress[1], stress[2]]);
+                let moment = norm([stress[3], stress[4], stress[5]]);
+                (force + moment * moment / segment.stiffness(3).min(bending)) / bending
             }
         };
-        (0..self.elements()).map(one).collect()
-    }
+        let stress = pack.stress(lane, element);
+        Variation {
+            length: mesh.length(lane, element),
+            rate: stress[..mesh.order].iter().map(square).fold(0.0, f64::max).sqrt(),
+        }
+    };
+    (0..mesh.elements()).map(one).collect()
 }

@@ -7,6 +7,7 @@
 
 use pennate_elements::beam::{At, Beam, Ends, Moduli, Piece};
 use pennate_elements::interpolation::{Table, node};
+use pennate_elements::laws::LocalLaw;
 use pennate_elements::real::Real;
 use pennate_elements::small::{Ldl, M3, V3, scale, zeros};
 
@@ -29,29 +30,38 @@ mod shape;
 mod side;
 mod size;
 mod state;
+mod strains;
 mod transfer;
 mod unroll;
 mod variation;
+mod work;
 
 pub use condense::ROUNDING;
 use dashpots::Dashpots;
-pub use element::ElementState;
+pub use element::{ElementState, SegmentState, Unloaded, element, place, sample};
 pub use fibres::Fibres;
 pub use geometry::Bent;
-use geometry::{Curve, Geometry, members_of};
-pub use held::HeldForce;
-use lateral::Lateral;
+use geometry::{Curve, Geometry};
+pub use held::{HeldForce, add_held_force, held_force};
+pub use lateral::LateralEnds;
+pub use layers::variations;
 pub use measures::Measures;
-pub use mesh::{ChainMesh, SegmentMesh};
-pub use pack::{MemberEnds, Pack};
-pub use rows::{EndPlaces, EndRows};
+pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
+pub use pack::{Interior, MemberEnds, NodesBy, Pack, Settings};
+pub use rows::{EndPlaces, EndRows, OwnRows};
+pub use sections::sections;
+pub use shape::{middle, shape};
 pub use side::{Part, Side};
 pub use size::Size;
 use size::Sizes;
+pub use transfer::{NewNodes, NewState, adopt, lift, prolong};
 pub use variation::SegmentVariation;
+pub use work::{load_work, top_energy, total_load};
 
 /// No number has more lanes.
 pub const MOST_LANES: usize = 8;
+/// No element has more nodes after its first one.
+pub const MOST_NODES: usize = 5;
 
 /// What changes in a chain during a solve.
 #[derive(Clone, Debug, Default)]
@@ -90,19 +100,17 @@ impl<T, const D: usize> Default for KeptFactors<T, D> {
 /// Chains of equal mesh with elements of order P.
 #[derive(Debug)]
 pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
-    members: Vec<usize>,
+    mesh: PackMesh,
     table: Table<P>,
     pieces: Vec<Piece<T>>,
     /// Gauss frames and unloaded local positions of nodes 1…P; empty for straight members.
     curves: Vec<Curve<T, P>>,
-    segment_of: Vec<usize>,
-    segments: usize,
     /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
     fibres: Vec<[T; 3]>,
     moduli: Vec<Moduli<T, D>>,
     loads: Vec<V3<T>>,
     loaded: bool,
-    plain: bool,
+    settings: Settings,
     state: ChainState<B::Pose, T, D>,
     frames: Vec<B::Frame>,
     /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns where there are loads along the
@@ -127,7 +135,6 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     reach: B::Pose,
     sizes: Sizes<T>,
     dashpots: Dashpots<T, D>,
-    lateral: Lateral<T>,
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
@@ -149,9 +156,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// The same without what elimination fills.
     fn without_factors(meshes: &[ChainMesh]) -> Self {
-        let Geometry { pieces, curves, segment_of, fibres, total_length, chord } = Geometry::<T, P>::new(meshes);
-        let elements = segment_of.len();
-        let segments = meshes[0].segments.len();
+        let table = Table::new();
+        let mesh = PackMesh::new(T::LANES, B::Law::FORMULATION, &table, meshes);
+        let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &mesh);
+        let (elements, segments) = (mesh.elements(), mesh.segments());
         let state = ChainState {
             nodes: vec![B::Pose::default(); elements + 1],
             local: vec![[T::zero(); D]; elements * P],
@@ -160,17 +168,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let frame = B::frame(&pieces[0], &state.nodes[0], &state.nodes[1]);
         let o = T::zero();
         Self {
-            members: members_of(meshes),
-            table: Table::new(),
+            mesh,
+            table,
             pieces,
             curves,
-            segment_of,
-            segments,
             fibres,
             moduli: vec![Moduli::default(); segments],
             loads: vec![[o; 3]; segments],
             loaded: false,
-            plain: false,
+            settings: Settings::default(),
             state,
             frames: vec![frame; elements],
             inner: Vec::new(),
@@ -189,7 +195,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             reach: B::Pose::default(),
             sizes: Sizes::default(),
             dashpots: Dashpots::default(),
-            lateral: Lateral::default(),
         }
     }
 
@@ -197,17 +202,18 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     fn renew_impl(&mut self, meshes: &[ChainMesh]) -> bool {
         let segments = &meshes[0].segments;
         let elements: usize = segments.iter().map(|segment| segment.elements).sum();
-        if meshes.len() > T::LANES || segments.len() != self.segments || elements != self.frames.len() {
+        if meshes.len() > T::LANES || segments.len() != self.mesh.segments() || elements != self.frames.len() {
             return false;
         }
-        let Geometry { pieces, curves, segment_of, fibres, total_length, chord } = Geometry::<T, P>::new(meshes);
+        self.mesh = PackMesh::new(T::LANES, B::Law::FORMULATION, &self.table, meshes);
+        let Geometry { pieces, curves, fibres, total_length, chord } = Geometry::<T, P>::new(meshes, &self.mesh);
         let o = T::zero();
-        self.members = members_of(meshes);
-        (self.pieces, self.curves, self.segment_of, self.fibres) = (pieces, curves, segment_of, fibres);
+        (self.pieces, self.curves, self.fibres) = (pieces, curves, fibres);
         (self.total_length, self.chord, self.reach) = (total_length, chord, B::Pose::default());
         self.moduli.fill(Moduli::default());
         self.loads.fill([o; 3]);
-        (self.loaded, self.plain) = (false, false);
+        self.loaded = false;
+        self.settings = Settings { keeps_factors: self.settings.keeps_factors, ..Settings::default() };
         self.inner_turn.clear();
         self.state.nodes.fill(B::Pose::default());
         self.state.local.fill([o; D]);
@@ -217,7 +223,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.bare = [[o; D]; 2];
         self.sizes = Sizes::default();
         self.dashpots = Dashpots::default();
-        self.lateral = Lateral::default();
         true
     }
 
@@ -257,14 +262,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             table: &self.table,
             piece: &self.pieces[element],
             curved: self.curved(element),
-            moduli: &self.moduli[self.segment_of[element]],
+            moduli: &self.moduli[self.mesh.segment_of[element]],
             local,
             stress: self.stress_of(element),
         }
     }
-}
-
-/// First element of a segment; the number of all elements where there is no such segment.
-fn first_of(segment_of: &[usize], segment: usize) -> usize {
-    segment_of.partition_point(|&s| s < segment)
 }

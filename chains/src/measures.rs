@@ -5,7 +5,7 @@ use pennate_elements::real::{Real, Work};
 
 use crate::Chain;
 use crate::member::Peak;
-use crate::shape::Strains;
+use crate::strains::Strains;
 
 /// Present length of the axis of a member, and its largest strains.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,7 +52,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Measure<'_
         let mut before = T::zero();
         for (e, piece) in chain.pieces.iter().enumerate() {
             let strains = Strains(chain, e).run();
-            let segment = chain.segment_of[e];
+            let segment = chain.mesh.segment_of[e];
             let rest = &chain.moduli[segment].rest;
             let [second, third, corner] = chain.fibres[segment];
             for g in 0..P {
@@ -90,6 +90,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (length, stretch, bending) = T::run(Measure(self));
         let of =
             |lane| Measures { length: length.lane(lane), stretch: stretch.lane(lane), bending: bending.lane(lane) };
-        (0..self.members.len()).map(of).collect()
+        (0..self.mesh.members.len()).map(of).collect()
     }
 }

@@ -3,198 +3,170 @@
 use std::any::Any;
 
 use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
-use pennate_elements::laws::{About, LocalLaw};
 use pennate_elements::real::Real;
-use pennate_elements::small::{Ldl, V3, axpy, zeros};
+use pennate_elements::small::{V3, zeros};
 
-use crate::element::ElementState;
-use crate::held::HeldForce;
+use crate::element::{SegmentState, Unloaded};
+use crate::lateral::LateralEnds;
 use crate::measures::Measures;
-use crate::member::{MemberShape, SectionForces, Variation};
-use crate::mesh::ChainMesh;
-use crate::rows::{AddEnds, EndPlaces, EndRows, TakeMotions, TakePoses};
+use crate::mesh::{ChainMesh, PackMesh};
+use crate::rows::{AddEnds, EndPlaces, EndRows, TakePoses};
 use crate::size::Size;
-use crate::transfer::{Field, InLanes};
+use crate::transfer::NewState;
 use crate::variation::SegmentVariation;
-use crate::{Chain, KeptFactors, MOST_LANES, condense, first_of, lanes, state, unroll};
+use crate::{Chain, KeptFactors, MOST_LANES, MOST_NODES, condense, lanes, state, unroll};
 
 /// What is left of a member after elimination: stiffness and residual of its two ends in global axes.
 pub type MemberEnds<const D: usize> = Ends<f64, D>;
 
+/// What elimination finds between the ends of a member.
+#[derive(Clone, Copy, Debug)]
+pub struct Interior {
+    /// Strain energy.
+    pub energy: f64,
+    /// Number of negative pivots.
+    pub negative: usize,
+    /// The smallest pivot over the diagonal entry that elimination left it of.
+    pub smallest: f64,
+}
+
+/// What an elimination does besides.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// Whether the geometric stiffness uses the stresses of the present strains, without mixed integration points.
+    pub plain: bool,
+    /// Whether all factors are kept, which [`Pack::refresh`] needs: half as much again as the way back to the interior.
+    pub keeps_factors: bool,
+    /// Stiffness, for a unit of mass, of dashpots that tie every node between the ends to where it is in a saved state; zero where
+    /// there are none.
+    pub dashpots: f64,
+    /// That state.
+    pub anchor: Vec<f64>,
+}
+
+/// How the nodes between the ends of members are placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodesBy {
+    /// One after the other by the local unknowns of the elements; what these miss the ends by is shared.
+    Elements,
+    /// By their increments, each on its own.
+    Increments,
+}
+
 /// The chains of the members that lie side by side in one `T`, whatever their order.
-pub trait Pack<const D: usize>: Send {
-    /// Members of the lanes, by index in the structure.
-    fn members(&self) -> &[usize];
-    /// Number of segments of each member.
-    fn segments(&self) -> usize;
-    /// Unloaded length of the elements of a segment.
-    fn element_length(&self, lane: usize, segment: usize) -> f64;
-    /// Sets stiffness and induced strains of a segment.
-    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
-    /// Dead force per unloaded length.
-    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>);
-    /// Where an end of the member is, 0 its start and 1 its end.
-    fn end(&self, lane: usize, end: usize) -> Placement;
-    /// Puts an end of the member somewhere.
-    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement);
-    /// Linearizes every element and eliminates everything between the ends.
-    fn condense(&mut self);
-    /// Keeps all factors from the next [`Pack::condense`] on, which [`Pack::refresh`] needs: half as much again as the way back to
-    /// the interior.
-    fn keep_factors(&mut self);
-    /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
-    /// brought to the ends by the factors of then, which is right to second order in what was moved since. Where factors are kept
-    /// the next [`Pack::advance`] goes on with them; that is said.
-    fn refresh(&mut self) -> bool;
-    /// The same by the factors of a pack that [`Pack::like`] made this one from; stiffness and ends become those of that one.
-    fn refresh_by(&mut self, source: &dyn Pack<D>);
-    /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
-    /// own, and serve [`Pack::refresh_by`] alone.
-    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
+pub trait Pack<const D: usize>: Any + Send {
+    // What it is made of.
+
+    /// How the members are divided into elements.
+    fn mesh(&self) -> &PackMesh;
+    /// Unloaded geometry of an element.
+    fn unloaded(&self, lane: usize, element: usize) -> Unloaded;
+    /// Section and load of a segment.
+    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D>;
+    /// Sets them: stiffness and induced strains, and the dead force per unloaded length.
+    fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>);
+    /// What the next eliminations do besides.
+    fn settings(&mut self) -> &mut Settings;
     /// Begins anew with other members of the same mesh, unloaded and at rest; false, with nothing changed, where their mesh is
     /// another one or they are more than the lanes hold.
     fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
+    /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
+    /// own, and serve [`Pack::refresh`] by those of this pack alone.
+    fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
+    /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
+    fn shed(&mut self);
+
+    // What is left of it at its ends.
+
+    /// Linearizes every element and eliminates everything between the ends.
+    fn condense(&mut self);
+    /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
+    /// brought to the ends by the factors of then, which is right to second order in what was moved since. Where factors are kept
+    /// the next [`Pack::advance`] goes on with them; that is said. With a source, which [`Pack::like`] made this pack from, by the
+    /// factors of that one, whose stiffness and ends become those of this one.
+    fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool;
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
-    /// The forces of these alone, which are all that [`Pack::refresh`] changes.
-    fn end_forces(&self, lane: usize) -> [[f64; D]; 2];
-    /// The same of all members, by index in the structure, in these components; others stay.
+    /// Puts the forces of these alone, which are all that [`Pack::refresh`] changes, into those of all members, by index in the
+    /// structure, in these components; others stay.
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]);
     /// Adds the forces of the ends of all members to rows of joints, whose lanes are theirs, and with places the stiffness too:
     /// start and end of each are at the joints of these rows. The squares of the largest force and moment.
     fn add_ends(&self, rows: &mut EndRows, joints: [usize; 2], places: Option<&EndPlaces>) -> [f64; 2];
-    /// Number of negative pivots of the eliminated interior, and the smallest pivot ratio met there.
-    fn pivots(&self, lane: usize) -> (usize, f64);
+    /// What the last [`Pack::condense`] found between the ends; the energy is that of the last [`Pack::refresh`] too.
+    fn interior(&self, lane: usize) -> Interior;
     /// Stiffness of the first element at the start and of the last one at the end in global axes, where all other nodes
     /// are held, those within the elements too: the terms that elimination subtracts from. For every member of the pack.
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]>;
-    /// Strain energy of the member.
-    fn energy(&self, lane: usize) -> f64;
-    /// Largest strain that a held (rigid) component still has.
-    fn violation(&self) -> f64;
-    /// The axial force of what cannot be stretched; `None` where all of a member can.
-    fn held_force(&self, lane: usize) -> Option<HeldForce>;
-    /// Adds to that force.
-    fn add_held_force(&mut self, lane: usize, by: f64);
-    /// Sets the motion of both ends that the next advance makes: displacements, then spins.
-    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]);
-    /// Sets those of all members from rows of joints, D a joint.
-    fn take_motions(&mut self, motions: &[f64], joints: [usize; 2]);
-    /// Puts the ends of all members where joints are, from rows of poses: displacements, and the angle in the plane or the rotation
-    /// in space.
-    fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]);
-    /// Back-substitution for the increments of the ends: new local unknowns of every element. Nodes follow with
-    /// [`Pack::set_end`] and [`Pack::unroll`].
-    fn advance(&mut self);
-    /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
-    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
-    /// Places the nodes between the ends by the local unknowns of the elements; what these miss the ends by is shared.
-    fn unroll(&mut self);
-    /// Moves the nodes between the ends by their increments, each on its own.
-    fn shift(&mut self);
-    /// Size of the last increment.
-    fn size(&self, lane: usize) -> Size;
     /// What a small motion of the ends does in every segment; the last [`Pack::condense`] must be that of an equilibrium.
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>>;
-    /// The same without the motion that the member makes as a whole with its start.
-    fn own_size(&self, lane: usize) -> Size;
-    /// With `plain` the geometric stiffness uses the stresses of the present strains (no mixed integration points).
-    fn set_plain(&mut self, plain: bool);
-    /// Ties every node between the ends to where it is in a saved state, by dashpots of this stiffness for a unit of
-    /// mass; zero takes them away.
-    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]);
-    /// Mass of the ends for those dashpots: against displacements and against rotations.
-    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2];
-    /// Strain energy in the highest mode of the strains of all elements: what elements of an order less lack.
-    fn top_energy(&self, lane: usize) -> f64;
-    /// Work of the load along the member from the unloaded state.
-    fn load_work(&self, lane: usize) -> f64;
+    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state, with these spatial
+    /// moduli of all segments, by lane. What that leaves, by lane.
+    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds>;
+
+    // How it moves.
+
+    /// Puts the ends of all members where joints are, from rows of poses: displacements, and the angle in the plane or the rotation
+    /// in space. Start and end of each are at the joints of these rows.
+    fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]);
+    /// Back-substitution for motions of the ends, displacements, then spins, from rows of joints: new local unknowns of every
+    /// element. Nodes follow with [`Pack::set_ends`] and [`Pack::place_nodes`].
+    fn advance(&mut self, motions: &[f64], joints: [usize; 2]);
+    /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
+    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
+    /// Places the nodes between the ends.
+    fn place_nodes(&mut self, by: NodesBy);
+    /// Size of the last increment, and of what it is without the motion that the member makes as a whole with its start.
+    fn sizes(&self, lane: usize) -> [Size; 2];
+
+    // Its state as numbers.
+
     /// Puts the present state in a row of numbers, as long as it needs: poses of the element ends, local unknowns, stresses.
     fn save(&self, row: &mut Vec<f64>);
-    /// Takes the state in a row.
-    fn restore(&mut self, row: &[f64]);
-    /// Takes poses and local unknowns of the state in a row, and a part of the change of the mixed stresses since.
-    fn restore_shape(&mut self, row: &[f64], part: f64);
+    /// Takes the state in a row: poses, local unknowns, and the mixed stresses but for a part of their change since.
+    fn restore(&mut self, row: &[f64], part: f64);
+    /// Takes the state that a pack of the same members and elements, of another order, put in a row.
+    fn enrich(&mut self, row: &[f64], from: &PackMesh);
     /// How far the element ends of every member are from the state in a row, by lane.
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES];
     /// Extrapolation of the local unknowns and stresses from two states, by so many times what led from one to the other, and by
     /// so many times what led to them from a state before; nodes follow as after [`Pack::advance`].
     fn predict(&mut self, states: [&[f64]; 2], ratio: f64, bend: Option<(&[f64], f64)>);
-    /// Sets the spatial moduli of a segment of a plane chain, for its lateral stiffness.
-    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>);
-    /// Eliminates everything between the ends from the lateral stiffness of plane chains at their present state.
-    fn condense_lateral(&mut self);
-    /// What that left: components uz, φx, φy of both ends; and pivots as those of [`Pack::pivots`].
-    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64);
-    /// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of
-    /// this pack the other pack and the lane there.
-    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]);
-    /// Takes over the state of a member with as many elements of the same order and formulation, number by number: its
-    /// geometry may be another.
-    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize);
-    /// Takes over the state of a pack that [`Pack::like`] made this one from, lane by lane.
-    fn adopt_all(&mut self, source: &dyn Pack<D>);
-    /// What another pack may take over as it is.
-    fn in_lanes(&self) -> InLanes<'_>;
-    /// The chain itself, for another one of its kind.
-    fn as_any(&self) -> &dyn Any;
-    /// Where a member is at a unit coordinate of one of its elements.
-    fn place(&self, lane: usize, element: usize, s: f64) -> Placement;
-    /// First element of a segment, and their number.
-    fn elements_of(&self, segment: usize) -> (usize, usize);
-    /// Where the elements of a member begin and end along its unloaded length: one more than elements, from zero on.
-    fn spans(&self, lane: usize) -> Vec<f64>;
-    /// How fast the state of a member may vary along each of its elements.
-    fn variations(&self, lane: usize) -> Vec<Variation>;
-    /// The largest force that a section of a member carries, along its axis and across, by lane.
-    fn carried_forces(&self) -> [f64; MOST_LANES];
-    /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
-    fn shed(&mut self);
-    /// Copies the state of a plane chain with the same elements and order into a spatial one.
-    fn lift(&mut self, plane: &dyn Pack<3>);
-    /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the
-    /// Gauss points).
-    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]);
-    /// What [`Pack::sample`] is interpolated from.
-    fn field(&self, lane: usize, element: usize) -> Field<D>;
-    /// Gauss points in the unit interval.
-    fn points(&self) -> &[f64];
     /// Where the node before an element is, and after the last one.
-    fn element_end(&self, lane: usize, index: usize) -> Placement;
-    /// An element with all that it is evaluated at.
-    fn element(&self, lane: usize, element: usize) -> ElementState<D>;
-    /// Number of elements of each member.
-    fn elements(&self) -> usize;
-    /// Their polynomial order.
-    fn order(&self) -> usize;
-    /// What is known of their law.
-    fn about(&self) -> About;
+    fn node(&self, lane: usize, index: usize) -> Placement;
+    /// Local unknowns of nodes 1…P of an element, the last node's by where the ends are.
+    fn local(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
+    /// Mixed stresses at the Gauss points of an element.
+    fn stress(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
+    /// Puts an element of a member into a state.
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>);
+
+    // What is measured in the lanes.
+
+    /// Strains at the Gauss points of an element.
+    fn strains(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES];
     /// Present length and largest strains of every member.
     fn measures(&self) -> Vec<Measures>;
-    /// Tangent at the middle of the unloaded length, and the load along the member up to there.
-    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>);
-    /// Sum of the load along the member.
-    fn total_load(&self, lane: usize) -> V3<f64>;
-    /// Shape and section forces; `force` and `moment` act on the start of the member, `origin` is its unloaded place.
-    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape;
-    /// Section forces at all nodes of the elements, from the actions on the start of the member.
-    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces>;
+    /// Largest strain that a held (rigid) component still has.
+    fn violation(&self) -> f64;
+    /// The largest force that a section of a member carries, along its axis and across, by lane.
+    fn carried_forces(&self) -> [f64; MOST_LANES];
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T, B, D, P> {
-    fn members(&self) -> &[usize] {
-        &self.members
+    fn mesh(&self) -> &PackMesh {
+        &self.mesh
     }
 
-    fn segments(&self) -> usize {
-        self.segments
+    fn unloaded(&self, lane: usize, element: usize) -> Unloaded {
+        self.unloaded_impl(lane, element)
     }
 
-    fn element_length(&self, lane: usize, segment: usize) -> f64 {
-        self.pieces[first_of(&self.segment_of, segment)].length.lane(lane)
+    fn segment(&self, lane: usize, segment: usize) -> SegmentState<D> {
+        self.segment_impl(lane, segment)
     }
 
-    fn set_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
+    fn set_segment(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>, load: V3<f64>) {
         let target = &mut self.moduli[segment];
         for d in 0..D {
             let from = if D == 6 { d } else { [0, 1, 5][d] };
@@ -205,9 +177,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         for (target, value) in target.softening.iter_mut().zip(moduli.softening) {
             target.set_lane(lane, value);
         }
-    }
-
-    fn set_load(&mut self, lane: usize, segment: usize, load: V3<f64>) {
         for (target, value) in self.loads[segment].iter_mut().zip(load) {
             target.set_lane(lane, value);
         }
@@ -220,44 +189,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         }
     }
 
-    fn end(&self, lane: usize, end: usize) -> Placement {
-        B::pose(&self.state.nodes[end * self.frames.len()], lane)
+    fn settings(&mut self) -> &mut Settings {
+        &mut self.settings
     }
 
-    fn set_end(&mut self, lane: usize, end: usize, placement: &Placement) {
-        let index = end * self.frames.len();
-        B::set_pose(&mut self.state.nodes[index], lane, placement);
-    }
-
-    fn condense(&mut self) {
-        if self.dashpots.stiffness > 0.0 {
-            self.load_dashpots();
-        }
-        T::run(condense::Condense(self));
-    }
-
-    fn keep_factors(&mut self) {
-        let (elements, zero) = (self.frames.len(), Ldl::new(&zeros()));
-        self.kept.own.resize(elements - 1, zero);
-        self.kept.inner_own.resize(elements * Self::INNER_NODES, zero);
-    }
-
-    fn refresh(&mut self) -> bool {
-        if self.dashpots.stiffness > 0.0 {
-            self.load_dashpots();
-        }
-        let keeps = self.kept.own.len() + 1 == self.frames.len() && self.kept.inner_own.len() == self.inner_rest.len();
-        match keeps {
-            true => T::run(condense::Refresh::<T, B, D, P, true>(self, None)),
-            false => T::run(condense::Refresh::<T, B, D, P, false>(self, None)),
-        }
-        keeps
-    }
-
-    fn refresh_by(&mut self, source: &dyn Pack<D>) {
-        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
-        self.ends = source.ends;
-        T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
+    fn renew(&mut self, meshes: &[ChainMesh]) -> bool {
+        self.renew_impl(meshes)
     }
 
     fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
@@ -266,8 +203,42 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         Box::new(chain)
     }
 
-    fn renew(&mut self, meshes: &[ChainMesh]) -> bool {
-        self.renew_impl(meshes)
+    fn shed(&mut self) {
+        self.inner = Vec::new();
+        self.inner_rest = Vec::new();
+        self.inner_turn = Vec::new();
+        self.factors = Vec::new();
+        self.kept = KeptFactors::default();
+        self.increments = Vec::new();
+    }
+
+    fn condense(&mut self) {
+        if self.settings.keeps_factors {
+            self.keep_factors();
+        }
+        if self.settings.dashpots > 0.0 {
+            self.load_dashpots();
+        }
+        T::run(condense::Condense(self));
+    }
+
+    fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool {
+        if let Some(source) = source {
+            let any: &dyn Any = source;
+            let Some(source) = any.downcast_ref::<Self>() else { return false };
+            self.ends = source.ends;
+            T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
+            return false;
+        }
+        if self.settings.dashpots > 0.0 {
+            self.load_dashpots();
+        }
+        let keeps = self.kept.own.len() + 1 == self.frames.len() && self.kept.inner_own.len() == self.inner_rest.len();
+        match keeps {
+            true => T::run(condense::Refresh::<T, B, D, P, true>(self, None)),
+            false => T::run(condense::Refresh::<T, B, D, P, false>(self, None)),
+        }
+        keeps
     }
 
     fn condensed(&self, lane: usize) -> MemberEnds<D> {
@@ -280,12 +251,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         }
     }
 
-    fn end_forces(&self, lane: usize) -> [[f64; D]; 2] {
-        [lanes::lane(&self.ends.r0, lane), lanes::lane(&self.ends.r1, lane)]
-    }
-
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]) {
-        for (lane, &member) in self.members.iter().enumerate() {
+        for (lane, &member) in self.mesh.members.iter().enumerate() {
             for (target, force) in forces[member].iter_mut().zip([&self.ends.r0, &self.ends.r1]) {
                 for d in 0..D {
                     target[components[d]] = force[d].lane(lane);
@@ -298,110 +265,65 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(AddEnds { chain: self, rows, joints, places })
     }
 
-    fn pivots(&self, lane: usize) -> (usize, f64) {
-        (self.negative.lane(lane) as usize, 1.0 / self.softest.lane(lane))
+    fn interior(&self, lane: usize) -> Interior {
+        Interior {
+            energy: self.energy.lane(lane),
+            negative: self.negative.lane(lane) as usize,
+            smallest: 1.0 / self.softest.lane(lane),
+        }
     }
 
     fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
         let [start, end] = T::run(condense::Bare(self));
-        (0..self.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
-    }
-
-    fn energy(&self, lane: usize) -> f64 {
-        self.energy.lane(lane)
-    }
-
-    fn violation(&self) -> f64 {
-        self.violation_impl()
-    }
-
-    fn held_force(&self, lane: usize) -> Option<HeldForce> {
-        self.held_force_impl(lane)
-    }
-
-    fn add_held_force(&mut self, lane: usize, by: f64) {
-        self.add_held_force_impl(lane, by);
-    }
-
-    fn set_increment(&mut self, lane: usize, ends: &[[f64; D]; 2]) {
-        let last = self.increments.len() - 1;
-        for d in 0..D {
-            self.increments[0][d].set_lane(lane, ends[0][d]);
-            self.increments[last][d].set_lane(lane, ends[1][d]);
-        }
-    }
-
-    fn take_motions(&mut self, motions: &[f64], joints: [usize; 2]) {
-        T::run(TakeMotions { chain: self, motions, joints });
-    }
-
-    fn take_poses(&mut self, poses: &[f64], joints: [usize; 2]) {
-        T::run(TakePoses { chain: self, poses, joints });
-    }
-
-    fn advance(&mut self) {
-        T::run(condense::Advance(self));
-    }
-
-    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement {
-        self.carried_impl(lane, end, from)
-    }
-
-    fn unroll(&mut self) {
-        T::run(unroll::Unroll(self));
-    }
-
-    fn shift(&mut self) {
-        let inner = 1..self.frames.len();
-        for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
-            B::advance(node, increment);
-        }
-    }
-
-    fn size(&self, lane: usize) -> Size {
-        self.sizes.whole(lane)
-    }
-
-    fn own_size(&self, lane: usize) -> Size {
-        self.sizes.own(lane)
+        (0..self.mesh.members.len()).map(|lane| [lanes::lanes(&start, lane), lanes::lanes(&end, lane)]).collect()
     }
 
     fn variation(&self, lane: usize, ends: &[[f64; D]; 2]) -> Vec<SegmentVariation<D>> {
         self.variation_impl(lane, ends)
     }
 
-    fn set_plain(&mut self, plain: bool) {
-        self.plain = plain;
+    fn condense_lateral(&self, moduli: &[Vec<Moduli<f64, 6>>]) -> Vec<LateralEnds> {
+        self.condense_lateral_impl(moduli)
     }
 
-    fn set_dashpots(&mut self, stiffness: f64, anchor: &[f64]) {
-        self.dashpots.stiffness = stiffness;
-        self.dashpots.anchor.clear();
-        self.dashpots.anchor.extend_from_slice(anchor);
+    fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]) {
+        T::run(TakePoses { chain: self, poses, joints });
     }
 
-    fn end_masses(&self, lane: usize) -> [[f64; 2]; 2] {
-        [self.end_mass(0, lane), self.end_mass(self.frames.len(), lane)]
+    fn advance(&mut self, motions: &[f64], joints: [usize; 2]) {
+        T::run(condense::Advance { chain: self, motions, joints });
     }
 
-    fn top_energy(&self, lane: usize) -> f64 {
-        self.top_energy_impl(lane)
+    fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement {
+        self.carried_impl(lane, end, from)
     }
 
-    fn load_work(&self, lane: usize) -> f64 {
-        self.load_work_impl(lane)
+    fn place_nodes(&mut self, by: NodesBy) {
+        match by {
+            NodesBy::Elements => T::run(unroll::Unroll(self)),
+            NodesBy::Increments => {
+                let inner = 1..self.frames.len();
+                for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
+                    B::advance(node, increment);
+                }
+            }
+        }
+    }
+
+    fn sizes(&self, lane: usize) -> [Size; 2] {
+        self.sizes.of(lane)
     }
 
     fn save(&self, row: &mut Vec<f64>) {
         self.save_impl(row);
     }
 
-    fn restore(&mut self, row: &[f64]) {
-        T::run(state::Restore { chain: self, row, part: 0.0 });
+    fn restore(&mut self, row: &[f64], part: f64) {
+        T::run(state::Restore { chain: self, row, part });
     }
 
-    fn restore_shape(&mut self, row: &[f64], part: f64) {
-        T::run(state::Restore { chain: self, row, part });
+    fn enrich(&mut self, row: &[f64], from: &PackMesh) {
+        self.enrich_impl(row, from);
     }
 
     fn distances(&self, row: &[f64]) -> [Size; MOST_LANES] {
@@ -412,135 +334,35 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(state::Predict { chain: self, before, last, ratio, bend });
     }
 
-    fn set_lateral_moduli(&mut self, lane: usize, segment: usize, moduli: &Moduli<f64, 6>) {
-        self.set_lateral_moduli_impl(lane, segment, moduli);
-    }
-
-    fn condense_lateral(&mut self) {
-        self.condense_lateral_impl();
-    }
-
-    fn lateral(&self, lane: usize) -> (Ends<f64, 3>, usize, f64) {
-        self.lateral_impl(lane)
-    }
-
-    fn prolong(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
-        self.prolong_impl(sources);
-    }
-
-    fn adopt(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
-        self.adopt_impl(lane, source, from);
-    }
-
-    fn adopt_all(&mut self, source: &dyn Pack<D>) {
-        let Some(source) = source.as_any().downcast_ref::<Self>() else { return };
-        self.state.nodes.copy_from_slice(&source.state.nodes);
-        self.state.local.copy_from_slice(&source.state.local);
-        self.state.stress.copy_from_slice(&source.state.stress);
-    }
-
-    fn in_lanes(&self) -> InLanes<'_> {
-        self.in_lanes_impl()
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn place(&self, lane: usize, element: usize, s: f64) -> Placement {
-        self.place_impl(lane, element, s)
-    }
-
-    fn elements_of(&self, segment: usize) -> (usize, usize) {
-        let first = first_of(&self.segment_of, segment);
-        (first, first_of(&self.segment_of, segment + 1) - first)
-    }
-
-    fn spans(&self, lane: usize) -> Vec<f64> {
-        let mut ends = Vec::with_capacity(self.pieces.len() + 1);
-        let mut at = 0.0;
-        ends.push(at);
-        for piece in &self.pieces {
-            at += piece.length.lane(lane);
-            ends.push(at);
-        }
-        ends
-    }
-
-    fn variations(&self, lane: usize) -> Vec<Variation> {
-        self.variations_impl(lane)
-    }
-
-    fn carried_forces(&self) -> [f64; MOST_LANES] {
-        self.carried_forces_impl()
-    }
-
-    fn shed(&mut self) {
-        self.inner = Vec::new();
-        self.inner_rest = Vec::new();
-        self.inner_turn = Vec::new();
-        self.factors = Vec::new();
-        self.kept = KeptFactors::default();
-        self.increments = Vec::new();
-    }
-
-    fn lift(&mut self, plane: &dyn Pack<3>) {
-        self.lift_impl(plane);
-    }
-
-    fn sample(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
-        self.sample_impl(lane, element, s)
-    }
-
-    fn field(&self, lane: usize, element: usize) -> Field<D> {
-        self.field_impl(lane, element)
-    }
-
-    fn points(&self) -> &[f64] {
-        &self.table.points
-    }
-
-    fn element_end(&self, lane: usize, index: usize) -> Placement {
+    fn node(&self, lane: usize, index: usize) -> Placement {
         B::pose(&self.state.nodes[index], lane)
     }
 
-    fn element(&self, lane: usize, element: usize) -> ElementState<D> {
-        self.element_impl(lane, element)
+    fn local(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
+        self.local_impl(lane, element)
     }
 
-    fn elements(&self) -> usize {
-        self.frames.len()
+    fn stress(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
+        self.stress_impl(lane, element)
     }
 
-    fn order(&self) -> usize {
-        P
+    fn set_element(&mut self, lane: usize, element: usize, state: &NewState<'_, D>) {
+        self.set_element_impl(lane, element, state);
     }
 
-    fn about(&self) -> About {
-        B::Law::ABOUT
+    fn strains(&self, lane: usize, element: usize) -> [[f64; D]; MOST_NODES] {
+        self.strains_impl(lane, element)
     }
 
     fn measures(&self) -> Vec<Measures> {
         self.measures_impl()
     }
 
-    fn middle(&self, lane: usize) -> (V3<f64>, V3<f64>) {
-        self.middle_impl(lane)
+    fn violation(&self) -> f64 {
+        self.violation_impl()
     }
 
-    fn total_load(&self, lane: usize) -> V3<f64> {
-        let mut total = [0.0; 3];
-        for (piece, &segment) in self.pieces.iter().zip(&self.segment_of) {
-            axpy(&mut total, piece.length.lane(lane), lanes::lane_of(&self.loads[segment], lane));
-        }
-        total
-    }
-
-    fn shape(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> MemberShape {
-        self.shape_impl(lane, origin, force, moment)
-    }
-
-    fn sections(&self, lane: usize, origin: V3<f64>, force: V3<f64>, moment: V3<f64>) -> Vec<SectionForces> {
-        self.sections_impl(lane, origin, force, moment)
+    fn carried_forces(&self) -> [f64; MOST_LANES] {
+        self.carried_forces_impl()
     }
 }

@@ -3,8 +3,8 @@
 //! What such members add to their joints, and what these move them by, lies in rows: the numbers of all lanes one after the
 //! other, so that a member adds and takes those of all parts at once.
 
-use pennate_elements::beam::Beam;
-use pennate_elements::real::{Real, Work, load};
+use pennate_elements::beam::{Beam, Placement};
+use pennate_elements::real::{Real, Work};
 
 use crate::Chain;
 
@@ -22,6 +22,56 @@ pub struct EndRows {
 /// Where the entries of the stiffness of a member go, by its blocks: start and start, start and end, end and end. Place in the
 /// block, row by row, and row among the entries of the matrix.
 pub type EndPlaces = [Vec<(u8, u32)>; 3];
+
+/// What the ends of the members of a pack move by, and where they are: two joints of their own for all members, in rows. Lanes
+/// without a member stay at rest.
+#[derive(Clone, Debug)]
+pub struct OwnRows<const D: usize> {
+    lanes: usize,
+    /// Displacements, then spins.
+    pub motions: Vec<f64>,
+    /// Displacements, and the angle in the plane or the rotation in space.
+    pub poses: Vec<f64>,
+}
+
+impl<const D: usize> OwnRows<D> {
+    /// At rest, for as many lanes.
+    pub fn new(lanes: usize) -> Self {
+        let size = if D == 3 { 3 } else { 7 };
+        let mut rows = Self { lanes, motions: vec![0.0; 2 * D * lanes], poses: vec![0.0; 2 * size * lanes] };
+        for lane in 0..lanes {
+            (0..2).for_each(|end| rows.set_pose(lane, end, &Placement::default()));
+        }
+        rows
+    }
+
+    /// What the ends of a member move by.
+    pub fn set_motions(&mut self, lane: usize, ends: &[[f64; D]; 2]) {
+        let mut at = lane;
+        for motion in ends.as_flattened() {
+            self.motions[at] = *motion;
+            at += self.lanes;
+        }
+    }
+
+    /// Where an end of a member is.
+    pub fn set_pose(&mut self, lane: usize, end: usize, place: &Placement) {
+        let Placement { displacement: [x, y, z], rotation: [a, b, c, d], angle } = *place;
+        if D == 3 {
+            self.put(lane, end, [x, y, angle]);
+        } else {
+            self.put(lane, end, [x, y, z, a, b, c, d]);
+        }
+    }
+
+    fn put<const N: usize>(&mut self, lane: usize, end: usize, pose: [f64; N]) {
+        let mut at = end * N * self.lanes + lane;
+        for number in pose {
+            self.poses[at] = number;
+            at += self.lanes;
+        }
+    }
+}
 
 /// Adds what the ends of members give, as work in lanes; without places to forces alone.
 pub(super) struct AddEnds<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
@@ -76,26 +126,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for AddEnds<'_
             }
         }
         squares
-    }
-}
-
-/// Takes motions of joints as increments of the ends, as work in lanes.
-pub(super) struct TakeMotions<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
-    pub chain: &'a mut Chain<T, B, D, P>,
-    pub motions: &'a [f64],
-    pub joints: [usize; 2],
-}
-
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for TakeMotions<'_, T, B, D, P> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { chain, motions, joints } = self;
-        let last = chain.increments.len() - 1;
-        let size = D * T::LANES;
-        chain.increments[0] = load(&motions[joints[0] * size..(joints[0] + 1) * size]);
-        chain.increments[last] = load(&motions[joints[1] * size..(joints[1] + 1) * size]);
     }
 }
 

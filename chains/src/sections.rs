@@ -3,13 +3,12 @@
 //! At the nodes of the elements they are as accurate as the displacements of these nodes, which the strains inside of
 //! an element are not.
 
-use pennate_elements::beam::Beam;
+use pennate_elements::beam::interior;
 use pennate_elements::interpolation::node;
-use pennate_elements::real::Real;
 use pennate_elements::small::{V3, add, apply, axpy, cross, identity, scale, sub, tapply};
 
-use crate::Chain;
-use crate::lanes::{self, lane_of, lanes};
+use crate::Pack;
+use crate::element::SegmentState;
 use crate::member::{SectionForces, ShapePoint};
 use crate::shape::{moment_about, point, position};
 
@@ -31,65 +30,59 @@ impl Carried {
     }
 }
 
-impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn sections_impl(
-        &self,
-        lane: usize,
-        origin: V3<f64>,
-        force: V3<f64>,
-        moment: V3<f64>,
-    ) -> Vec<SectionForces> {
-        let mut sections = Vec::with_capacity(self.frames.len() * P + self.segments);
-        let start = point(origin, &self.element_end_of(lane, 0), &lanes(&self.pieces[0].axes, lane), &identity());
-        let mut last = start;
-        let mut unloaded = origin;
-        let mut carried = Carried::default();
-        let mut before = 0.0;
-        let total = self.total_length.lane(lane);
-        let section = |place: &ShapePoint, carried: &Carried, at: f64, segment: usize| {
-            let here = position(place);
-            let sum = add(force, carried.force);
-            let lever = sub(position(&start), here);
-            let about = add(add(moment, cross(lever, force)), moment_about(carried.moment, carried.force, here));
-            SectionForces {
-                at: at / total,
-                segment,
-                force: apply(&place.axes, &scale(-1.0, sum)),
-                moment: apply(&place.axes, &scale(-1.0, about)),
-            }
-        };
-        for (e, piece) in self.pieces.iter().enumerate() {
-            let segment = self.segment_of[e];
-            let axes = lanes(&piece.axes, lane);
-            let from = self.element_end_of(lane, e);
-            let local = self.local_unknowns(e);
-            let length = piece.length.lane(lane);
-            let load = lane_of(&self.loads[segment], lane);
-            if e == 0 || self.segment_of[e - 1] != segment {
-                sections.push(section(&last, &carried, before, segment));
-            }
-            for i in 0..P {
-                let reference = lanes::lane(&self.reference(e, i), lane);
-                let placement = match i + 1 == P {
-                    true => self.element_end_of(lane, e + 1),
-                    false => B::interior(piece, &from, reference, lanes::lane(&local[i], lane), lane),
-                };
-                let bend = match self.curves.get(e) {
-                    Some(_) => self.bend(e, lane, i),
-                    None => identity(),
-                };
-                let next = point(add(unloaded, tapply(&axes, &reference)), &placement, &axes, &bend);
-                carried.add(load, length / P as f64, &last, &next);
-                last = next;
-                sections.push(section(&last, &carried, before + node(i + 1, P) * length, segment));
-            }
-            unloaded = add(unloaded, tapply(&axes, &lane_of(&piece.chord, lane)));
-            before += length;
+/// Section forces at all nodes of the elements, from the actions on the start of the member.
+pub fn sections<const D: usize>(
+    pack: &dyn Pack<D>,
+    lane: usize,
+    origin: V3<f64>,
+    force: V3<f64>,
+    moment: V3<f64>,
+) -> Vec<SectionForces> {
+    let mesh = pack.mesh();
+    let order = mesh.order;
+    let segments = SegmentState::all(pack, lane);
+    let mut sections = Vec::with_capacity(mesh.elements() * order + mesh.segments());
+    let start = point(origin, &pack.node(lane, 0), &pack.unloaded(lane, 0).piece.axes, &identity());
+    let mut last = start;
+    let mut unloaded = origin;
+    let mut carried = Carried::default();
+    let mut before = 0.0;
+    let total = (0..mesh.elements()).fold(0.0, |whole, e| whole + mesh.length(lane, e));
+    let section = |place: &ShapePoint, carried: &Carried, at: f64, segment: usize| {
+        let here = position(place);
+        let sum = add(force, carried.force);
+        let lever = sub(position(&start), here);
+        let about = add(add(moment, cross(lever, force)), moment_about(carried.moment, carried.force, here));
+        SectionForces {
+            at: at / total,
+            segment,
+            force: apply(&place.axes, &scale(-1.0, sum)),
+            moment: apply(&place.axes, &scale(-1.0, about)),
         }
-        sections
+    };
+    for e in 0..mesh.elements() {
+        let segment = mesh.segment_of(e);
+        let own = pack.unloaded(lane, e);
+        let (axes, length) = (own.piece.axes, own.piece.length);
+        let from = pack.node(lane, e);
+        let local = pack.local(lane, e);
+        if e == 0 || mesh.segment_of(e - 1) != segment {
+            sections.push(section(&last, &carried, before, segment));
+        }
+        for i in 0..order {
+            let reference = own.nodes[i];
+            let placement = match i + 1 == order {
+                true => pack.node(lane, e + 1),
+                false => interior(&own.piece, &from, reference, &local[i]),
+            };
+            let s = node(i + 1, order);
+            let next = point(add(unloaded, tapply(&axes, &reference)), &placement, &axes, &own.bend(s));
+            carried.add(segments[segment].load, length / order as f64, &last, &next);
+            last = next;
+            sections.push(section(&last, &carried, before + s * length, segment));
+        }
+        unloaded = add(unloaded, tapply(&axes, &own.piece.chord));
+        before += length;
     }
-
-    fn element_end_of(&self, lane: usize, index: usize) -> pennate_elements::beam::Placement {
-        B::pose(&self.state.nodes[index], lane)
-    }
+    sections
 }

@@ -44,12 +44,9 @@ pub(super) struct Sizes<T> {
 }
 
 impl<T: Real> Sizes<T> {
-    pub(crate) fn whole(&self, lane: usize) -> Size {
-        Size { rotation: self.whole[0].lane(lane), displacement: self.whole[1].lane(lane) }
-    }
-
-    pub(crate) fn own(&self, lane: usize) -> Size {
-        Size { rotation: self.own[0].lane(lane), displacement: self.own[1].lane(lane) }
+    pub(crate) fn of(&self, lane: usize) -> [Size; 2] {
+        let Self { whole, own } = self;
+        [whole, own].map(|of| Size { rotation: of[0].lane(lane), displacement: of[1].lane(lane) })
     }
 }
 
@@ -83,7 +80,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn distances_impl(&self, row: &[f64]) -> [Size; MOST_LANES] {
         let [turned, moved] = T::run(Distance(self, row));
         let mut sizes = [Size::default(); MOST_LANES];
-        for lane in 0..self.members.len() {
+        for lane in 0..self.mesh.members.len() {
             sizes[lane] = Size { rotation: B::angle(turned.lane(lane)), displacement: moved.lane(lane).sqrt() };
         }
         sizes

@@ -126,21 +126,27 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Restore<'_
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// Numbers of the poses, and of the local unknowns or of the stresses.
-    fn counts(&self) -> [usize; 2] {
-        [self.state.nodes.len() * B::POSE * T::LANES, self.state.local.len() * D * T::LANES]
+    /// Numbers of the poses, and of the local unknowns or of the stresses, on elements of an order.
+    fn counts(&self, order: usize) -> [usize; 2] {
+        [self.state.nodes.len() * B::POSE * T::LANES, self.frames.len() * order * D * T::LANES]
     }
 
     #[inline(always)]
     pub(super) fn saved<'a>(&self, row: &'a [f64]) -> Saved<'a> {
-        let [nodes, local] = self.counts();
+        self.saved_on(row, P)
+    }
+
+    /// A state of the same elements of another order.
+    #[inline(always)]
+    pub(super) fn saved_on<'a>(&self, row: &'a [f64], order: usize) -> Saved<'a> {
+        let [nodes, local] = self.counts(order);
         let (nodes, rest) = row.split_at(nodes);
         let (local, stress) = rest.split_at(local);
         Saved { nodes, local, stress }
     }
 
     pub(super) fn save_impl(&self, row: &mut Vec<f64>) {
-        let [nodes, local] = self.counts();
+        let [nodes, local] = self.counts(P);
         row.resize(nodes + 2 * local, 0.0);
         let (poses, rest) = row.split_at_mut(nodes);
         let (unknowns, stresses) = rest.split_at_mut(local);

@@ -1,44 +1,156 @@
-//! The state of a chain taken over by one of another order, or by a spatial one.
-
-use std::any::Any;
+//! The state of members taken over from other packs: of other meshes, of another order, from the plane into space.
 
 use pennate_elements::beam::{Beam, Piece, Placement};
 use pennate_elements::interpolation::node;
 use pennate_elements::real::{Real, Work};
-use pennate_elements::small::{V3, axpy, scale};
+use pennate_elements::small::axpy;
 
-use crate::lanes;
-use crate::{Bent, Chain, Pack};
+use crate::element::{at_nodes, at_points, node_weights, place, point_weights, sample};
+use crate::lanes::lane;
+use crate::state::Saved;
+use crate::{Chain, MOST_NODES, Pack, PackMesh};
 
-/// The highest order of an element.
-const MOST: usize = 5;
-/// Elements whose lengths differ by no more than this part are the same: rounding.
-const SAME: f64 = 1e-12;
-
-/// Local unknowns of the nodes of an element and mixed stresses at its Gauss points; what its order does not have is zero.
+/// State of an element that it is to have.
 #[derive(Clone, Copy, Debug)]
-pub struct Field<const D: usize> {
-    local: [[f64; D]; MOST],
-    stress: [[f64; D]; MOST],
+pub struct NewState<'a, const D: usize> {
+    /// Where its ends are.
+    pub ends: [Placement; 2],
+    /// Where nodes 1…P are.
+    pub nodes: NewNodes<'a, D>,
+    /// Mixed stresses at the Gauss points.
+    pub stress: [[f64; D]; MOST_NODES],
 }
 
-/// The state of a pack as it lies in the lanes: nodes, local unknowns and stresses are vectors of the kinds that its own
-/// chain has.
-pub struct InLanes<'a> {
-    pub nodes: &'a dyn Any,
-    pub local: &'a dyn Any,
-    pub stress: &'a dyn Any,
+/// Where nodes 1…P of an element are.
+#[derive(Clone, Copy, Debug)]
+pub enum NewNodes<'a, const D: usize> {
+    /// By their local unknowns.
+    Local(&'a [[f64; D]; MOST_NODES]),
+    /// By their places.
+    Placed(&'a [Placement; MOST_NODES]),
+}
+
+/// Takes over the states of the same members on elements of other lengths, order or formulation: for every member of a pack
+/// another pack and the lane there.
+pub fn prolong<const D: usize>(pack: &mut dyn Pack<D>, sources: &[(&dyn Pack<D>, usize)]) {
+    if let Some(&(source, _)) = sources.first().filter(|(source, _)| lie_alike(pack.mesh(), source.mesh(), sources)) {
+        let mut row = Vec::new();
+        source.save(&mut row);
+        pack.enrich(&row, source.mesh());
+        return;
+    }
+    for (lane, &(source, from)) in sources.iter().enumerate() {
+        if pack.mesh().is_divided_like(lane, source.mesh(), from) {
+            enrich(pack, lane, source, from);
+        } else {
+            divide(pack, lane, source, from);
+        }
+    }
+}
+
+/// Whether these are the same members in the same lanes of one other pack, on the same elements of any order.
+fn lie_alike<const D: usize>(own: &PackMesh, other: &PackMesh, sources: &[(&dyn Pack<D>, usize)]) -> bool {
+    let alike =
+        |(lane, &(_, from)): (usize, &(&dyn Pack<D>, usize))| lane == from && own.is_divided_like(lane, other, from);
+    own.lanes == other.lanes && own.members == other.members && sources.iter().enumerate().all(alike)
+}
+
+/// Takes over the state of a member with as many elements of the same order and formulation, number by number: its geometry may be
+/// another.
+pub fn adopt<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, source: &dyn Pack<D>, from: usize) {
+    let (own, other) = (pack.mesh(), source.mesh());
+    debug_assert_eq!((own.elements(), own.order), (other.elements(), other.order));
+    for e in 0..pack.mesh().elements() {
+        let ends = [source.node(from, e), source.node(from, e + 1)];
+        let nodes = NewNodes::Local(&source.local(from, e));
+        pack.set_element(lane, e, &NewState { ends, nodes, stress: source.stress(from, e) });
+    }
+}
+
+/// Copies the state of plane members with the same elements into spatial ones.
+pub fn lift(space: &mut dyn Pack<6>, plane: &dyn Pack<3>) {
+    let (order, points) = (space.mesh().order, space.mesh().points().to_vec());
+    for lane in 0..space.mesh().members.len() {
+        for e in 0..space.mesh().elements() {
+            let ends = [plane.node(lane, e), plane.node(lane, e + 1)];
+            let (local, stress) = (plane.local(lane, e), plane.stress(lane, e));
+            let (mut unknowns, mut forces) = ([[0.0; 6]; MOST_NODES], [[0.0; 6]; MOST_NODES]);
+            for i in 0..order {
+                let [x, y, angle] = at_nodes(plane.mesh(), &local, node(i + 1, order));
+                unknowns[i] = [x, y, 0.0, 0.0, 0.0, (0.5 * angle).tan()];
+                let [axial, shear, moment] = at_points(plane.mesh(), &stress, points[i]);
+                forces[i] = [axial, shear, 0.0, 0.0, 0.0, moment];
+            }
+            space.set_element(lane, e, &NewState { ends, nodes: NewNodes::Local(&unknowns), stress: forces });
+        }
+    }
+}
+
+/// Weights of the nodes and of the Gauss points of another order, at every node and point of an order.
+fn weights(own: &PackMesh, other: &PackMesh) -> [[[f64; MOST_NODES]; MOST_NODES]; 2] {
+    let mut weights = [[[0.0; MOST_NODES]; MOST_NODES]; 2];
+    for (i, &point) in own.points().iter().enumerate() {
+        weights[0][i] = node_weights(other.order, node(i + 1, own.order));
+        weights[1][i] = point_weights(other.points(), point);
+    }
+    weights
+}
+
+/// Takes over the state of a member of the same elements and another order.
+fn enrich<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, coarse: &dyn Pack<D>, from: usize) {
+    let (elements, order) = (pack.mesh().elements(), pack.mesh().order);
+    let [at_nodes, at_points] = weights(pack.mesh(), coarse.mesh());
+    for e in 0..elements {
+        let (unknowns, stresses) = (coarse.local(from, e), coarse.stress(from, e));
+        let (mut local, mut stress) = ([[0.0; D]; MOST_NODES], [[0.0; D]; MOST_NODES]);
+        for i in 0..order {
+            for k in 0..coarse.mesh().order {
+                axpy(&mut local[i], at_nodes[i][k], unknowns[k]);
+                axpy(&mut stress[i], at_points[i][k], stresses[k]);
+            }
+        }
+        let ends = [coarse.node(from, e), coarse.node(from, e + 1)];
+        pack.set_element(lane, e, &NewState { ends, nodes: NewNodes::Local(&local), stress });
+    }
+}
+
+/// Takes over the state of a member divided into other elements.
+fn divide<const D: usize>(pack: &mut dyn Pack<D>, lane: usize, coarse: &dyn Pack<D>, from: usize) {
+    let (own, others) = (pack.mesh().spans(lane), coarse.mesh().spans(from));
+    // Element of the coarse member, and the place in it.
+    let locate = |x: f64| {
+        let e = others[1..others.len() - 1].partition_point(|&end| end <= x);
+        (e, ((x - others[e]) / (others[e + 1] - others[e])).clamp(0.0, 1.0))
+    };
+    let (elements, order, points) = (pack.mesh().elements(), pack.mesh().order, pack.mesh().points().to_vec());
+    // At a unit coordinate of an element.
+    let at = |element: usize, x: f64| locate(own[element] + x * (own[element + 1] - own[element]));
+    let placed = |element: usize, x: f64| {
+        let (e, s) = at(element, x);
+        place(coarse, from, e, s)
+    };
+    let mut first = placed(0, 0.0);
+    for element in 0..elements {
+        let last = if element + 1 < elements { placed(element + 1, 0.0) } else { placed(element, 1.0) };
+        let (mut nodes, mut stress) = ([Placement::default(); MOST_NODES], [[0.0; D]; MOST_NODES]);
+        for i in 0..order {
+            nodes[i] = placed(element, node(i + 1, order));
+            let (e, s) = at(element, points[i]);
+            (_, stress[i]) = sample(coarse, from, e, s);
+        }
+        let nodes = NewNodes::Placed(&nodes);
+        pack.set_element(lane, element, &NewState { ends: [first, last], nodes, stress });
+        first = last;
+    }
 }
 
 /// The state of members of the same elements and another order, as work in lanes.
 struct Enrich<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     chain: &'a mut Chain<T, B, D, P>,
     order: usize,
-    nodes: &'a [B::Pose],
-    local: &'a [[T; D]],
-    stress: &'a [[T; D]],
+    saved: Saved<'a>,
     /// Weights of the nodes and of the Gauss points of the other order, at every node and point of this one.
-    weights: [[[f64; MOST]; P]; 2],
+    weights: [[[f64; MOST_NODES]; MOST_NODES]; 2],
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_, T, B, D, P> {
@@ -46,17 +158,20 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_,
 
     #[inline(always)]
     fn run(self) {
-        let Self { chain, order, nodes, local, stress, weights: [at_nodes, at_points] } = self;
-        chain.state.nodes.copy_from_slice(nodes);
+        let Self { chain, order, saved, weights: [at_nodes, at_points] } = self;
+        for (index, node) in chain.state.nodes.iter_mut().enumerate() {
+            *node = saved.node::<T, B, D>(index);
+        }
         for (e, piece) in chain.pieces.iter().enumerate() {
-            let last = B::last_local(&B::frame(piece, &nodes[e], &nodes[e + 1]));
+            let last = B::last_local(&B::frame(piece, &chain.state.nodes[e], &chain.state.nodes[e + 1]));
             for i in 0..P {
                 let (mut x, mut s) = ([T::zero(); D], [T::zero(); D]);
                 for k in 0..order {
-                    let unknowns = if k + 1 == order { &last } else { &local[e * order + k] };
+                    let unknowns = if k + 1 == order { last } else { saved.local(e * order + k) };
+                    let stress: [T; D] = saved.stress(e * order + k);
                     for d in 0..D {
                         x[d] = x[d].plus(T::splat(at_nodes[i][k]), unknowns[d]);
-                        s[d] = s[d].plus(T::splat(at_points[i][k]), stress[e * order + k][d]);
+                        s[d] = s[d].plus(T::splat(at_points[i][k]), stress[d]);
                     }
                 }
                 chain.state.local[e * P + i] = x;
@@ -66,241 +181,68 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_,
     }
 }
 
-/// Local unknowns that belong to the places of the nodes within the elements, as work in lanes.
-struct Locals<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>, &'a [B::Pose]);
+/// Local unknowns that belong to the places of the nodes of an element, as work in lanes.
+struct Locals<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    chain: &'a Chain<T, B, D, P>,
+    element: usize,
+    first: B::Pose,
+    nodes: [B::Pose; P],
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Locals<'_, T, B, D, P> {
-    type Output = Vec<[T; D]>;
+    type Output = [[T; D]; P];
 
     #[inline(always)]
-    fn run(self) -> Vec<[T; D]> {
-        let Self(chain, poses) = self;
-        let mut local = Vec::with_capacity(poses.len());
-        for (e, piece) in chain.pieces.iter().enumerate() {
-            for i in 0..P {
-                let piece = Piece { chord: chain.reference(e, i), ..*piece };
-                local.push(B::last_local(&B::frame(&piece, &chain.state.nodes[e], &poses[e * P + i])));
-            }
+    fn run(self) -> [[T; D]; P] {
+        let Self { chain, element, first, nodes } = self;
+        let mut local = [[T::zero(); D]; P];
+        for i in 0..P {
+            let piece = Piece { chord: chain.reference(element, i), ..chain.pieces[element] };
+            local[i] = B::last_local(&B::frame(&piece, &first, &nodes[i]));
         }
         local
     }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    pub(super) fn prolong_impl(&mut self, sources: &[(&dyn Pack<D>, usize)]) {
-        if self.enrich_in_lanes(sources) {
-            return;
-        }
-        let mut divided = Vec::new();
-        let mut poses = Vec::new();
-        for (lane, &(coarse, from)) in sources.iter().enumerate() {
-            if self.is_divided_alike(lane, coarse, from) {
-                self.enrich(lane, coarse, from);
-            } else {
-                poses.resize(self.state.local.len(), B::Pose::default());
-                self.divide(lane, coarse, from, &mut poses);
-                divided.push(lane);
-            }
-        }
-        if divided.is_empty() {
-            return;
-        }
-        let local = T::run(Locals(self, &poses));
-        for (own, placed) in self.state.local.iter_mut().zip(&local) {
-            for d in 0..D {
-                for &lane in &divided {
-                    own[d].set_lane(lane, placed[d].lane(lane));
-                }
-            }
-        }
+    pub(super) fn enrich_impl(&mut self, row: &[f64], from: &PackMesh) {
+        let (saved, weights) = (self.saved_on(row, from.order), weights(&self.mesh, from));
+        T::run(Enrich { chain: self, order: from.order, saved, weights });
     }
 
-    /// Takes over the state of a pack of the same members and elements that lie in the same lanes; false for any other.
-    fn enrich_in_lanes(&mut self, sources: &[(&dyn Pack<D>, usize)]) -> bool {
-        let coarse = sources[0].0;
-        let alike = |(lane, &(_, from)): (usize, &(&dyn Pack<D>, usize))| {
-            lane == from && self.is_divided_alike(lane, coarse, from)
+    pub(super) fn set_element_impl(&mut self, index: usize, element: usize, state: &NewState<'_, D>) {
+        for (node, end) in self.state.nodes[element..element + 2].iter_mut().zip(&state.ends) {
+            B::set_pose(node, index, end);
+        }
+        let local = match state.nodes {
+            NewNodes::Local(local) => *local,
+            NewNodes::Placed(places) => self.local_of_places(index, element, places),
         };
-        if coarse.members() != self.members || !sources.iter().enumerate().all(alike) {
-            return false;
-        }
-        let InLanes { nodes, local, stress } = coarse.in_lanes();
-        let kinds = nodes
-            .downcast_ref::<Vec<B::Pose>>()
-            .zip(local.downcast_ref::<Vec<[T; D]>>())
-            .zip(stress.downcast_ref::<Vec<[T; D]>>());
-        let Some(((nodes, local), stress)) = kinds else { return false };
-        let order = coarse.order();
-        let weights = self.weights_of(order, coarse.points());
-        T::run(Enrich { chain: self, order, nodes, local, stress, weights });
-        true
-    }
-
-    pub(super) fn adopt_impl(&mut self, lane: usize, source: &dyn Pack<D>, from: usize) {
-        debug_assert_eq!((self.frames.len(), P), (source.elements(), source.order()));
-        for index in 0..self.state.nodes.len() {
-            B::set_pose(&mut self.state.nodes[index], lane, &source.element_end(from, index));
-        }
-        for e in 0..self.frames.len() {
-            let field = source.field(from, e);
-            for i in 0..P {
-                for d in 0..D {
-                    self.state.local[e * P + i][d].set_lane(lane, field.local[i][d]);
-                    self.state.stress[e * P + i][d].set_lane(lane, field.stress[i][d]);
-                }
-            }
-        }
-    }
-
-    pub(super) fn in_lanes_impl(&self) -> InLanes<'_> {
-        InLanes { nodes: &self.state.nodes, local: &self.state.local, stress: &self.state.stress }
-    }
-
-    /// Weights of the nodes and of the Gauss points of another order, at every node and point of this one.
-    fn weights_of(&self, order: usize, points: &[f64]) -> [[[f64; MOST]; P]; 2] {
-        let mut weights = [[[0.0; MOST]; P]; 2];
         for i in 0..P {
-            weights[0][i] = node_weights(order, node(i + 1, P));
-            weights[1][i] = point_weights(points, self.table.points[i]);
-        }
-        weights
-    }
-
-    /// Takes over the state of a member of the same elements and another order.
-    fn enrich(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize) {
-        for index in 0..self.state.nodes.len() {
-            B::set_pose(&mut self.state.nodes[index], lane, &coarse.element_end(from, index));
-        }
-        let order = coarse.order();
-        let [at_nodes, at_points] = self.weights_of(order, coarse.points());
-        for e in 0..self.frames.len() {
-            let field = coarse.field(from, e);
-            for i in 0..P {
-                let (mut local, mut stress) = ([0.0; D], [0.0; D]);
-                for k in 0..order {
-                    axpy(&mut local, at_nodes[i][k], field.local[k]);
-                    axpy(&mut stress, at_points[i][k], field.stress[k]);
-                }
-                for d in 0..D {
-                    self.state.local[e * P + i][d].set_lane(lane, local[d]);
-                    self.state.stress[e * P + i][d].set_lane(lane, stress[d]);
-                }
+            let at = element * P + i;
+            for d in 0..D {
+                self.state.local[at][d].set_lane(index, local[i][d]);
+                self.state.stress[at][d].set_lane(index, state.stress[i][d]);
             }
         }
     }
 
-    /// Whether a member has the same elements here and there, whatever their order.
-    fn is_divided_alike(&self, lane: usize, other: &dyn Pack<D>, from: usize) -> bool {
-        let same = |segment: usize| {
-            let [own, others] = [self.element_length(lane, segment), other.element_length(from, segment)];
-            self.elements_of(segment) == other.elements_of(segment) && (own - others).abs() <= SAME * own
-        };
-        self.segments == other.segments() && self.frames.len() == other.elements() && (0..self.segments).all(same)
-    }
-
-    /// Takes over the state of a member divided into other elements, but for the local unknowns, whose places are left
-    /// in `poses`.
-    fn divide(&mut self, lane: usize, coarse: &dyn Pack<D>, from: usize, poses: &mut [B::Pose]) {
-        let (own, others) = (self.spans(lane), coarse.spans(from));
-        // Element of the coarse member, and the place in it.
-        let locate = |x: f64| {
-            let e = others[1..others.len() - 1].partition_point(|&end| end <= x);
-            (e, ((x - others[e]) / (others[e + 1] - others[e])).clamp(0.0, 1.0))
-        };
-        let points = self.table.points;
-        for element in 0..self.frames.len() {
-            let [start, end] = [own[element], own[element + 1]];
-            let at = |x: f64| locate(start + x * (end - start));
-            for (node, x) in [(element, 0.0), (element + 1, 1.0)] {
-                let (e, s) = at(x);
-                B::set_pose(&mut self.state.nodes[node], lane, &coarse.place(from, e, s));
-            }
-            for i in 0..P {
-                let (e, s) = at(node(i + 1, P));
-                B::set_pose(&mut poses[element * P + i], lane, &coarse.place(from, e, s));
-                let (e, s) = at(points[i]);
-                let (_, stress) = coarse.sample(from, e, s);
-                for d in 0..D {
-                    self.state.stress[element * P + i][d].set_lane(lane, stress[d]);
-                }
-            }
+    /// Local unknowns of the nodes of an element at these places, seen from where it begins.
+    fn local_of_places(
+        &self,
+        index: usize,
+        element: usize,
+        places: &[Placement; MOST_NODES],
+    ) -> [[f64; D]; MOST_NODES] {
+        let mut nodes = [B::Pose::default(); P];
+        for (node, place) in nodes.iter_mut().zip(places) {
+            B::set_pose(node, index, place);
         }
-    }
-
-    pub(super) fn place_impl(&self, lane: usize, element: usize, s: f64) -> Placement {
-        let (local, _) = self.sample_impl(lane, element, s);
-        let reference = self.unloaded(lane, element, s);
-        B::interior(&self.pieces[element], &self.element_end(lane, element), reference, local, lane)
-    }
-
-    /// Unloaded position at a unit coordinate of an element, in its own axes.
-    pub(super) fn unloaded(&self, lane: usize, element: usize, s: f64) -> V3<f64> {
-        let piece = &self.pieces[element];
-        if self.curves.is_empty() {
-            return scale(s, lanes::lane(&piece.chord, lane));
+        let found = T::run(Locals { chain: self, element, first: self.state.nodes[element], nodes });
+        let mut local = [[0.0; D]; MOST_NODES];
+        for (local, found) in local.iter_mut().zip(&found) {
+            *local = lane(found, index);
         }
-        let bent = Bent { length: piece.length.lane(lane), curvature: self.initial_curvature(element, lane) };
-        bent.position(s * bent.length)
+        local
     }
-
-    pub(super) fn lift_impl(&mut self, plane: &dyn Pack<3>) {
-        for lane in 0..self.members.len() {
-            for index in 0..self.state.nodes.len() {
-                B::set_pose(&mut self.state.nodes[index], lane, &plane.element_end(lane, index));
-            }
-            for e in 0..self.frames.len() {
-                for i in 0..P {
-                    let (local, _) = plane.sample(lane, e, node(i + 1, P));
-                    let (_, stress) = plane.sample(lane, e, self.table.points[i]);
-                    let flat = [local[0], local[1], 0.0, 0.0, 0.0, (0.5 * local[2]).tan()];
-                    let forces = [stress[0], stress[1], 0.0, 0.0, 0.0, stress[2]];
-                    for d in 0..D {
-                        self.state.local[e * P + i][d].set_lane(lane, flat[d]);
-                        self.state.stress[e * P + i][d].set_lane(lane, forces[d]);
-                    }
-                }
-            }
-        }
-    }
-
-    pub(super) fn sample_impl(&self, lane: usize, element: usize, s: f64) -> ([f64; D], [f64; D]) {
-        let field = self.field_impl(lane, element);
-        let (at_nodes, at_points) = (node_weights(P, s), point_weights(&self.table.points, s));
-        let (mut local, mut stress) = ([0.0; D], [0.0; D]);
-        for k in 0..P {
-            axpy(&mut local, at_nodes[k], field.local[k]);
-            axpy(&mut stress, at_points[k], field.stress[k]);
-        }
-        (local, stress)
-    }
-
-    pub(super) fn field_impl(&self, lane: usize, element: usize) -> Field<D> {
-        let unknowns = self.local_unknowns(element);
-        let (mut local, mut stress) = ([[0.0; D]; MOST], [[0.0; D]; MOST]);
-        for k in 0..P {
-            local[k] = lanes::lane(&unknowns[k], lane);
-            stress[k] = lanes::lane(&self.state.stress[element * P + k], lane);
-        }
-        Field { local, stress }
-    }
-}
-
-/// Values at `s` of the shape functions of nodes 1 to `order`.
-fn node_weights(order: usize, s: f64) -> [f64; MOST] {
-    let mut weights = [0.0; MOST];
-    for i in 1..=order {
-        let others = (0..=order).filter(|&j| j != i);
-        weights[i - 1] = others.map(|j| (s - node(j, order)) / (node(i, order) - node(j, order))).product();
-    }
-    weights
-}
-
-/// Values at `s` of the polynomials that are one at one of the points and zero at the others.
-fn point_weights(points: &[f64], s: f64) -> [f64; MOST] {
-    let mut weights = [0.0; MOST];
-    for (g, point) in points.iter().enumerate() {
-        let others = points.iter().filter(|other| *other != point);
-        weights[g] = others.map(|other| (s - other) / (point - other)).product();
-    }
-    weights
 }

@@ -20,6 +20,7 @@ use crate::laws::LocalLaw;
 use crate::real::Real;
 use crate::rotation::Quaternion;
 use crate::small::{M3, V3};
+use crate::{plane, space};
 
 /// Geometry of one element, unloaded.
 #[derive(Clone, Copy, Debug, Default)]
@@ -224,9 +225,20 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
 
     /// The pose that [`Beam::store_pose`] put in a row.
     fn load_pose(row: &[f64]) -> Self::Pose;
+}
 
-    /// Where an interior node is: its local unknowns and unloaded local position seen from the first node.
-    fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; D], lane: usize) -> Placement;
+/// Where an interior node of an element is: its local unknowns and unloaded local position seen from the first node.
+pub fn interior<const D: usize>(
+    piece: &Piece<f64>,
+    first: &Placement,
+    reference: V3<f64>,
+    local: &[f64; D],
+) -> Placement {
+    if D == 3 {
+        plane::interior(piece, first, reference, local)
+    } else {
+        space::interior(piece, first, reference, local)
+    }
 }
 
 /// Displacement and rotation of one node of one member, in space.

@@ -477,20 +477,21 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     fn load_pose(row: &[f64]) -> Pose<T> {
         real::load(row)
     }
+}
 
-    fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 3], lane: usize) -> Placement {
-        let start = [piece.axes[0][0].lane(lane), piece.axes[0][1].lane(lane)];
-        let (sin, versine) = sine_and_versine(first.angle);
-        let global = turned(start, [reference[0], reference[1]]);
-        let carried = [versine * global[0] - sin * global[1], sin * global[0] + versine * global[1]];
-        let shifted = turned([1.0 + versine, sin], turned(start, [local[0], local[1]]));
-        let [x, y, _] = first.displacement;
-        let angle = first.angle + local[2];
-        Placement {
-            displacement: [x + carried[0] + shifted[0], y + carried[1] + shifted[1], 0.0],
-            rotation: rotation::exp([0.0, 0.0, angle]),
-            angle,
-        }
+/// See [`beam::interior`](crate::beam::interior).
+pub(crate) fn interior(piece: &Piece<f64>, first: &Placement, reference: V3<f64>, local: &[f64]) -> Placement {
+    let start = [piece.axes[0][0], piece.axes[0][1]];
+    let (sin, versine) = sine_and_versine(first.angle);
+    let global = turned(start, [reference[0], reference[1]]);
+    let carried = [versine * global[0] - sin * global[1], sin * global[0] + versine * global[1]];
+    let shifted = turned([1.0 + versine, sin], turned(start, [local[0], local[1]]));
+    let [x, y, _] = first.displacement;
+    let angle = first.angle + local[2];
+    Placement {
+        displacement: [x + carried[0] + shifted[0], y + carried[1] + shifted[1], 0.0],
+        rotation: rotation::exp([0.0, 0.0, angle]),
+        angle,
     }
 }
 

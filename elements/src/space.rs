@@ -632,18 +632,18 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         let (displacement, rotation) = row.split_at(3 * T::LANES);
         Pose { displacement: real::load(displacement), rotation: real::load(rotation) }
     }
+}
 
-    fn interior(piece: &Piece<T>, first: &Placement, reference: V3<f64>, local: [f64; 6], lane: usize) -> Placement {
-        let axes = small::lanes(&piece.axes, lane);
-        let (u, c) = split(&local);
-        let carried = turn_less_identity(first.rotation, tapply(&axes, &reference));
-        let shifted = rotation::turn(first.rotation, tapply(&axes, &u));
-        let gibbs = tapply(&axes, &c);
-        let relative = rotation::normalize([1.0, gibbs[0], gibbs[1], gibbs[2]]);
-        Placement {
-            displacement: add(first.displacement, add(carried, shifted)),
-            rotation: compose(first.rotation, relative),
-            angle: 0.0,
-        }
+/// See [`beam::interior`](crate::beam::interior).
+pub(crate) fn interior(piece: &Piece<f64>, first: &Placement, reference: V3<f64>, local: &[f64]) -> Placement {
+    let (u, c) = ([local[0], local[1], local[2]], [local[3], local[4], local[5]]);
+    let carried = turn_less_identity(first.rotation, tapply(&piece.axes, &reference));
+    let shifted = rotation::turn(first.rotation, tapply(&piece.axes, &u));
+    let gibbs = tapply(&piece.axes, &c);
+    let relative = rotation::normalize([1.0, gibbs[0], gibbs[1], gibbs[2]]);
+    Placement {
+        displacement: add(first.displacement, add(carried, shifted)),
+        rotation: compose(first.rotation, relative),
+        angle: 0.0,
     }
 }

@@ -11,6 +11,7 @@
 //! nearer. And under a load across it such a member has no equilibrium: it could bend only if its ends came nearer, F falls
 //! as the square of what N lets it bend, and every secant leads to a larger N.
 
+use crate::chain::{add_held_force, held_force};
 use crate::structure::MemberId;
 use crate::system::System;
 
@@ -80,7 +81,7 @@ impl HeldForces {
         }
         let holds = |&member: &MemberId| {
             let slot = &system.members.slots[member];
-            system.members.packs[slot.pack].held_force(slot.lane).is_some()
+            held_force(system.members.packs[slot.pack].as_ref(), slot.lane).is_some()
         };
         self.members.extend((0..system.members.count()).filter(holds));
         read(system, &self.members, &mut self.forces);
@@ -229,7 +230,7 @@ impl HeldForces {
     /// Force that an iteration adds for what rounding makes of the stretch.
     fn rounding<const D: usize>(&self, system: &System<D>, index: usize) -> f64 {
         let slot = &system.members.slots[self.members[index]];
-        let held = system.members.packs[slot.pack].held_force(slot.lane);
+        let held = held_force(system.members.packs[slot.pack].as_ref(), slot.lane);
         let strain = |length: f64| PLACES * f64::EPSILON * (system.size / length).max(1.0);
         held.map_or(0.0, |held| strain(held.length) * held.auxiliary)
     }
@@ -243,7 +244,7 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
     held.begin(system);
     let is_rigid = |&member: &MemberId| {
         let slot = &system.members.slots[member];
-        system.members.packs[slot.pack].held_force(slot.lane).is_some_and(|held| held.is_rigid)
+        held_force(system.members.packs[slot.pack].as_ref(), slot.lane).is_some_and(|held| held.is_rigid)
     };
     let members: Vec<MemberId> = held.members.into_iter().filter(is_rigid).collect();
     if members.is_empty() {
@@ -255,7 +256,7 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
     let mut most = 0.0f64;
     for (index, &member) in members.iter().enumerate() {
         let slot = &system.members.slots[member];
-        let Some(held) = system.members.packs[slot.pack].held_force(slot.lane) else { continue };
+        let Some(held) = held_force(system.members.packs[slot.pack].as_ref(), slot.lane) else { continue };
         // Not the same on all: forces that are undetermined together may be so in one proportion alone.
         let by = TRIED * held.auxiliary * (1.0 + 0.3 * (index as f64).sin());
         most = most.max(by);
@@ -293,7 +294,7 @@ pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<Member
 fn read<const D: usize>(system: &System<D>, members: &[MemberId], forces: &mut Vec<f64>) {
     let force = |&member: &MemberId| {
         let slot = &system.members.slots[member];
-        system.members.packs[slot.pack].held_force(slot.lane).map_or(0.0, |held| held.force)
+        held_force(system.members.packs[slot.pack].as_ref(), slot.lane).map_or(0.0, |held| held.force)
     };
     forces.clear();
     forces.extend(members.iter().map(force));
@@ -302,7 +303,7 @@ fn read<const D: usize>(system: &System<D>, members: &[MemberId], forces: &mut V
 fn add<const D: usize>(system: &mut System<D>, member: MemberId, by: f64) {
     let slot = &system.members.slots[member];
     let (pack, lane) = (slot.pack, slot.lane);
-    system.members.packs[pack].add_held_force(lane, by);
+    add_held_force(system.members.packs[pack].as_mut(), lane, by);
 }
 
 /// The largest force of the last assembly; where there are moments alone, what counts as no less beside them.

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use pennate_elements::beam::Moduli;
 
+use crate::chain::LateralEnds;
 use crate::continuation::OutOfPlane;
 use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
@@ -172,34 +173,29 @@ impl Lateral {
         system.begin();
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
         self.bare.resize(plane.members.count(), [[[0.0; 3]; 3]; 2]);
+        let mut found: Vec<Vec<LateralEnds>> = Vec::with_capacity(plane.members.packs.len());
         for pack in 0..plane.members.packs.len() {
             let forces = plane.loading.carried_forces(plane.members.packs[pack].as_ref());
-            for lane in 0..plane.members.packs[pack].members().len() {
-                let index = plane.members.packs[pack].members()[lane];
-                let turn = plane.members.slots[index].turn;
+            let mesh = plane.members.packs[pack].mesh();
+            let mut moduli = Vec::with_capacity(mesh.members.len());
+            for (lane, &index) in mesh.members.iter().enumerate() {
+                let turn = &plane.members.slots[index].turn;
                 let length = plane.structure.members[index].length();
-                let last = plane.structure.members[index].segments.len() - 1;
-                for segment in 0..=last {
+                let of_segment = |segment: usize| {
                     let section = plane.section(index, segment);
-                    let pack = &mut plane.members.packs[pack];
-                    let lengths = [pack.element_length(lane, segment), length];
-                    let auxiliary = plane.loading.auxiliary;
-                    let moduli = packs::moduli(&section, pack.about(), lengths, &turn, auxiliary, forces[lane]);
-                    pack.set_lateral_moduli(lane, segment, &moduli);
-                    let bare = bare_stiffness(&moduli, lengths[0]);
-                    if segment == 0 {
-                        self.bare[index][0] = bare;
-                    }
-                    if segment == last {
-                        self.bare[index][1] = bare;
-                    }
-                }
+                    let lengths = [mesh.element_length(lane, segment), length];
+                    packs::moduli(&section, mesh.about(), lengths, turn, plane.loading.auxiliary, forces[lane])
+                };
+                let own: Vec<_> = (0..mesh.segments()).map(of_segment).collect();
+                let bare = |segment: usize| bare_stiffness(&own[segment], mesh.element_length(lane, segment));
+                self.bare[index] = [bare(0), bare(own.len() - 1)];
+                moduli.push(own);
             }
-            plane.members.packs[pack].condense_lateral();
+            found.push(plane.members.packs[pack].condense_lateral(&moduli));
         }
         for index in 0..plane.members.count() {
-            let (pack, lane) = plane.members.chain(index);
-            let (ends, negative, smallest) = pack.lateral(lane);
+            let slot = &plane.members.slots[index];
+            let LateralEnds { ends, negative, smallest } = found[slot.pack][slot.lane];
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
             let mut factor = system.tangent.releases[index];
@@ -213,15 +209,16 @@ impl Lateral {
     }
 }
 
-/// About what an end of an element of this length has for a lateral stiffness, if the other one and all nodes within are held:
-/// uz, φx, φy.
+/// About what an end of an element of this length has for a lateral stiffness at most, if the other one and all nodes within are
+/// held: uz, φx, φy, whatever its direction in the plane.
 fn bare_stiffness(moduli: &Moduli<f64, 6>, length: f64) -> [[f64; 3]; 3] {
     let [_, _, shear, torsion, bending, _] = moduli.stiffness;
     // An element that bending makes compliant in shear is bent.
     let bends = moduli.softening[0] > 0.0;
     let across = if bends { 12.0 * bending / (length * length) } else { shear };
     let turn = if bends { 4.0 * bending } else { bending + shear * length * length };
-    [[across / length, 0.0, 0.0], [0.0, torsion / length, 0.0], [0.0, 0.0, turn / length]]
+    let [across, turn] = [across, turn.max(torsion)].map(|stiffness| stiffness / length);
+    [[across, 0.0, 0.0], [0.0, turn, 0.0], [0.0, 0.0, turn]]
 }
 
 /// What the plane network holds, and everything out of the plane.

@@ -102,7 +102,7 @@ pub fn plane_of_parts(structure: &Structure, enrich: usize, parts: usize) -> Vec
 pub(crate) fn renew<const D: usize>(packs: &mut [Box<dyn Pack<D>>], structure: &Structure) -> bool {
     packs.iter_mut().all(|pack| {
         let mesh = |&member: &usize| mesh(structure, member, &structure.members[member]);
-        let meshes: Vec<ChainMesh> = pack.members().iter().map(mesh).collect();
+        let meshes: Vec<ChainMesh> = pack.mesh().members.iter().map(mesh).collect();
         pack.renew(&meshes)
     })
 }

@@ -3,7 +3,7 @@
 use pennate_elements::rotation::{log, turn};
 use pennate_elements::small::{V3, add, cross, dot, norm};
 
-use crate::chain::Measures;
+use crate::chain::{self, Measures, middle, total_load};
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
 use crate::structure::Dimension;
@@ -41,8 +41,8 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
     let mut energy = system.tangent.spring_energy;
     let measures: Vec<Vec<Measures>> = system.members.packs.iter().map(|pack| pack.measures()).collect();
     for (index, slot) in system.members.slots.iter().enumerate() {
-        let pack = &system.members.packs[slot.pack];
-        energy += pack.energy(slot.lane);
+        let pack = system.members.packs[slot.pack].as_ref();
+        energy += pack.interior(slot.lane).energy;
         let part = |end: usize, offset: usize| std::array::from_fn(|c| system.tangent.ends[index][end][offset + c]);
         let mut end_moments = [part(0, 3), part(1, 3)];
         for (end, kind) in topology.ends[index].iter().enumerate() {
@@ -52,11 +52,12 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
         }
         let end_forces: [V3<f64>; 2] = [part(0, 0), part(1, 0)];
         let axial = |end: usize| {
-            let tangent = turn(pack.end(slot.lane, end).rotation, slot.tangents[end]);
+            let place = pack.node(slot.lane, end * pack.mesh().elements());
+            let tangent = turn(place.rotation, slot.tangents[end]);
             let sign = if end == 0 { -1.0 } else { 1.0 };
             sign * dot(tangent, end_forces[end])
         };
-        let (tangent, carried) = pack.middle(slot.lane);
+        let (tangent, carried) = middle(pack, slot.lane);
         let Measures { length, stretch, bending } = measures[slot.pack][slot.lane];
         members.push(MemberState {
             length,
@@ -84,7 +85,8 @@ fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
         let slot = &system.members.slots[member];
         let origin = system.structure.nodes[system.structure.members[member].nodes[0]];
         let [f0, f1, f2, m0, m1, m2] = system.tangent.ends[member][0];
-        let mut all = system.members.packs[slot.pack].sections(slot.lane, origin, [f0, f1, f2], [m0, m1, m2]);
+        let pack = system.members.packs[slot.pack].as_ref();
+        let mut all = chain::sections(pack, slot.lane, origin, [f0, f1, f2], [m0, m1, m2]);
         if system.structure.dimension == Dimension::Plane {
             for section in &mut all {
                 section.force = slot.turn.back_vector(section.force);
@@ -175,7 +177,7 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
         count(add(load.force, turn(rotation, load.follower_force)));
     }
     for slot in &system.members.slots {
-        count(system.members.packs[slot.pack].total_load(slot.lane));
+        count(total_load(system.members.packs[slot.pack].as_ref(), slot.lane));
     }
     for spring in &system.structure.springs {
         if let Some(mut force) = spring.ground_force(nodes[spring.nodes()[0]].displacement) {
@@ -199,8 +201,8 @@ pub(crate) fn shapes<const D: usize>(system: &System<D>) -> Vec<MemberShape> {
             let member = &system.structure.members[index];
             let origin = system.structure.nodes[member.nodes[0]];
             let f = system.tangent.ends[index][0];
-            let mut shape =
-                system.members.packs[slot.pack].shape(slot.lane, origin, [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
+            let pack = system.members.packs[slot.pack].as_ref();
+            let mut shape = chain::shape(pack, slot.lane, origin, [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
             if system.structure.dimension == Dimension::Plane {
                 for point in &mut shape.points {
                     point.axes = slot.turn.back(&point.axes);

@@ -175,10 +175,10 @@ fn disturbed<const D: usize>(system: &System<D>, index: MemberId, lots: &mut Lot
     let pack = &system.members.packs[slot.pack];
     let length: f64 = member.segments.iter().map(|segment| segment.length).sum();
     let arms: f64 = member.nodes.iter().map(|&node| norm(system.topology.links[node].arm)).sum();
-    let turned = [0, 1].map(|end| norm(log(pack.end(slot.lane, end).rotation)));
+    let turned = [0, pack.mesh().elements()].map(|end| norm(log(pack.node(slot.lane, end).rotation)));
     let turned = UNIT * turned[0].max(turned[1]).min(1.0);
     // Errors of elements in a row add up like steps of either sign.
-    let steps = (pack.elements() as f64).sqrt();
+    let steps = (pack.mesh().elements() as f64).sqrt();
     let moves = lots.draw_along(turned * (steps * length + arms), direction(system, index));
     let turns = lots.draw_three(turned * steps);
     let shift = [moves[0], moves[1], moves[2], turns[0], turns[1], turns[2]];
@@ -221,8 +221,9 @@ fn disturb_spring<const D: usize>(system: &System<D>, index: usize, lots: &mut L
 
 /// The axis of a member at its end.
 fn direction<const D: usize>(system: &System<D>, index: MemberId) -> V3<f64> {
-    let slot = &system.members.slots[index];
-    turn(system.members.packs[slot.pack].end(slot.lane, 1).rotation, slot.tangents[1])
+    let (pack, lane) = system.members.chain(index);
+    let end = pack.node(lane, pack.mesh().elements());
+    turn(end.rotation, system.members.slots[index].tangents[1])
 }
 
 /// What places that are kept to units of their own may move the ends of a member against one another by; `units` are those of the

@@ -37,7 +37,8 @@ impl<const D: usize> System<D> {
     /// then the loads have no potential, and λ would be another one. `None` too where bending within elements makes
     /// them compliant in shear, as corotational ones are: one stiffness depends on another.
     pub fn sensitivities(&mut self, node: NodeId, component: usize) -> Option<Vec<Vec<SegmentSensitivity>>> {
-        if self.members.packs.iter().any(|pack| pack.about().sheared_by_bending) || !self.tangent.has_potential() {
+        if self.members.packs.iter().any(|pack| pack.mesh().about().sheared_by_bending) || !self.tangent.has_potential()
+        {
             return None;
         }
         let link = self.topology.links[node];

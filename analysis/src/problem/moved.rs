@@ -261,12 +261,15 @@ impl<const D: usize> Copy<D> {
         let mut copies: Vec<Vec<usize>> = vec![Vec::new(); like.members.count()];
         let members = all.iter().flat_map(|moved| &moved.members);
         members.enumerate().for_each(|(index, &member)| copies[member].push(index));
-        let counts = |pack: &dyn Pack<D>| pack.members().iter().map(|&member| copies[member].len()).collect::<Vec<_>>();
+        let counts =
+            |pack: &dyn Pack<D>| pack.mesh().members.iter().map(|&member| copies[member].len()).collect::<Vec<_>>();
         let counts: Vec<Vec<usize>> = like.members.packs.iter().map(|pack| counts(pack.as_ref())).collect();
         let rows: Vec<usize> = counts.iter().map(|counts| counts.iter().copied().max().unwrap_or(0)).collect();
         let left_over = |pack: &usize| counts[*pack].iter().any(|&count| count < rows[*pack]);
-        let spare: Vec<MemberId> =
-            (0..like.members.packs.len()).filter(left_over).map(|pack| like.members.packs[pack].members()[0]).collect();
+        let spare: Vec<MemberId> = (0..like.members.packs.len())
+            .filter(left_over)
+            .map(|pack| like.members.packs[pack].mesh().members[0])
+            .collect();
         let first_spare = all.iter().map(|moved| moved.members.len()).sum::<usize>();
         all.push(still(&spare));
         let members: Vec<MemberId> = all.iter().flat_map(|moved| moved.members.iter().copied()).collect();
@@ -278,11 +281,11 @@ impl<const D: usize> Copy<D> {
             for row in 0..rows {
                 let mesh = |&member: &MemberId| {
                     let spare =
-                        first_spare + spare.iter().position(|&one| one == pack.members()[0]).unwrap_or_default();
+                        first_spare + spare.iter().position(|&one| one == pack.mesh().members[0]).unwrap_or_default();
                     let index = copies[member].get(row).copied().unwrap_or(spare);
                     packs::mesh(&structure, index, &structure.members[index])
                 };
-                let meshes: Vec<ChainMesh> = pack.members().iter().map(mesh).collect();
+                let meshes: Vec<ChainMesh> = pack.mesh().members.iter().map(mesh).collect();
                 packs.push(pack.like(&meshes));
                 sources.push(source);
             }

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use pennate_solver::chain::{top_energy, variations};
 use pennate_solver::continuation::{self, OutOfPlane, QUARTER_TURN};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
@@ -460,10 +461,8 @@ impl<const D: usize> Walk<D> {
             return None;
         }
         let state = results::equilibrium(finer);
-        let missing =
-            finer.members.slots.iter().map(|slot| finer.members.packs[slot.pack].top_energy(slot.lane)).collect();
-        let variations =
-            system.members.slots.iter().map(|slot| system.members.packs[slot.pack].variations(slot.lane)).collect();
+        let missing = finer.members.chains().map(|(pack, lane)| top_energy(pack, lane)).collect();
+        let variations = system.members.chains().map(|(pack, lane)| variations(pack, lane)).collect();
         Some(Finer { state, missing, variations })
     }
 }

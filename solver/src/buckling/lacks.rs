@@ -8,7 +8,7 @@
 use pennate_elements::rotation::{inverse, turn};
 use pennate_elements::small::apply;
 
-use crate::chain::ElementState;
+use crate::chain::{self, ElementState};
 use crate::spectral::shape::Shape;
 use crate::system::System;
 
@@ -22,9 +22,9 @@ pub(super) fn lacking(system: &System<6>, shape: &Shape) -> [f64; 2] {
 /// Energy of the Legendre component so far below the highest one in the curvatures of a member, whose nodes have these motions.
 fn of_member(system: &System<6>, index: usize, points: &[[f64; 6]], below: usize) -> f64 {
     let (pack, lane) = system.members.chain(index);
-    let order = pack.order();
-    let of = |e: usize| of_element(&pack.element(lane, e), &points[e * order..=(e + 1) * order], below);
-    (0..pack.elements()).map(of).sum()
+    let order = pack.mesh().order;
+    let of = |e: usize| of_element(&chain::element(pack, lane, e), &points[e * order..=(e + 1) * order], below);
+    (0..pack.mesh().elements()).map(of).sum()
 }
 
 /// The same of an element.

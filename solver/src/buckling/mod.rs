@@ -23,6 +23,7 @@ use std::sync::Arc;
 use pennate_elements::small::{V3, add, cross, norm, scale, sub};
 
 use crate::base::{self, Base, Reach};
+use crate::chain;
 use crate::error::SolveError;
 use crate::modes::{Found, Part, Place, place, split};
 use crate::options::{Options, Progress};
@@ -767,8 +768,8 @@ impl Beginning {
         for member in 0..system.members.count() {
             let slot = &system.members.slots[member];
             let pack = &system.members.packs[slot.pack];
-            for e in 0..pack.elements() {
-                let state = pack.element(slot.lane, e);
+            for e in 0..pack.mesh().elements() {
+                let state = chain::element(pack.as_ref(), slot.lane, e);
                 let own = Evaluated::of(&state, &response.stressings[member][e], operators::Part::Rate);
                 scatter(&own.stiffness, &element_columns(system, unknowns, member, e), &mut entries);
             }

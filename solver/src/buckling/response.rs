@@ -9,7 +9,7 @@
 use pennate_elements::small::{add, norm, scale, sub};
 
 use super::Beginning;
-use crate::chain::ElementState;
+use crate::chain::{self, ElementState};
 use crate::held::HeldForces;
 use crate::spectral::operators::Stressing;
 use crate::structure::Drive;
@@ -239,8 +239,8 @@ fn left_out(rest: &Stepped, steps: &[Stepped; 3], size: f64) -> f64 {
 /// All elements of all members.
 fn states(system: &System<6>) -> Vec<Vec<ElementState<6>>> {
     let member = |slot: &crate::system::MemberSlot| {
-        let pack = &system.members.packs[slot.pack];
-        (0..pack.elements()).map(|e| pack.element(slot.lane, e)).collect()
+        let pack = system.members.packs[slot.pack].as_ref();
+        (0..pack.mesh().elements()).map(|e| chain::element(pack, slot.lane, e)).collect()
     };
     system.members.slots.iter().map(member).collect()
 }

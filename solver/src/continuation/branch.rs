@@ -198,7 +198,7 @@ impl<const D: usize> Continuation<'_, D> {
             system.restore(state);
             run.ramp.apply(system, fraction);
             system.gather(false);
-            system.members.slots.iter().map(|m| system.members.packs[m.pack].pivots(m.lane).0).collect::<Vec<_>>()
+            system.members.chains().map(|(pack, lane)| pack.interior(lane).negative).collect::<Vec<_>>()
         });
         let far = std::mem::take(&mut pivots[1]);
         self.inside = (0..far.len()).filter(|&member| far[member] > pivots[0][member]).collect();

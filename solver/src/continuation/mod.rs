@@ -9,6 +9,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
+use crate::chain;
 use crate::error::{FreeMotion, NearMotion};
 use crate::history::{Cause, Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
 use crate::joints::Held;
@@ -466,8 +467,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
 
     /// How fast the present state may vary along the elements of every member.
     fn variations(&self) -> Vec<Vec<Variation>> {
-        let chains = (0..self.system.members.count()).map(|member| self.system.members.chain(member));
-        chains.map(|(pack, lane)| pack.variations(lane)).collect()
+        self.system.members.chains().map(|(pack, lane)| chain::variations(pack, lane)).collect()
     }
 
     /// Notes where elements of the next order, whose state has just been found, have another verdict in the plane or in space.
@@ -494,8 +494,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         self.negative_refined = found.inertia.negative;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
-        let chains = (0..refined.members.count()).map(|member| refined.members.chain(member));
-        let missing = chains.map(|(pack, lane)| pack.top_energy(lane)).collect();
+        let missing = refined.members.chains().map(|(pack, lane)| chain::top_energy(pack, lane)).collect();
         Some((state, missing))
     }
 }

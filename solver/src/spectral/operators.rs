@@ -16,7 +16,7 @@ use pennate_elements::{beam::Beam, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
 use super::unknowns::{Column, Unknowns, end_curvature, network_node};
-use crate::chain::ElementState;
+use crate::chain::{self, ElementState};
 use crate::packs::Turn;
 use crate::system::{MemberSlot, System};
 
@@ -169,9 +169,9 @@ impl Assembled {
         all.stiffness.reserve(2 * entries);
         for member in 0..system.members.count() {
             let slot = &system.members.slots[member];
-            let (pack, lane) = (&system.members.packs[slot.pack], slot.lane);
-            for e in 0..pack.elements() {
-                let state = pack.element(lane, e);
+            let (pack, lane) = (system.members.packs[slot.pack].as_ref(), slot.lane);
+            for e in 0..pack.mesh().elements() {
+                let state = chain::element(pack, lane, e);
                 let stressing = present(&state);
                 let inertia = || inertia(&system.section(member, state.segment).section, &slot.turn);
                 let columns = element_columns(system, unknowns, member, e);
@@ -290,14 +290,14 @@ pub(crate) fn present(state: &ElementState<6>) -> Stressing {
 pub(crate) fn entries(system: &System<6>) -> usize {
     let member = |slot: &MemberSlot| {
         let pack = &system.members.packs[slot.pack];
-        pack.elements() * (6 * (pack.order() + 1)).pow(2)
+        pack.mesh().elements() * (6 * (pack.mesh().order + 1)).pow(2)
     };
     system.members.slots.iter().map(member).sum()
 }
 
 /// Unknowns of the nodes of an element.
 pub(crate) fn element_columns(system: &System<6>, unknowns: &Unknowns, member: usize, e: usize) -> Vec<Vec<Column>> {
-    let order = system.members.packs[system.members.slots[member].pack].order();
+    let order = system.members.packs[system.members.slots[member].pack].mesh().order;
     (0..=order).map(|i| unknowns.member_node(system, member, e * order + i)).collect()
 }
 

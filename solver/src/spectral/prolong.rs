@@ -33,12 +33,10 @@ impl Grid {
         let elements = |index: usize| {
             let slot = &system.members.slots[index];
             let pack = &system.members.packs[slot.pack];
-            let lengths = (0..pack.elements()).map(|e| pack.element(slot.lane, e).piece.length);
-            let mut ends = vec![0.0];
-            lengths.for_each(|length| ends.push(ends[ends.len() - 1] + length));
+            let mut ends = pack.mesh().spans(slot.lane);
             let whole = ends[ends.len() - 1];
             ends.iter_mut().for_each(|end| *end /= whole);
-            Elements { order: pack.order(), ends }
+            Elements { order: pack.mesh().order, ends }
         };
         Self { members: (0..system.members.count()).map(elements).collect() }
     }

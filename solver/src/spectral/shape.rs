@@ -41,7 +41,7 @@ impl Shape {
         let nodes = (0..system.structure.nodes.len()).map(|node| motion(&network_node(system, node), x)).collect();
         let member = |index: usize| {
             let pack = &system.members.packs[system.members.slots[index].pack];
-            let points = 0..=pack.elements() * pack.order();
+            let points = 0..=pack.mesh().elements() * pack.mesh().order;
             points.map(|point| motion(&unknowns.member_node(system, index, point), x)).collect()
         };
         Self { nodes, members: (0..system.members.count()).map(member).collect() }

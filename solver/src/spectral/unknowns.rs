@@ -57,7 +57,7 @@ impl Unknowns {
         for slot in &system.members.slots {
             let pack = &system.members.packs[slot.pack];
             inner.push(size);
-            size += 6 * (pack.elements() * pack.order() - 1);
+            size += 6 * (pack.mesh().elements() * pack.mesh().order - 1);
         }
         Self { size, releases, inner }
     }
@@ -82,7 +82,7 @@ impl Unknowns {
     pub(crate) fn member_node(&self, system: &System<6>, member: usize, node: usize) -> Vec<Column> {
         let slot = &system.members.slots[member];
         let pack = &system.members.packs[slot.pack];
-        let last = pack.elements() * pack.order();
+        let last = pack.mesh().elements() * pack.mesh().order;
         let end = match node {
             0 => 0,
             _ if node == last => 1,

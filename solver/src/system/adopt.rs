@@ -1,6 +1,7 @@
 //! The state of a system taken over by one of the same topology and mesh whose numbers are others.
 
 use super::System;
+use crate::chain::adopt;
 use crate::joints::Held;
 
 impl<const D: usize> System<D> {
@@ -13,9 +14,9 @@ impl<const D: usize> System<D> {
         self.places.copy_from(&other.places);
         (self.loading.prestress, self.loading.fraction) = (other.loading.prestress, other.loading.fraction);
         for pack in &mut self.members.packs {
-            for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
+            for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member);
-                pack.adopt(lane, from, theirs);
+                adopt(pack.as_mut(), lane, from, theirs);
             }
         }
         self.place_ends();
@@ -37,9 +38,9 @@ impl<const D: usize> System<D> {
         self.places.releases.copy_from_slice(releases);
         (self.loading.prestress, self.loading.fraction) = (other.loading.prestress, other.loading.fraction);
         for pack in &mut self.members.packs {
-            for (lane, member) in pack.members().to_vec().into_iter().enumerate() {
+            for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member + members);
-                pack.adopt(lane, from, theirs);
+                adopt(pack.as_mut(), lane, from, theirs);
             }
         }
         self.place_ends();

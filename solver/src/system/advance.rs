@@ -7,7 +7,7 @@ use pennate_elements::small::norm;
 
 use super::System;
 use super::carriers::Carrier;
-use crate::chain::Size;
+use crate::chain::{NodesBy, Size};
 use crate::reduce;
 
 impl<const D: usize> System<D> {
@@ -36,11 +36,8 @@ impl<const D: usize> System<D> {
         self.move_releases();
         self.moves.motions = motions;
         self.place_ends();
-        if self.straight {
-            self.members.for_packs(|pack| pack.shift());
-        } else {
-            self.members.for_packs(|pack| pack.unroll());
-        }
+        let by = if self.straight { NodesBy::Increments } else { NodesBy::Elements };
+        self.members.for_packs(|pack| pack.place_nodes(by));
         self.moves.size()
     }
 
@@ -49,7 +46,7 @@ impl<const D: usize> System<D> {
         let active = self.pattern.equations.active;
         let side = self.pattern.side.clone();
         if let Some(side) = &side {
-            self.move_side(side, motions);
+            self.fill_side(side, motions);
         }
         for index in 0..self.members.count() {
             if side.as_ref().is_some_and(|side| side.has(self.members.slots[index].pack)) {
@@ -68,10 +65,10 @@ impl<const D: usize> System<D> {
                 let factor = &self.tangent.releases[index];
                 (ends, self.moves.releases[index]) = reduce::recover(&active, kinds, factor, &moves);
             }
-            let (pack, lane) = self.members.chain_mut(index);
-            pack.set_increment(lane, &ends);
+            self.members.set_motions(index, &ends);
         }
-        self.members.for_packs(|pack| pack.advance());
+        let (members, rows) = (&mut self.members, self.side_rows.motions());
+        members.advance(|pack| side.as_ref()?.joints_of(pack).map(|joints| (rows, joints)));
     }
 
     /// Measures how far members and joints move.
@@ -81,9 +78,9 @@ impl<const D: usize> System<D> {
         moves.by_part.fill(Size::default());
         for (slot, &part) in members.slots.iter().zip(&pattern.parts.members) {
             let pack = &members.packs[slot.pack];
-            let whole = pack.size(slot.lane);
+            let [whole, without_start] = pack.sizes(slot.lane);
             moves.by_part[part] = moves.by_part[part].join(whole);
-            own = own.join(if slot.released { whole } else { pack.own_size(slot.lane) });
+            own = own.join(if slot.released { whole } else { without_start });
         }
         for ((motion, carried), &part) in motions.iter().zip(&pattern.carried).zip(&pattern.parts.joints) {
             let (u, spin) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);

@@ -58,7 +58,7 @@ impl<const D: usize> System<D> {
     pub fn hidden_signs(&mut self) -> usize {
         let lowest = |member: usize| {
             let (pack, lane) = self.members.chain(member);
-            pack.pivots(lane).1
+            pack.interior(lane).smallest
         };
         let within = (0..self.members.count()).filter(|&member| lowest(member) <= HIDDEN).count();
         let doubt = self.doubtful_stiffness();

@@ -3,6 +3,7 @@
 use pennate_elements::small::{dot, norm};
 
 use super::{Places, State, System};
+use crate::chain::load_work;
 
 /// Dashpots between every node and where it was.
 #[derive(Debug, Default)]
@@ -21,7 +22,9 @@ impl<const D: usize> System<D> {
         self.dashpots.stiffness = stiffness;
         self.dashpots.anchor.clone_from(&anchor.places);
         for (pack, row) in self.members.packs.iter_mut().zip(&anchor.chains) {
-            pack.set_dashpots(stiffness, row);
+            let settings = pack.settings();
+            settings.dashpots = stiffness;
+            settings.anchor.clone_from(row);
         }
         if self.dashpots.masses.is_empty() {
             self.dashpots.masses = self.joint_masses();
@@ -36,7 +39,8 @@ impl<const D: usize> System<D> {
         for member in 0..self.members.count() {
             let (pack, lane) = self.members.chain(member);
             let nodes = self.structure.members[member].nodes;
-            for (node, [mass, inertia]) in nodes.into_iter().zip(pack.end_masses(lane)) {
+            for (end, node) in [0, pack.mesh().elements()].into_iter().zip(nodes) {
+                let [mass, inertia] = pack.mesh().end_mass(lane, end);
                 let link = &self.topology.links[node];
                 let arm = norm(link.arm);
                 masses[link.joint][0] += mass;
@@ -49,7 +53,7 @@ impl<const D: usize> System<D> {
     /// Takes the dashpots away.
     pub(crate) fn remove_dashpots(&mut self) {
         self.dashpots.stiffness = 0.0;
-        self.members.packs.iter_mut().for_each(|pack| pack.set_dashpots(0.0, &[]));
+        self.members.packs.iter_mut().for_each(|pack| pack.settings().dashpots = 0.0);
     }
 
     pub(super) fn assemble_dashpots(&mut self) {
@@ -77,7 +81,7 @@ impl<const D: usize> System<D> {
         let mut energy = self.tangent.spring_energy;
         for member in 0..self.members.count() {
             let (pack, lane) = self.members.chain(member);
-            energy += pack.energy(lane) - pack.load_work(lane);
+            energy += pack.interior(lane).energy - load_work(pack, lane);
         }
         for (node, load) in self.loading.nodes.iter().enumerate() {
             let link = &self.topology.links[node];

@@ -16,8 +16,10 @@ impl<const D: usize> System<D> {
         for copy in self.places.joints.chunks_exact_mut(joints) {
             copy.copy_from_slice(&other.places.joints);
         }
+        let mut row = Vec::new();
         for (pack, &source) in self.members.packs.iter_mut().zip(sources) {
-            pack.adopt_all(other.members.packs[source].as_ref());
+            other.members.packs[source].save(&mut row);
+            pack.restore(&row, 0.0);
         }
         for (releases, &member) in self.places.releases.iter_mut().zip(members) {
             *releases = other.places.releases[member];
@@ -33,8 +35,9 @@ impl<const D: usize> System<D> {
         self.pattern.scatters = Arc::new(self.no_scatters());
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         for (pack, &source) in self.members.packs.iter_mut().zip(sources) {
-            pack.refresh_by(other.members.packs[source].as_ref());
+            pack.refresh(Some(other.members.packs[source].as_ref()));
         }
+        self.take_end_forces();
         self.tangent.forces.fill([0.0; 6]);
         let mut unused = std::mem::take(&mut self.moves.motions);
         for index in 0..self.members.count() {

@@ -225,8 +225,8 @@ impl Loading {
         (self.noise, self.slenderness) = ([0.0; 2], 0.0);
         for pack in 0..members.packs.len() {
             let forces = self.carried_forces(members.packs[pack].as_ref());
-            for lane in 0..members.packs[pack].members().len() {
-                let (member, carried) = (members.packs[pack].members()[lane], forces[lane]);
+            for lane in 0..members.packs[pack].mesh().members.len() {
+                let (member, carried) = (members.packs[pack].mesh().members[lane], forces[lane]);
                 let control = structure.members[member].control.map_or(0.0, |drive| self.drives[drive]);
                 let line = line.get(member).copied().unwrap_or([0.0; 3]);
                 let made_of = MadeOf { control, auxiliary: self.auxiliary, carried, line, gravity };
@@ -251,7 +251,7 @@ impl Loading {
             return carried;
         }
         let forces = pack.carried_forces();
-        for ((&member, force), carried) in pack.members().iter().zip(forces).zip(&mut carried) {
+        for ((&member, force), carried) in pack.mesh().members.iter().zip(forces).zip(&mut carried) {
             let Some(bears) = self.sections[member].bears else { continue };
             if force > bears && force.is_finite() {
                 *carried = 4f64.powf((0.5 * force.log2()).ceil());
@@ -266,7 +266,7 @@ impl Loading {
             let own = |(&member, carried): (&MemberId, f64)| {
                 self.sections[member].made_of.as_ref().is_some_and(|made_of| made_of.carried != carried)
             };
-            pack.members().iter().zip(self.carried_forces(pack)).any(own)
+            pack.mesh().members.iter().zip(self.carried_forces(pack)).any(own)
         };
         self.holds_strains && members.packs.iter().any(|pack| outgrown(pack.as_ref()))
     }
@@ -289,8 +289,9 @@ impl MadeOf {
         for (segment, of) in description.segments.iter().enumerate() {
             let section = structure.laws[of.law].at(self.control);
             states[segment] = Some(section);
-            let lengths = [chain.element_length(slot.lane, segment), description.length()];
-            let moduli = packs::moduli(&section, chain.about(), lengths, &slot.turn, self.auxiliary, self.carried);
+            let lengths = [chain.mesh().element_length(slot.lane, segment), description.length()];
+            let moduli =
+                packs::moduli(&section, chain.mesh().about(), lengths, &slot.turn, self.auxiliary, self.carried);
             sections.is_stiff |= packs::is_stiff(&section, lengths);
             if moduli.held.iter().any(|&held| held != 0.0) {
                 let own = self.auxiliary.bears(moduli.stiffness[4].max(moduli.stiffness[5]), lengths);
@@ -302,10 +303,9 @@ impl MadeOf {
             let stiffest = forces.into_iter().filter(|force| force.is_finite()).fold(0.0, f64::max);
             let bending = if D == 3 { third } else { second.min(third) };
             sections.slenderness = sections.slenderness.max(description.length() * (stiffest / bending).sqrt());
-            chain.set_moduli(slot.lane, segment, &moduli);
             let weighs = self.gravity != [0.0; 3];
             let weight = if weighs { scale(section.section.mass_per_length, self.gravity) } else { [0.0; 3] };
-            chain.set_load(slot.lane, segment, add(self.line, weight));
+            chain.set_segment(slot.lane, segment, &moduli, add(self.line, weight));
         }
         sections
     }

@@ -7,7 +7,7 @@ use pennate_elements::small::{V3, scale, tmul};
 use rayon::prelude::*;
 
 use super::{Places, State};
-use crate::chain::{MemberEnds, Pack};
+use crate::chain::{MemberEnds, OwnRows, Pack, held_force};
 use crate::joints::{EndKind, Topology};
 use crate::packs::Turn;
 use crate::structure::{Member, MemberId, Structure};
@@ -47,6 +47,8 @@ pub struct Members<const D: usize> {
     pub packs: Vec<Box<dyn Pack<D>>>,
     /// Where every member is among them.
     pub slots: Vec<MemberSlot>,
+    /// What the ends of the members of every pack move by, and where they are.
+    rows: Vec<OwnRows<D>>,
     /// Whether packs work at the same time.
     parallel: bool,
 }
@@ -61,11 +63,12 @@ impl<const D: usize> Members<D> {
     ) -> Self {
         let mut slots: Vec<Option<MemberSlot>> = vec![None; structure.members.len()];
         for (pack, chain) in packs.iter().enumerate() {
-            for (lane, &member) in chain.members().iter().enumerate() {
+            for (lane, &member) in chain.mesh().members.iter().enumerate() {
                 slots[member] = Some(MemberSlot::of(structure, topology, member, [pack, lane]));
             }
         }
-        Self { packs, slots: slots.into_iter().flatten().collect(), parallel }
+        let rows = packs.iter().map(|pack| OwnRows::new(pack.mesh().lanes)).collect();
+        Self { packs, slots: slots.into_iter().flatten().collect(), rows, parallel }
     }
 
     /// Takes the members of another structure, whose chains the packs hold.
@@ -86,10 +89,9 @@ impl<const D: usize> Members<D> {
         (self.packs[slot.pack].as_ref(), slot.lane)
     }
 
-    /// The same, to be changed.
-    pub(crate) fn chain_mut(&mut self, member: MemberId) -> (&mut dyn Pack<D>, usize) {
-        let slot = &self.slots[member];
-        (self.packs[slot.pack].as_mut(), slot.lane)
+    /// The same of all members, in their order.
+    pub fn chains(&self) -> impl Iterator<Item = (&dyn Pack<D>, usize)> {
+        self.slots.iter().map(|slot| (self.packs[slot.pack].as_ref(), slot.lane))
     }
 
     /// Stiffness and forces of the ends of a member.
@@ -107,6 +109,26 @@ impl<const D: usize> Members<D> {
         }
     }
 
+    /// Sets what the ends of a member move by.
+    pub(super) fn set_motions(&mut self, member: MemberId, ends: &[[f64; D]; 2]) {
+        let slot = &self.slots[member];
+        self.rows[slot.pack].set_motions(slot.lane, ends);
+    }
+
+    /// Moves what is between the ends of all members, of those packs that lie `beside` others by rows of joints, of the others by
+    /// what was set.
+    pub(super) fn advance<'a>(&mut self, beside: impl Fn(usize) -> Option<(&'a [f64], [usize; 2])> + Sync + Send) {
+        let act = |(index, (pack, own)): (usize, (&mut Box<dyn Pack<D>>, &OwnRows<D>))| {
+            let (motions, joints) = beside(index).unwrap_or((&own.motions, [0, 1]));
+            pack.advance(motions, joints);
+        };
+        if self.parallel {
+            self.packs.par_iter_mut().zip(&self.rows).enumerate().for_each(act);
+        } else {
+            self.packs.iter_mut().zip(&self.rows).enumerate().for_each(act);
+        }
+    }
+
     /// Eliminates the interiors of all members at the present state.
     pub(super) fn condense(&mut self) {
         self.for_packs(|pack| pack.condense());
@@ -114,20 +136,20 @@ impl<const D: usize> Members<D> {
 
     /// Lets all packs keep the factors that [`Pack::refresh`] goes on with.
     pub fn keep_factors(&mut self) {
-        self.packs.iter_mut().for_each(|pack| pack.keep_factors());
+        self.packs.iter_mut().for_each(|pack| pack.settings().keeps_factors = true);
     }
 
     /// Forces at the present state, by the factors of the one before; whether all packs keep what goes on with them.
     pub(super) fn refresh(&mut self) -> bool {
         let keep = AtomicBool::new(true);
-        self.for_packs(|pack| _ = keep.fetch_and(pack.refresh(), Ordering::Relaxed));
+        self.for_packs(|pack| _ = keep.fetch_and(pack.refresh(None), Ordering::Relaxed));
         keep.into_inner()
     }
 
     /// Whether the same members lie in the same lanes of others.
     pub(super) fn lie_as(&self, others: &Self) -> bool {
-        let own = self.packs.iter().map(|pack| pack.members());
-        own.eq(others.packs.iter().map(|pack| pack.members()))
+        let own = self.packs.iter().map(|pack| &pack.mesh().members);
+        own.eq(others.packs.iter().map(|pack| &pack.mesh().members))
     }
 
     /// Puts the ends of the chains of some packs where their joints are.
@@ -142,9 +164,9 @@ impl<const D: usize> Members<D> {
             for end in 0..2 {
                 let link = &topology.links[structure.members[index].nodes[end]];
                 let joint = &places.joints[link.joint];
-                let pack = &mut self.packs[slot.pack];
+                let rows = &mut self.rows[slot.pack];
                 if !link.has_arm() && !slot.released {
-                    pack.set_end(slot.lane, end, &joint.place);
+                    rows.set_pose(slot.lane, end, &joint.place);
                     continue;
                 }
                 let mut place = joint.place;
@@ -156,7 +178,12 @@ impl<const D: usize> Members<D> {
                     place.rotation = release.rotation;
                     place.angle = release.angle;
                 }
-                pack.set_end(slot.lane, end, &place);
+                rows.set_pose(slot.lane, end, &place);
+            }
+        }
+        for (index, (pack, own)) in self.packs.iter_mut().zip(&self.rows).enumerate() {
+            if of(index) {
+                pack.set_ends(&own.poses, [0, 1]);
             }
         }
     }
@@ -172,13 +199,13 @@ impl<const D: usize> Members<D> {
     /// Goes back to what was between the ends.
     pub(super) fn restore(&mut self, from: &State) {
         for (pack, row) in self.packs.iter_mut().zip(&from.chains) {
-            pack.restore(row);
+            pack.restore(row, 0.0);
         }
     }
 
     /// Geometric stiffness by the stresses of the present strains instead of mixed ones.
     pub(crate) fn set_plain(&mut self, plain: bool) {
-        self.packs.iter_mut().for_each(|pack| pack.set_plain(plain));
+        self.packs.iter_mut().for_each(|pack| pack.settings().plain = plain);
     }
 
     /// Largest strain that a rigid component of any member still has.
@@ -191,8 +218,8 @@ impl<const D: usize> Members<D> {
     pub(crate) fn give(&self) -> f64 {
         let of = |pack: &dyn Pack<D>| {
             let forces = pack.carried_forces();
-            let own = |lane: usize| pack.held_force(lane).map_or(0.0, |held| forces[lane] / held.auxiliary);
-            (0..pack.members().len()).map(own).fold(0.0, f64::max)
+            let own = |lane: usize| held_force(pack, lane).map_or(0.0, |held| forces[lane] / held.auxiliary);
+            (0..pack.mesh().members.len()).map(own).fold(0.0, f64::max)
         };
         self.packs.iter().map(|pack| of(pack.as_ref())).fold(0.0, f64::max)
     }
@@ -201,9 +228,9 @@ impl<const D: usize> Members<D> {
     pub(super) fn pivots(&self) -> (usize, f64) {
         let pivots = (0..self.count()).map(|member| {
             let (pack, lane) = self.chain(member);
-            pack.pivots(lane)
+            pack.interior(lane)
         });
-        pivots.fold((0, 1.0), |(count, smallest), (negative, least)| (count + negative, least.min(smallest)))
+        pivots.fold((0, 1.0), |(count, smallest), own| (count + own.negative, own.smallest.min(smallest)))
     }
 }
 

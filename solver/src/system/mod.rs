@@ -257,6 +257,7 @@ impl<const D: usize> System<D> {
         // What is still pending moves each part in its own way.
         let moves = pending && self.pattern.equations.pending.iter().flatten().any(|&x| x != 0.0);
         let side = self.pattern.side.clone().filter(|_| !moves);
+        self.take_end_forces();
         if let Some(side) = &side {
             self.assemble_side(side);
         }
@@ -363,17 +364,22 @@ impl<const D: usize> System<D> {
         })
     }
 
+    /// Takes the forces on the ends of all members as elimination left them; what is no component of the network stays zero.
+    fn take_end_forces(&mut self) {
+        let active = self.pattern.equations.active;
+        for pack in &self.members.packs {
+            pack.put_end_forces(&active, &mut self.tangent.ends);
+        }
+    }
+
+    /// Adds a member to the equations, whose end forces are known.
     fn assemble_member(&mut self, index: usize, pending: bool, moved: &mut [[f64; 6]]) {
-        let (pack, lane) = self.members.chain(index);
-        let forces = pack.end_forces(lane);
         let active = self.pattern.equations.active;
         for end in 0..2 {
-            // Other components stay zero.
+            let forces = self.tangent.ends[index][end];
             let mut squares = [0.0; 2];
-            for i in 0..D {
-                let force = forces[end][i];
-                self.tangent.ends[index][end][active[i]] = force;
-                squares[usize::from(active[i] >= 3)] += force * force;
+            for i in active {
+                squares[usize::from(i >= 3)] += forces[i] * forces[i];
             }
             self.tangent.note_squares(squares);
         }
@@ -384,9 +390,10 @@ impl<const D: usize> System<D> {
         let released = self.members.slots[index].released;
         if scatter.is_plain && !released && !links[0].has_arm() && !links[1].has_arm() {
             for end in 0..2 {
+                let forces = self.tangent.ends[index][end];
                 let sum = &mut self.tangent.forces[joints[end]];
-                for i in 0..D {
-                    sum[active[i]] += forces[end][i];
+                for i in active {
+                    sum[i] += forces[i];
                 }
             }
             if pending || !self.tangent.keeps_matrix {

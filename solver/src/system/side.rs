@@ -43,6 +43,13 @@ pub(super) struct Rows {
     poses: Vec<f64>,
 }
 
+impl Rows {
+    /// Motions of the joints.
+    pub(super) fn motions(&self) -> &[f64] {
+        &self.motions
+    }
+}
+
 impl Side {
     /// Those of a structure; nothing where no member has its likes beside it, at joints alike. `entries` are those of the whole matrix.
     pub(super) fn of<const D: usize>(
@@ -53,7 +60,7 @@ impl Side {
         entries: usize,
     ) -> Option<Self> {
         let joints_of = |member: usize| structure.members[member].nodes.map(|node| topology.links[node].joint);
-        let first = members.packs.first()?.members();
+        let first = members.packs.first()?.mesh().members.as_slice();
         let [one, next, ..] = *first else { return None };
         let lanes = first.len();
         let joints = joints_of(next)[0].checked_sub(joints_of(one)[0]).filter(|&joints| joints > 0)?;
@@ -68,7 +75,7 @@ impl Side {
             let plain = |&member: &usize| {
                 scatters.members[member].is_plain && meets_joints(structure, topology, members, member)
             };
-            let own = pack.members();
+            let own = &pack.mesh().members;
             let may = own.len() == lanes && own.iter().all(plain);
             let joints: Vec<[usize; 2]> = own.iter().map(|&member| joints_of(member)).collect();
             let places: Vec<&EndPlaces> = own.iter().map(|&member| &scatters.members[member].plain).collect();
@@ -112,13 +119,18 @@ impl Side {
         members: &Members<D>,
     ) -> bool {
         let beside = members.packs.iter().zip(&self.packs).filter(|(_, beside)| beside.is_some());
-        let mut own = beside.flat_map(|(pack, _)| pack.members());
+        let mut own = beside.flat_map(|(pack, _)| &pack.mesh().members);
         own.all(|&member| meets_joints(structure, topology, members, member))
     }
 
     /// Whether the members of a pack lie beside their likes.
     pub(super) fn has(&self, pack: usize) -> bool {
         self.packs[pack].is_some()
+    }
+
+    /// The joints of the members of a pack, by row, where they lie beside their likes.
+    pub(super) fn joints_of(&self, pack: usize) -> Option<[usize; 2]> {
+        self.packs[pack].as_ref().map(|beside| beside.joints)
     }
 
     /// The parts in lanes of rows: row, lane and part.
@@ -171,7 +183,6 @@ impl<const D: usize> System<D> {
             let Some(Beside { joints, places }) = beside else { continue };
             let squares = pack.add_ends(ends, *joints, (!keeps).then_some(places));
             tangent.note_squares(squares);
-            pack.put_end_forces(&active, &mut tangent.ends);
         }
         for (row, lane, part) in side.parts() {
             for joint in 0..side.joints {
@@ -198,22 +209,16 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// Moves the ends of members beside their likes by motions of the joints.
-    pub(super) fn move_side(&mut self, side: &Side, motions: &[[f64; 6]]) {
+    /// Puts motions of the joints in rows, for members beside their likes.
+    pub(super) fn fill_side(&mut self, side: &Side, motions: &[[f64; 6]]) {
         let active = self.pattern.equations.active;
-        let Rows { motions: rows, .. } = &mut self.side_rows;
-        side.fill(rows, |joint| {
+        side.fill(&mut self.side_rows.motions, |joint| {
             let mut own = [0.0; D];
             for i in 0..D {
                 own[i] = motions[joint][active[i]];
             }
             own
         });
-        for (pack, beside) in self.members.packs.iter_mut().zip(&side.packs) {
-            if let Some(Beside { joints, .. }) = beside {
-                pack.take_motions(rows, *joints);
-            }
-        }
     }
 
     /// Puts the ends of members beside their likes where their joints are.
@@ -233,7 +238,7 @@ impl<const D: usize> System<D> {
         }
         for (pack, beside) in self.members.packs.iter_mut().zip(&side.packs) {
             if let Some(Beside { joints, .. }) = beside {
-                pack.take_poses(poses, *joints);
+                pack.set_ends(poses, *joints);
             }
         }
     }

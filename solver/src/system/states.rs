@@ -5,7 +5,7 @@ use pennate_elements::small::{V3, norm, sub};
 
 use super::places::spin_between;
 use super::{Places, System};
-use crate::chain::Size;
+use crate::chain::{self, NodesBy, Size};
 use crate::continuation::Tuning;
 use crate::joints::{EndKind, JointState};
 use crate::reduce;
@@ -57,7 +57,7 @@ impl<const D: usize> System<D> {
     pub(crate) fn restore_shape(&mut self, from: &State, part: f64) {
         self.places.copy_from(&from.places);
         for (pack, row) in self.members.packs.iter_mut().zip(&from.chains) {
-            pack.restore_shape(row, part);
+            pack.restore(row, part);
         }
     }
 
@@ -78,7 +78,7 @@ impl<const D: usize> System<D> {
             });
         }
         for (pack, row) in self.members.packs.iter().zip(&other.chains) {
-            for (&member, size) in pack.members().iter().zip(pack.distances(row)) {
+            for (&member, size) in pack.mesh().members.iter().zip(pack.distances(row)) {
                 let part = parts.members[member];
                 all[part] = all[part].join(size);
             }
@@ -154,7 +154,7 @@ impl<const D: usize> System<D> {
             }
         }
         self.place_ends();
-        self.members.packs.iter_mut().for_each(|pack| pack.unroll());
+        self.members.packs.iter_mut().for_each(|pack| pack.place_nodes(NodesBy::Elements));
     }
 
     /// Takes over the state of a system of the same members on another mesh.
@@ -163,8 +163,8 @@ impl<const D: usize> System<D> {
         self.loading.follow(&coarse.loading);
         for pack in &mut self.members.packs {
             let source = |&member: &usize| coarse.members.chain(member);
-            let sources: Vec<_> = pack.members().iter().map(source).collect();
-            pack.prolong(&sources);
+            let sources: Vec<_> = pack.mesh().members.iter().map(source).collect();
+            chain::prolong(pack.as_mut(), &sources);
         }
         self.apply_drives();
         self.place_ends();
@@ -180,7 +180,7 @@ impl System<6> {
         }
         self.loading.follow(&plane.loading);
         for (space, plane) in self.members.packs.iter_mut().zip(&plane.members.packs) {
-            space.lift(plane.as_ref());
+            chain::lift(space.as_mut(), plane.as_ref());
         }
         self.apply_drives();
         self.place_ends();

@@ -3,7 +3,7 @@
 use pennate_elements::beam::{Moduli, Placement};
 use pennate_elements::rotation::exp;
 use pennate_elements::small::M3;
-use pennate_solver::chain::Pack;
+use pennate_solver::chain::{Interior, OwnRows, Pack, sample};
 use pennate_solver::packs;
 use pennate_solver::structure::{Dimension, Formulation, Member, Release, Segment, Structure};
 
@@ -43,41 +43,37 @@ fn chains<const D: usize>(build: Build<D>, members: Vec<Member>) -> Vec<Box<dyn 
 }
 
 /// Moves a chain that lies in a lane: two iterations, one of them at stresses, with a load where there is one.
-fn play<const D: usize>(chain: &mut dyn Pack<D>, lane: usize, member: usize, round: usize) {
+fn play<const D: usize>(chain: &mut dyn Pack<D>, rows: &mut OwnRows<D>, lane: usize, member: usize, round: usize) {
     let at = |i: usize| 0.05 * ((7 * member + 3 * round + i) as f64 * 1.3).sin();
     for segment in 0..2 {
         let stiffness = [300.0, 60.0, 40.0, 500.0, 700.0, 700.0].map(|k| k * (1.0 + at(segment)));
         let held = if member == 2 { [1.0, 1.0, 0.0, 0.0, 0.0, 0.0] } else { [0.0; 6] };
         let softening = [0.01 * (1.0 + at(3)), 0.02 * (1.0 + at(4))];
-        chain.set_moduli(
-            lane,
-            segment,
-            &Moduli { stiffness, rest: [at(1), 0.0, 0.0, 0.0, 0.0, at(2)], held, softening },
-        );
         let load = if member == 1 { [at(3), at(4), 0.0] } else { [0.0; 3] };
-        chain.set_load(lane, segment, load);
+        let moduli = Moduli { stiffness, rest: [at(1), 0.0, 0.0, 0.0, 0.0, at(2)], held, softening };
+        chain.set_segment(lane, segment, &moduli, load);
     }
     for end in 0..2 {
         let angle = at(5 + end);
         let place = Placement { displacement: [at(end), at(9 + end), 0.0], rotation: exp([0.0, 0.0, angle]), angle };
-        chain.set_end(lane, end, &place);
+        rows.set_pose(lane, end, &place);
     }
     let increment = |end: usize| std::array::from_fn(|d| if D == 3 || d < 5 { at(d + 7 * end) } else { 0.0 });
-    chain.set_increment(lane, &[increment(0), increment(1)]);
+    rows.set_motions(lane, &[increment(0), increment(1)]);
 }
 
 /// Everything that a chain tells of a member, by its kind.
 fn told<const D: usize>(chain: &dyn Pack<D>, lane: usize) -> [Vec<f64>; 5] {
     let ends = chain.condensed(lane);
-    let (negative, smallest) = chain.pivots(lane);
+    let Interior { energy, negative, smallest } = chain.interior(lane);
     let tangent = [ends.k00, ends.k01, ends.k11].into_iter().flatten().flatten().collect();
     let forces = ends.r0.into_iter().chain(ends.r1).collect();
     let scalars =
-        vec![chain.energy(lane), chain.measures()[lane].length, negative as f64, smallest, chain.size(lane).largest()];
+        vec![energy, chain.measures()[lane].length, negative as f64, smallest, chain.sizes(lane)[0].largest()];
     let (mut shape, mut stresses) = (Vec::new(), Vec::new());
-    for element in 0..chain.elements() {
-        let (local, stress) = chain.sample(lane, element, 0.3);
-        shape.extend(local.into_iter().chain(chain.element_end(lane, element + 1).displacement));
+    for element in 0..chain.mesh().elements() {
+        let (local, stress) = sample(chain, lane, element, 0.3);
+        shape.extend(local.into_iter().chain(chain.node(lane, element + 1).displacement));
         stresses.extend(stress);
     }
     [tangent, forces, scalars, shape, stresses]
@@ -108,18 +104,24 @@ fn side_by_side<const D: usize>(build: Build<D>, members: usize, of: impl Fn(usi
     let places: Vec<(usize, usize)> = together
         .iter()
         .enumerate()
-        .flat_map(|(pack, chain)| (0..chain.members().len()).map(move |lane| (pack, lane)))
+        .flat_map(|(pack, chain)| (0..chain.mesh().members.len()).map(move |lane| (pack, lane)))
         .collect();
     assert_eq!(places.len(), members);
+    let rows = |chains: &[Box<dyn Pack<D>>]| -> Vec<OwnRows<D>> {
+        chains.iter().map(|chain| OwnRows::new(chain.mesh().lanes)).collect()
+    };
+    let (mut rows_alone, mut rows_together) = (rows(&alone), rows(&together));
     for round in 0..3 {
-        for (member, (chain, &(pack, lane))) in alone.iter_mut().zip(&places).enumerate() {
-            play(chain.as_mut(), 0, member, round);
-            play(together[pack].as_mut(), lane, member, round);
+        for (member, &(pack, lane)) in places.iter().enumerate() {
+            play(alone[member].as_mut(), &mut rows_alone[member], 0, member, round);
+            play(together[pack].as_mut(), &mut rows_together[pack], lane, member, round);
         }
-        for chain in alone.iter_mut().chain(&mut together) {
-            chain.set_plain(round == 2);
+        let all = alone.iter_mut().chain(&mut together).zip(rows_alone.iter().chain(&rows_together));
+        for (chain, rows) in all {
+            chain.settings().plain = round == 2;
+            chain.set_ends(&rows.poses, [0, 1]);
             chain.condense();
-            chain.advance();
+            chain.advance(&rows.motions, [0, 1]);
         }
         for (member, (chain, &(pack, lane))) in alone.iter().zip(&places).enumerate() {
             let pairs = told(chain.as_ref(), 0).into_iter().zip(told(together[pack].as_ref(), lane));

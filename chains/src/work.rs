@@ -1,0 +1,73 @@
+//! Loads along a member and their work, and the part of its strain energy that elements of the next lower order do not have.
+
+use pennate_elements::beam::interior;
+use pennate_elements::small::{V3, axpy, dot};
+
+use crate::element::SegmentState;
+use crate::{MOST_NODES, Pack};
+
+/// Sum of the load along a member.
+pub fn total_load<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> V3<f64> {
+    let mesh = pack.mesh();
+    let mut total = [0.0; 3];
+    for segment in 0..mesh.segments() {
+        let load = pack.segment(lane, segment).load;
+        for _ in 0..mesh.elements_of(segment).1 {
+            axpy(&mut total, mesh.element_length(lane, segment), load);
+        }
+    }
+    total
+}
+
+/// Work of the load along a member from the unloaded state.
+pub fn load_work<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> f64 {
+    let mesh = pack.mesh();
+    let integrals = mesh.integrals();
+    let segments = SegmentState::all(pack, lane);
+    let mut work = 0.0;
+    for element in 0..mesh.elements() {
+        let load = segments[mesh.segment_of(element)].load;
+        if load == [0.0; 3] {
+            continue;
+        }
+        let (first, last) = (pack.node(lane, element), pack.node(lane, element + 1));
+        let (unloaded, local) = (pack.unloaded(lane, element), pack.local(lane, element));
+        let mut mean = [0.0; 3];
+        for (i, &weight) in integrals[..mesh.order - 1].iter().enumerate() {
+            let place = interior(&unloaded.piece, &first, unloaded.nodes[i], &local[i]);
+            axpy(&mut mean, weight, place.displacement);
+        }
+        axpy(&mut mean, integrals[mesh.order - 1], last.displacement);
+        axpy(&mut mean, 1.0 - integrals.iter().sum::<f64>(), first.displacement);
+        work += unloaded.piece.length * dot(load, mean);
+    }
+    work
+}
+
+/// Strain energy of a member in the highest mode of the strains of all elements, the Legendre component of order P − 1: what
+/// elements of an order less lack. Strains that are held have none.
+pub fn top_energy<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> f64 {
+    let mesh = pack.mesh();
+    let (order, points, weights) = (mesh.order, mesh.points(), mesh.weights());
+    // The highest polynomial that P Gauss points see, up to a factor: the alternating one of the divided difference.
+    let mut mode = [0.0; MOST_NODES];
+    for g in 0..order {
+        let product: f64 = (0..order).filter(|&o| o != g).map(|o| points[g] - points[o]).product();
+        mode[g] = 1.0 / product;
+    }
+    let size: f64 = (0..order).map(|g| mode[g] * mode[g] / weights[g]).sum();
+    let segments = SegmentState::all(pack, lane);
+    let mut energy = 0.0;
+    for element in 0..mesh.elements() {
+        let strains = pack.strains(lane, element);
+        let segment = &segments[mesh.segment_of(element)];
+        for d in 0..D {
+            if segment.moduli.held[d] < 1.0 {
+                let top: f64 = (0..order).map(|g| mode[g] * strains[g][d]).sum();
+                let stiffness = segment.stiffness(d) * mesh.length(lane, element);
+                energy += 0.5 * stiffness * top * top / size;
+            }
+        }
+    }
+    energy
+}
