@@ -263,6 +263,17 @@ fn an_arc_to_a_critical_load_goes_on_along_its_path() {
     assert_eq!((step.status, step.stable), (Status::Converged, Some(false)));
 }
 
+/// What is lost may lie within members whose joints hardly move by it: the branch is entered by the farthest of all motions.
+#[test]
+fn networks_go_on_along_branches_that_bend_what_lies_between_joints() {
+    for file in ["brace_that_buckles", "backbone_between_muscles"] {
+        let step = &solve(&format!("../tests/cases/{file}.toml"), &[]).history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{file}");
+        let kinds: Vec<_> = step.critical_points.iter().map(|point| point.kind).collect();
+        assert_eq!(kinds, [CriticalKind::Bifurcation], "{file}");
+    }
+}
+
 /// Members that are as good as inextensible cost no digits of a critical load, and no word where one is passed.
 #[test]
 fn slender_frames_drawn_not_quite_straight_have_their_limit_points() {

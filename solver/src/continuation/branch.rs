@@ -238,9 +238,18 @@ impl<const D: usize> Continuation<'_, D> {
         let length = n.along(&self.system.pattern.motions_of(&mode), 0.0);
         let base = self.base;
         let mut point_at = |path: &mut Self, amplitude: f64| {
-            path.back_to_last(run.ramp, fraction);
-            let aside: Vec<f64> = mode.iter().map(|x| amplitude * x).collect();
-            path.system.move_by(&aside, false);
+            let kick = |path: &mut Self, amplitude: f64| {
+                path.back_to_last(run.ramp, fraction);
+                let aside: Vec<f64> = mode.iter().map(|x| amplitude * x).collect();
+                path.system.move_by(&aside, false).largest()
+            };
+            let moved = kick(path, amplitude);
+            // What gives way may lie within members, whose joints hardly move: the farthest of all goes by the amplitude.
+            let far = moved > tuning.longer * amplitude.abs();
+            let amplitude = if far { amplitude * amplitude.abs() / moved } else { amplitude };
+            if far {
+                kick(path, amplitude);
+            }
             let mut locator = path.locator(run.ramp);
             let found = locator.correct(&n, amplitude * length, fraction, fraction);
             run.effort.factorizations += locator.factorizations;
