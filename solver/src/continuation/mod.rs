@@ -260,7 +260,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
             return;
         }
         let rest = self.system.loading.drives.clone();
-        let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0], longest: 1.0 };
+        let longest = steps.first().map_or(1.0, longest_asked);
+        let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0], longest };
         let conservative = self.is_conservative(&ramp);
         so_far.going = self.follow(&mut Run {
             ramp: &ramp,
@@ -303,7 +304,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         for &(drive, value) in &step.targets {
             to[drive] = value;
         }
-        let longest = step.min_increments.map_or(1.0, |n| 1.0 / n.max(1) as f64).min(self.longest_turn());
+        let longest = longest_asked(step).min(self.longest_turn());
         let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
         let mut run = Run {
             ramp: &ramp,
@@ -497,4 +498,9 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let missing = refined.members.chains().map(|(pack, lane)| chain::top_energy(pack, lane)).collect();
         Some((state, missing))
     }
+}
+
+/// The longest part of a ramp that a step asks for; its prestress comes in by as many increments.
+fn longest_asked(step: &Step) -> f64 {
+    step.min_increments.map_or(1.0, |count| 1.0 / count.max(1) as f64)
 }
