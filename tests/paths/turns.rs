@@ -120,3 +120,38 @@ fn a_moment_that_is_greatest_beside_a_pin_is_found() {
     let error = steps.errors().expect("errors")[0];
     assert!((value - right).abs() <= 10.0 * error && error < 1e-3 * right, "{value} ± {error}, {right}");
 }
+
+/// A toggle that is pushed through gives way sideways between 20 and 39 % of its way and is stable at both ends of it: bars of it
+/// turn by 113 degrees, in increments that turn them by less.
+#[test]
+fn a_window_without_a_stable_state_is_not_passed_unseen() {
+    let (stiffness, rise, way) = (100.0, 2.5_f64, 3.5);
+    let bar = |from: &str, to: &str| {
+        format!(
+            "{{ nodes = [\"{from}\", \"{to}\"], section = \"s\", release = {{ start = [\"rz\"], end = [\"rz\"] }} }}"
+        )
+    };
+    let text = format!(
+        "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [-1, 0], B = [1, 0], T = [0, {rise}] }}\n\
+         sections.s = {{ stiffness = {{ EA = {stiffness}, EI3 = 100 }} }}\nsupports = {{ A = \"clamped\", B = \"clamped\" }}\n\
+         members.a = {}\nmembers.b = {}\n[[steps]]\ndisplacement.T.uy = -{way}\n",
+        bar("A", "T"),
+        bar("T", "B"),
+    );
+    // The stiffness of the apex sideways, at a height: along the bars, and by their forces across them.
+    let unloaded = 1.0_f64.hypot(rise);
+    let sideways = |height: f64| {
+        let length = 1.0_f64.hypot(height);
+        let force = stiffness * (length / unloaded - 1.0);
+        stiffness / unloaded / length.powi(2) + force / length * (1.0 - 1.0 / length.powi(2))
+    };
+    let (mut low, mut high) = (0.0, 0.3);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if sideways(rise - way * middle) > 0.0 { low = middle } else { high = middle }
+    }
+    let solution = solve(&text);
+    let point = solution.history.steps[0].critical_points.first().expect("a point");
+    assert_eq!(point.kind, CriticalKind::Bifurcation);
+    assert!((point.fraction - low).abs() < 1e-6, "{} instead of {low}", point.fraction);
+}
