@@ -210,14 +210,16 @@ impl Quantity {
     /// the ends of a segment too: a moment may be greatest right beside a pin.
     fn greatest(self, along: &[SectionForces], observed: &Along, control: f64) -> f64 {
         let value = |at: &SectionForces| self.at(at, &observed.segments[at.segment], &observed.turn, control);
-        let values: Vec<f64> = along.iter().map(value).collect();
+        // Stretches of elements of other lengths meet in a place that both have.
+        let mut places: Vec<&SectionForces> = along.iter().collect();
+        places.dedup_by(|next, last| next.segment == last.segment && next.at <= last.at);
+        let values: Vec<f64> = places.iter().map(|at| value(at)).collect();
         let mut greatest = values.iter().copied().fold(f64::NAN, f64::max);
         let near = NEAR_GREATEST * greatest;
-        for segment in along.chunk_by(|a, b| a.segment == b.segment) {
-            // Stretches of elements of other lengths meet in a place that both have.
-            let mut places: Vec<&SectionForces> = segment.iter().collect();
-            places.dedup_by(|next, last| next.at <= last.at);
-            let values: Vec<f64> = places.iter().map(|at| value(at)).collect();
+        let mut rest = values.as_slice();
+        for places in places.chunk_by(|a, b| a.segment == b.segment) {
+            let (values, others) = rest.split_at(places.len());
+            rest = others;
             for index in 1..places.len() {
                 if values[index].max(values[index - 1]) < near {
                     continue;
@@ -225,7 +227,7 @@ impl Quantity {
                 let sample = |part: usize| match part {
                     0 => values[index - 1],
                     BETWEEN => values[index],
-                    _ => value(&between(&places, index, part as f64 / BETWEEN as f64)),
+                    _ => value(&between(places, index, part as f64 / BETWEEN as f64)),
                 };
                 let samples: [f64; BETWEEN + 1] = std::array::from_fn(sample);
                 greatest = samples.windows(3).map(highest).fold(greatest, f64::max);

@@ -193,8 +193,8 @@ impl Noise {
         let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
         // What bends by moments alone has no forces but rounding.
         let moments = history.steps.iter().filter_map(last_state).map(largest_moment).fold(0.0, f64::max);
-        let least = largest_force.max(moments / size);
-        let force = (ROUNDING * least).max(FORCE_ROUNDING * axial.fold(0.0, f64::max));
+        let scale = if size > 0.0 { largest_force.max(moments / size) } else { largest_force };
+        let force = (ROUNDING * scale).max(FORCE_ROUNDING * axial.fold(0.0, f64::max));
         Self { size, largest_force, force }
     }
 }

@@ -44,15 +44,7 @@ pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
     // The moment of a rotation in space that is let go has no potential while it fades.
     let fades = |change: &Change| matches!(change, Change::Free { component: 3.., .. });
     let fading = structure.dimension == Dimension::Space && steps.iter().flat_map(|step| &step.changes).any(fades);
-    // More than what one increment turns.
-    let turns = |change: &Change| match *change {
-        Change::Prescribe { component: 3.., to: angle, .. } | Change::MoveBy { component: 3.., by: angle, .. } => {
-            angle.abs() > QUARTER_TURN
-        }
-        _ => false,
-    };
-    let turning = steps.iter().flat_map(|step| &step.changes).any(turns);
-    relaxed && !fading && !turning && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
+    relaxed && !fading && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
 }
 
 /// Whether designs may share one structure: gravity would be that of all of them.
@@ -203,7 +195,7 @@ impl<const D: usize> Walk<D> {
             let changes = &steps[first].changes;
             // Before the first step, rows beside the supports may be held.
             if !self.begins && (first == 0 || !changes.is_empty()) {
-                self.change(changes);
+                self.change(changes)?;
                 self.hold(kind, kept.as_deref_mut(), holds);
                 holds += 1;
             }
@@ -261,7 +253,7 @@ impl<const D: usize> Walk<D> {
         if inertia.idle + inertia.negative > 0 {
             return None;
         }
-        if self.system.may_hide_signs(&inertia) && self.system.hidden_signs() > 0 {
+        if self.system.hides_signs_at_rest(&inertia) {
             return None;
         }
         self.system.tangent.note_rest(&self.system.pattern);
@@ -284,14 +276,22 @@ impl<const D: usize> Walk<D> {
         self.held.insert((node, component), Held { node, component, kind, from: to, to });
     }
 
-    fn change(&mut self, changes: &[Change]) {
+    /// Takes what a step changes of what is held; nothing where that turns anything by more than one increment does.
+    fn change(&mut self, changes: &[Change]) -> Option<()> {
+        let turns_far = |component: usize, by: f64| component > 2 && by.abs() > QUARTER_TURN;
         for change in changes {
             match *change {
-                Change::Prescribe { node, component, to } => self.insert(node, component, to),
+                Change::Prescribe { node, component, to } => {
+                    if turns_far(component, to - kind::present(&self.system, node, component)) {
+                        return None;
+                    }
+                    self.insert(node, component, to);
+                }
                 Change::Hold { node, component } => {
                     let present = kind::present(&self.system, node, component);
                     self.insert(node, component, present);
                 }
+                Change::MoveBy { component, by, .. } if turns_far(component, by) => return None,
                 Change::MoveBy { node, component, by } => {
                     let present = kind::present(&self.system, node, component);
                     self.insert(node, component, present + by);
@@ -302,6 +302,7 @@ impl<const D: usize> Walk<D> {
                 }
             }
         }
+        Some(())
     }
 
     /// Sets what is held, by the analysis of a design before where there is one, and keeps that of this one where they are kept.

@@ -84,8 +84,6 @@ pub struct Continuation<'a, const D: usize> {
     pub vibration: Option<fn(&System<D>, Dimension) -> Option<Vibration>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
-    /// Its negative pivots at the last end that it was brought to.
-    negative_refined: usize,
     /// Makes it when it is first needed.
     pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
@@ -169,7 +167,6 @@ impl<'a, const D: usize> Continuation<'a, D> {
             lateral: None,
             vibration: None,
             refined: None,
-            negative_refined: 0,
             make_refined: None,
             coarse: None,
             near: None,
@@ -227,8 +224,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
             let mut kept = None;
             if so_far.going && self.options.estimate && (so_far.winding || !self.options.rough) {
                 let start = (self.options.clock)();
-                if let Some((state, missing)) = self.refine() {
-                    self.note_other_verdict(&mut record);
+                if let Some((state, missing, negative)) = self.refine() {
+                    self.note_other_verdict(&mut record, negative);
                     record.refined = Some(state);
                     record.missing = missing;
                     kept = self.keep_refined();
@@ -391,7 +388,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
                 (Vec::new(), None)
             }
             // What rounding explains of a stiffness is none.
-            0 if !system.may_hide_signs(at_rest) || system.hidden_signs() == 0 => {
+            0 if !system.hides_signs_at_rest(at_rest) => {
                 (Vec::new(), wants_near.then(|| mechanism::near_motion(system)).flatten())
             }
             _ => (mechanism::free_motions(system), None),
@@ -471,9 +468,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
         self.system.members.chains().map(|(pack, lane)| chain::variations(pack, lane)).collect()
     }
 
-    /// Notes where elements of the next order, whose state has just been found, have another verdict in the plane or in space.
-    fn note_other_verdict(&mut self, record: &mut StepHistory) {
-        let (own, other) = (self.base.own, self.negative_refined);
+    /// Notes where elements of the next order, whose state has just been found with so many negative pivots, have another verdict. What
+    /// a plane network does out of its plane is not asked.
+    fn note_other_verdict(&mut self, record: &mut StepHistory, other: usize) {
+        let own = self.base.own;
         let Some(refined) = self.refined.as_mut().filter(|_| record.stable.is_some() && own != other) else { return };
         if self.base.potential && (other < own || refined.certain_negative() > own) {
             record.stable = None;
@@ -481,8 +479,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
         }
     }
 
-    /// The present equilibrium on elements of the next order, and what the members lack for it.
-    fn refine(&mut self) -> Option<(Equilibrium, Vec<f64>)> {
+    /// The present equilibrium on elements of the next order, what the members lack for it, and its negative pivots.
+    fn refine(&mut self) -> Option<(Equilibrium, Vec<f64>, usize)> {
         if self.refined.is_none() {
             self.refined = self.make_refined.take().map(|make| make());
         }
@@ -492,11 +490,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
         refined.hold_like(&self.system);
         refined.prolong(&self.system);
         let found = self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
-        self.negative_refined = found.inertia.negative;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
         let missing = refined.members.chains().map(|(pack, lane)| chain::top_energy(pack, lane)).collect();
-        Some((state, missing))
+        Some((state, missing, found.inertia.negative))
     }
 }
 

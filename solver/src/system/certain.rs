@@ -44,10 +44,10 @@ impl<const D: usize> System<D> {
         self.members.pivots().0 + self.tangent.released_negative
     }
 
-    /// Whether rounding may hide the sign of a stiffness of the unloaded structure, by its pivots: members that meet a joint with
-    /// released ends may leave it nothing but rounding, and pivots as large as that.
-    pub fn may_hide_signs(&self, at_rest: &Inertia) -> bool {
-        at_rest.smallest < NEAR || !self.structure.is_welded()
+    /// Whether rounding hides the sign of a stiffness of the unloaded structure, which has these pivots. Small ones may be rounding,
+    /// and any where members meet a joint with released ends, which may leave it nothing else.
+    pub fn hides_signs_at_rest(&mut self, at_rest: &Inertia) -> bool {
+        (at_rest.smallest < NEAR || !self.structure.is_welded()) && self.hidden_signs() > 0
     }
 
     /// Motions of which rounding and the residual hide the sign of the stiffness at the last assembly, if none is negative for
@@ -55,7 +55,7 @@ impl<const D: usize> System<D> {
     ///
     /// Costs a few solves where the stiffness of every motion is far above what may have been taken from it, else two
     /// factorizations, and two more where there are any; the factors are those of the tangent again afterwards.
-    pub fn hidden_signs(&mut self) -> usize {
+    pub(crate) fn hidden_signs(&mut self) -> usize {
         let lowest = |member: usize| {
             let (pack, lane) = self.members.chain(member);
             pack.interior(lane).smallest
