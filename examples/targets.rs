@@ -13,10 +13,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::Instant;
 
 use pennate_analysis::accuracy::solve_to_accuracy;
-use pennate_analysis::batch::{self, Design};
 use pennate_models::{Mesh, Model, discretize, read, read_text, scenes};
 use pennate_solver::continuation::{self, Continuation};
 use pennate_solver::history::History;
@@ -27,10 +25,19 @@ use pennate_solver::structure::{Step, Structure};
 use pennate_solver::system::System;
 use serde_json::Value;
 
-/// Designs of the batch.
-const DESIGNS: usize = 1_000;
+#[path = "designs/costs.rs"]
+mod costs;
+#[expect(dead_code, reason = "some of them belong to the campaign of `designs` alone")]
+#[path = "designs/networks.rs"]
+mod networks;
+
+use costs::{Costs, median, on_threads, study};
+use networks::find;
+
 /// Designs of a study with a genetic algorithm, 100 of them in each of 3,000 generations.
-const STUDY: f64 = 300_000.0;
+const STUDY: usize = 300_000;
+/// Designs of it that are solved here.
+const DESIGNS: usize = 10_000;
 
 /// A network with a displacement that is known.
 struct Case {
@@ -113,10 +120,7 @@ fn main() {
     row("spiral, 36 cells: one Newton iteration", [1e-3, 0.4e-3], seconds, time, &remark);
     let (seconds, remark) = iteration(360);
     row("spiral, 360 cells: one Newton iteration", [15e-3, 7e-3], seconds, time, &remark);
-    let (one, two, failed) = designs();
-    let remark = format!("{DESIGNS} designs, {failed} of them not solved");
-    row("plane mechanism, 10 steps, a design", [130e-6, 60e-6], one, time, &remark);
-    row("300,000 of them, two threads", [25.0, 10.0], two * STUDY, time, "from the designs above");
+    designs(begin.dense);
     match process() {
         Some(seconds) => row("process, small network", [5e-3, 2e-3], seconds, time, "dyad, two steps, at 1e-6"),
         None => println!("| process, small network | 5 ms | 2 ms | | | the program is not built |"),
@@ -164,8 +168,8 @@ impl Yardsticks {
 }
 
 fn row(what: &str, [must, should]: [f64; 2], (measured, dense): (f64, f64), write: fn(f64) -> String, remark: &str) {
-    // A size is no multiple of a time, and a campaign one that says nothing.
-    let multiple = if measured >= 1.0 { String::new() } else { format!("{:.2}", measured / dense) };
+    // Sizes and ratios are no multiples of a time, and a campaign is one that says nothing.
+    let multiple = if measured >= 1.0 || dense.is_nan() { String::new() } else { format!("{:.2}", measured / dense) };
     let (of, must, should, measured) = (measured / must, write(must), write(should), write(measured));
     println!("| {what} | {must} | {should} | {measured} | {of:.2} | {multiple} | {remark} |");
 }
@@ -184,19 +188,6 @@ fn size(bytes: f64) -> String {
 
 fn validation(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(file)
-}
-
-/// Median time of some work, repeated for half a second or so.
-fn median(mut work: impl FnMut()) -> f64 {
-    let begin = Instant::now();
-    let mut times = Vec::new();
-    while times.len() < 5 || begin.elapsed().as_secs_f64() < 0.5 {
-        let start = Instant::now();
-        work();
-        times.push(start.elapsed().as_secs_f64());
-    }
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 fn solve(structure: &Structure, steps: &[Step]) -> History {
@@ -277,48 +268,30 @@ fn iteration(cells: usize) -> (f64, String) {
     (seconds, format!("{} members, {elements} two-node elements", system.structure.members.len()))
 }
 
-/// Plane mechanisms of fifteen members on three rows of three nodes, each with nodes and sections of its own.
-fn mechanism(design: usize) -> Design {
-    let vary = |k: usize| (((design * 31 + k) as f64) * 12.9898).sin() * 43_758.547;
-    let vary = |k: usize| vary(k).fract();
-    let mut text = String::from("format = \"pennate/1\"\ndimension = \"plane\"\n[nodes]\n");
-    for k in 0..9 {
-        let (x, y) = (100.0 * (k % 3) as f64 + 20.0 * vary(k), 100.0 * (k / 3) as f64 + 20.0 * vary(9 + k));
-        text += &format!("n{k} = [{x}, {y}]\n");
-    }
-    let pairs = [(0, 3), (1, 4), (2, 5), (3, 6), (4, 7), (5, 8), (3, 4), (4, 5), (6, 7), (7, 8), (0, 4), (1, 3)];
-    let pairs = pairs.into_iter().chain([(1, 5), (4, 8), (3, 7)]);
-    text += "[sections]\n";
-    for k in 0..15 {
-        let factor = (1.1 * vary(20 + k)).exp();
-        text += &format!("s{k} = {{ stiffness = {{ EA = {}, EI3 = {} }} }}\n", 2e4 * factor, 4e4 * factor);
-    }
-    text += "[members]\n";
-    for (k, (a, b)) in pairs.enumerate() {
-        text += &format!("m{k} = {{ nodes = [\"n{a}\", \"n{b}\"], section = \"s{k}\", elements = 4 }}\n");
-    }
-    text += "[supports]\nn0 = \"clamped\"\nn1 = \"clamped\"\nn2 = \"clamped\"\n";
-    for step in 1..=10 {
-        let force = 2.0 * step as f64;
-        text += &format!("[[steps]]\nname = \"{step}\"\nforce = {{ n8 = [{force}, {}, 0] }}\n", -0.5 * force);
-    }
-    let model = read_text("mechanism.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let mesh = Mesh { order: 3, ..Mesh::initial(&model, 1e-6) };
-    let (structure, steps) = discretize(&model, &mesh);
-    Design { structure, steps }
-}
-
-/// Seconds of a design on one thread and on two, and how many are not solved.
-fn designs() -> (f64, f64, usize) {
-    let all: Vec<Design> = (0..DESIGNS).map(mechanism).collect();
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let start = Instant::now();
-        let outcomes = pool.install(|| batch::solve(&all));
-        (start.elapsed().as_secs_f64() / DESIGNS as f64, outcomes.iter().filter(|outcome| outcome.is_err()).count())
+/// Many designs of one network, their derivatives, and live states.
+fn designs(dense: f64) {
+    let costs = |name: &str| on_threads(1, || Costs::of(&find(name)));
+    let [mechanism, dyad, stage, arm] = ["mechanism", "dyad", "stage", "arm"].map(costs);
+    let ratio = |what: &str, targets: [f64; 2], ratio: f64, remark: &str| {
+        row(what, targets, (ratio, f64::NAN), |ratio| format!("{ratio:.2}"), remark);
     };
-    let ((one, failed), (two, _)) = (run(1), run(2));
-    (one, two, failed)
+    let row = |what: &str, targets: [f64; 2], seconds: f64, remark: &str| {
+        row(what, targets, (seconds, dense), time, remark);
+    };
+    let beside = |costs: &Costs| format!("{:.0} us one by one", 1e6 * costs.one_by_one);
+    row("plane mechanism of 10 members, 10 steps, a design", [130e-6, 60e-6], mechanism.design, &beside(&mechanism));
+    row("dyad, both steps, a design", [25e-6, 12e-6], dyad.design, &beside(&dyad));
+    let gain = format!("a design {:.0} us, {}", 1e6 * stage.design, beside(&stage));
+    ratio("tip-tilt stage, a design over one by one", [1.0 / 4.0, 1.0 / 6.0], stage.design / stage.one_by_one, &gain);
+    let (answered, seconds) = study(DESIGNS);
+    let remark = format!("from {DESIGNS} of them, {answered} with an answer");
+    row("300,000 of the mechanisms, two threads", [25.0, 10.0], seconds * (STUDY / DESIGNS) as f64, &remark);
+    let remark = "10 parameters, 2 probes, the mechanism";
+    ratio("gradient over the solve alone", [1.5, 1.2], mechanism.gradient / mechanism.solve, remark);
+    let live = "a change of pressure by a fiftieth";
+    row("live step of the dyad", [40e-6, 20e-6], dyad.live, live);
+    row("live step of the stage", [400e-6, 200e-6], stage.live, live);
+    row("live step of the BR² arm", [60e-6, 30e-6], arm.live, live);
 }
 
 /// The program that was built beside this one.

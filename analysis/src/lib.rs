@@ -38,7 +38,6 @@
 
 pub mod accuracy;
 mod adapt;
-pub mod batch;
 pub mod fit;
 pub mod flow;
 pub mod problem;

@@ -1,5 +1,8 @@
 //! The networks that are measured.
 
+use pennate_analysis::problem::Problem;
+use pennate_models::Document;
+
 /// A network with what goes in and what comes out.
 pub(crate) struct Network {
     pub name: &'static str,
@@ -8,6 +11,29 @@ pub(crate) struct Network {
     pub probes: Vec<&'static str>,
     /// By how large a part of their value parameters differ from those of the file.
     pub spread: f64,
+}
+
+impl Network {
+    pub(crate) fn problem(&self) -> Problem {
+        let document = Document::from_text(&format!("{}.toml", self.name), &self.text);
+        let problem = Problem::new(&document, &[], &self.parameters, &self.probes, 1e-6);
+        problem.unwrap_or_else(|error| panic!("{}: {error}", self.name))
+    }
+
+    /// Random designs about the values of the file.
+    pub(crate) fn rows(&self, problem: &Problem, count: usize) -> Vec<f64> {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let middle = problem.middle();
+        (0..count)
+            .flat_map(|_| {
+                middle.iter().map(|value| value * (1.0 + self.spread * (2.0 * random() - 1.0))).collect::<Vec<_>>()
+            })
+            .collect()
+    }
 }
 
 const DYAD: &str = include_str!("../../models/networks/dyad.toml");
@@ -19,6 +45,11 @@ const ARM: &str = include_str!("br2.toml");
 /// Those of the table.
 pub(crate) fn all() -> Vec<Network> {
     vec![dyad(), stage(), arm(), mechanism()]
+}
+
+/// The one of the table that has this in its name.
+pub(crate) fn find(name: &str) -> Network {
+    all().into_iter().find(|network| network.name.contains(name)).expect("a network of the table")
 }
 
 /// Those of the campaign: most of their designs have an answer. Some go through a limit point, or buckle.

@@ -1,6 +1,5 @@
 //! Paths, singular points, stability and spectra.
 
-mod batch;
 mod buckling;
 mod chains;
 mod critical_points;

@@ -1,6 +1,6 @@
 //! Many designs at once against the same designs one by one.
 
-use pennate_analysis::problem::Problem;
+use pennate_analysis::problem::{Problem, Reason};
 use pennate_models::Document;
 
 const DYAD: &str = include_str!("../../../models/networks/dyad.toml");
@@ -159,6 +159,47 @@ fn steps_that_are_passed_end_where_they_end_one_by_one() {
         unanswered.push(compare(&format!("{HEAD}{arch}\n{steps}"), &["F", "H", "h"], &["drop", "shift"], spread));
     }
     assert!(unanswered.iter().all(|count| (1..30).contains(count)), "{unanswered:?}");
+}
+
+/// Two pinned bars that a force presses towards the line of their ends: shallow ones snap through, and move less than tall soft
+/// ones that do not.
+#[test]
+fn a_design_that_snaps_is_noticed_beside_those_that_move_farther() {
+    let bars = r#"format = "pennate/1"
+        dimension = "plane"
+        parameters = { h = 6, F = 8, EA = 2000 }
+        nodes = { a = [-100, 0], b = [100, 0], c = [0, "= h"] }
+        sections = { bar = { stiffness = { EA = "= EA", EI3 = 2e6 } } }
+        members = { left = { nodes = ["a", "c"], section = "bar", release = { end = "pin" } },
+                    right = { nodes = ["c", "b"], section = "bar" } }
+        supports = { a = "pinned", b = "pinned" }
+        steps = [{ force = { c = [0, "= -F"] } }]
+        probes = { drop = { node = "c", displacement = "uy" } }
+    "#;
+    let document = Document::from_text("bars.toml", bars);
+    let problem = Problem::new(&document, &[], &["h", "F", "EA"], &["drop"], 1e-4).unwrap();
+    let shallow = [6.0, 8.0, 2e3];
+    let tall = |k: u8| [150.0, 25.0 + f64::from(k), 1e2];
+    assert!(matches!(problem.evaluate(&shallow).reasons[0], Some(Reason::Stopped { .. })));
+    let designs = [tall(0), tall(1), shallow, tall(2), tall(3), tall(4)];
+    for (k, reason) in problem.evaluate(designs.as_flattened()).reasons.iter().enumerate() {
+        assert_eq!(matches!(reason, Some(Reason::Stopped { .. })), k == 2, "{k}: {reason:?}");
+        assert_eq!(reason.is_some(), k == 2, "{k}: {reason:?}");
+    }
+}
+
+/// Groups follow the order of the list alone.
+#[test]
+fn answers_do_not_depend_on_the_number_of_threads() {
+    let document = Document::from_text("dyad.toml", DYAD);
+    let problem = Problem::new(&document, &[], &["beta"], &["stroke@inflate", "holding"], 1e-6).unwrap();
+    let angles: Vec<f64> = (0..20).map(|k| 15.0 + f64::from(k)).collect();
+    let [one, two] = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| problem.evaluate(&angles)).values
+    });
+    assert!(one.iter().all(|value| value.is_finite()));
+    assert_eq!(one, two);
 }
 
 /// What is kept from one call to the next, for speed, moves no digit: a search that is stopped and gone on with writes the same bytes.
