@@ -123,8 +123,7 @@ impl Followed<'_> {
 pub(crate) fn of_space(system: &System<6>, enrich: usize) -> Option<Base> {
     let mut space = spatial(system, enrich);
     space.hold(system.pattern.equations.held.clone());
-    space.prolong(system);
-    settle(&mut space)?;
+    settle(&mut space, |space| space.prolong(system))?;
     Some(Base { system: space, reach: Reach::Space })
 }
 
@@ -133,8 +132,7 @@ pub(crate) fn of_plane(plane: &System<3>, stability: Dimension, enrich: usize) -
     let mut space = spatial(plane, enrich);
     // The equilibrium is looked for in the plane, where it is.
     space.hold(lateral::flat_rows(plane));
-    space.lift(plane);
-    settle(&mut space)?;
+    settle(&mut space, |space| space.lift(plane))?;
     if stability == Dimension::Plane {
         return Some(Base { system: space, reach: Reach::InPlane });
     }
@@ -174,9 +172,17 @@ fn spatial<const D: usize>(system: &System<D>, enrich: usize) -> System<6> {
     space
 }
 
-/// Brings a state from nearby to equilibrium, its mixed stresses too.
-fn settle(system: &mut System<6>) -> Option<()> {
-    Newton::default().solve(system, Start::nearby()).ok()?;
+/// Brings a state from nearby to equilibrium, its mixed stresses too. Where that is not found at once it is with the auxiliary
+/// stiffness that states are found with, on the way.
+fn settle(system: &mut System<6>, take_over: impl Fn(&mut System<6>)) -> Option<()> {
+    take_over(system);
+    if Newton::default().solve(system, Start::nearby()).is_err() {
+        take_over(system);
+        for auxiliary in [packs::AUXILIARY, AUXILIARY] {
+            system.loading.set_auxiliary(auxiliary);
+            Newton::default().solve(system, Start::nearby()).ok()?;
+        }
+    }
     // Mixed stresses are one iteration behind the state: the geometric stiffness is to be that of the equilibrium.
     system.advance(system.pattern.equations.has_general())?;
     system.assemble(false);

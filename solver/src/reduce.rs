@@ -150,6 +150,15 @@ pub(crate) fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spin
     count
 }
 
+impl ReleaseState {
+    /// Turns the end about its free axes, from a joint of this rotation and angle.
+    pub(crate) fn turn_from(&mut self, axes: &[V3<f64>], (rotation, angle): (Quaternion<f64>, f64)) {
+        let turned = axes_rotation_vector(axes, self);
+        self.rotation = rotation::compose(rotation, rotation::exp(turned));
+        self.angle = angle + turned[2];
+    }
+}
+
 fn axes_rotation_vector(axes: &[V3<f64>], release: &ReleaseState) -> V3<f64> {
     axes.iter().zip(release.turns).fold([0.0; 3], |sum, (axis, by)| add(sum, scale(by, *axis)))
 }
@@ -459,9 +468,7 @@ pub(crate) fn move_release(
             for (slot, a) in range.enumerate() {
                 state.turns[skip + slot] += moves[a];
             }
-            let turned = axes_rotation_vector(axes, state);
-            state.rotation = rotation::compose(joint.0, rotation::exp(turned));
-            state.angle = joint.1 + turned[2];
+            state.turn_from(axes, joint);
         }
     }
 }
@@ -491,9 +498,7 @@ pub(crate) fn extrapolate_release(
         after.turns[t] += turns[t];
     }
     if let EndKind::Axes(axes) = kind {
-        let turned = axes_rotation_vector(axes, &after);
-        after.rotation = rotation::compose(joint.rotation, rotation::exp(turned));
-        after.angle = joint.angle + turned[2];
+        after.turn_from(axes, (joint.rotation, joint.angle));
     } else {
         after.rotation = rotation::compose(rotation::exp(spin), last.rotation);
         after.angle += angle;

@@ -172,10 +172,14 @@ pub fn solve(
     }
 }
 
-/// The mesh to begin with: of elements with orders enough beyond theirs for what is found on these.
+/// The mesh to begin with.
 fn first_mesh(model: &Model, request: &Request) -> Mesh {
-    let mesh = Mesh::initial(model, request.accuracy);
-    match request.question {
+    with_orders_beyond(Mesh::initial(model, request.accuracy), request.question)
+}
+
+/// A mesh of elements with orders enough beyond theirs for what is found on these.
+fn with_orders_beyond(mesh: Mesh, question: Question) -> Mesh {
+    match question {
         Question::Modes => mesh,
         Question::Buckling => Mesh { order: mesh.order.min(packs::HIGHEST - buckling::MORE_ORDERS), ..mesh },
     }

@@ -11,8 +11,9 @@ use pennate_solver::structure::{Step, Structure};
 
 use super::place::Where;
 use super::values::{Judged, Values};
-use super::{NoSpectrum, Question, Request};
+use super::{NoSpectrum, Question, Request, first_mesh, with_orders_beyond};
 use crate::accuracy::refine::{refinement_factor, shortened};
+use crate::accuracy::solve_to_accuracy;
 use crate::adapt::{Adaptive, Next};
 
 /// Meshes that are tried at most, and those among them on which there may be no answer.
@@ -33,6 +34,15 @@ pub(super) struct Round {
     pub worst: f64,
     /// How many meshes in a row, this one the last, have not made it much smaller.
     stalls: usize,
+    /// The mesh to go on with, where that is known.
+    next: Option<Mesh>,
+}
+
+impl Round {
+    /// A mesh on which there is no answer.
+    fn lost(mesh: Mesh, next: Option<Mesh>) -> Self {
+        Self { mesh, values: None, worst: f64::INFINITY, stalls: 0, next }
+    }
 }
 
 pub(super) struct Search<'a> {
@@ -91,12 +101,16 @@ impl Adaptive for Search<'_> {
             Ok(found) => found,
             Err(Failure::NoModes(_) | Failure::NoFactors(_)) if best.is_some_and(|best| best.worst < NEAR) => {
                 // So fine a mesh that rounding leaves nothing: what is known stays.
-                return Ok(Round { mesh, values: None, worst: f64::INFINITY, stalls: STALLS });
+                return Ok(Round { stalls: STALLS, ..Round::lost(mesh, None) });
             }
-            Err(Failure::NoFactors(NoFactors::Unstable(_) | NoFactors::Neutral | NoFactors::NotSettled))
+            Err(Failure::NoModes(NoModes::NotSettled) | Failure::NoFactors(NoFactors::NotSettled))
                 if self.is_lost(&mesh) =>
             {
-                return Ok(Round { mesh, values: None, worst: f64::INFINITY, stalls: 0 });
+                let next = if self.lost == 1 { self.mesh_of_state() } else { None };
+                return Ok(Round::lost(mesh, next));
+            }
+            Err(Failure::NoFactors(NoFactors::Unstable(_) | NoFactors::Neutral)) if self.is_lost(&mesh) => {
+                return Ok(Round::lost(mesh, None));
             }
             Err(failure) => return Err(failure),
         };
@@ -112,14 +126,15 @@ impl Adaptive for Search<'_> {
         // All nodes of all elements take part, and rounding grows with the fourth power of their number.
         let stalled = best.is_some_and(|before| before.worst < NEAR && worst > STALLED * before.worst);
         self.stalls = if stalled { self.stalls + 1 } else { 0 };
-        Ok(Round { mesh, values, worst, stalls: self.stalls })
+        Ok(Round { mesh, values, worst, stalls: self.stalls, next: None })
     }
 
     fn judge(&self, found: &Round, _: Option<&Round>, rounds: usize) -> Next<()> {
-        let Round { mesh, values, worst, stalls } = found;
+        let Round { mesh, values, worst, stalls, next } = found;
         let (model, accuracy) = (self.model, self.request.accuracy);
         let Some(values) = values else {
-            return if *stalls < STALLS { Next::Refine(shortened(model, mesh, 2)) } else { Next::End(()) };
+            let next = || next.clone().unwrap_or_else(|| shortened(model, mesh, 2));
+            return if *stalls < STALLS { Next::Refine(next()) } else { Next::End(()) };
         };
         let order = mesh.lowest_order(model) + values.raised;
         let finer = shortened(model, mesh, refinement_factor(values.left * worst / accuracy, order));
@@ -133,6 +148,15 @@ impl Adaptive for Search<'_> {
 }
 
 impl Search<'_> {
+    /// The mesh that the state needs, with short elements where members bend over short lengths; nothing where that is no other
+    /// one than the first.
+    fn mesh_of_state(&mut self) -> Option<Mesh> {
+        let options = Options { estimate: true, ..self.options.clone() };
+        let solution = solve_to_accuracy(self.model.clone(), self.request.accuracy, &options, self.observe).ok()?;
+        let mesh = with_orders_beyond(solution.mesh, self.request.question);
+        (mesh != first_mesh(self.model, self.request)).then_some(mesh)
+    }
+
     /// Whether a mesh on which there is no answer is too coarse, as far as can be told.
     fn is_lost(&mut self, mesh: &Mesh) -> bool {
         self.lost += 1;

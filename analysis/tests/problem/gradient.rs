@@ -61,6 +61,28 @@ fn geometry_of_the_dyad() {
     check(DYAD, &["L", "beta"], &["stroke@inflate", "holding", "gear@inflate"]);
 }
 
+/// Ends released about axes of their own member, which turn with the places of its nodes.
+#[test]
+fn releases_whose_axes_turn() {
+    for release in [r#"["ry", "rz"]"#, r#"["rz"]"#, r#"["ry"]"#, r#"["rx"]"#, r#"["rx", "rz"]"#] {
+        let text = format!(
+            r#"format = "pennate/1"
+            dimension = "space"
+            parameters = {{ g = 30, f = 0.4 }}
+            nodes = {{ A = [0, 0, 0], B = [60, 10, 0], C = [20, "= g", 50] }}
+            sections = {{ s = {{ stiffness = {{ EA = 1e4, GA2 = 4e3, GA3 = 3e3, GJ = 6e3, EI2 = 9e3, EI3 = 7e3 }} }} }}
+            members = {{ a = {{ nodes = ["A", "B"], section = "s" }}, b = {{ nodes = ["A", "C"], section = "s" }},
+                         c = {{ nodes = ["B", "C"], section = "s", release = {{ end = {release} }} }} }}
+            supports = {{ A = "clamped" }}
+            steps = [{{ force = {{ B = [2, -3, "= 10 * f"] }} }}]
+            probes = {{ u = {{ node = "B", displacement = "uy" }}, v = {{ node = "C", displacement = "ux" }},
+                        turn = {{ node = "B", rotation = "rz" }}, root = {{ node = "A", reaction = "rx" }} }}
+        "#
+        );
+        check(&text, &["g", "f"], &["u", "v", "turn", "root"]);
+    }
+}
+
 /// Derivatives of designs side by side are those of each of them by itself.
 #[test]
 fn derivatives_in_company_and_alone() {

@@ -141,7 +141,11 @@ impl Problem {
         let width = self.compiled.parameters().len();
         let (designs, alone) = match *x.shape() {
             [count] if count == width => (1, true),
-            [designs, count] if count == width => (designs, false),
+            [designs, count] if count == width && (width > 0 || designs < 2) => (designs, false),
+            [_, 0] if width == 0 => {
+                let message = "there are no parameters, so there is one design: x is (0,) or (1, 0)";
+                return Err(PyValueError::new_err(message));
+            }
             ref shape => {
                 let names: Vec<&str> = self.compiled.parameters().collect();
                 let shape: Vec<String> = shape.iter().map(usize::to_string).collect();

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import copy
 import multiprocessing
 import pickle
 import resource
@@ -39,6 +40,36 @@ def test_a_problem_says_what_it_is(problem: pennate.Problem) -> None:
     assert repr(problem) == "<Problem 'pennate dyad': beta pressure -> stroke@inflate holding>"
     np.testing.assert_array_equal(problem.middle, [22.0, 25.0])
     assert problem.error.shape == (2,) and (problem.error < 1e-3).all()
+
+
+def test_names_may_come_from_anything_that_is_gone_through_once(dyad: pennate.Network) -> None:
+    problem = dyad.problem((name for name in ["beta"]), iter(PROBES))
+    assert problem.parameters == ("beta",) and problem.probes == tuple(PROBES)
+
+
+def test_without_parameters_there_is_one_design(dyad: pennate.Network) -> None:
+    problem = dyad.problem([], PROBES)
+    assert problem([]).shape == (2,) and problem(np.zeros((1, 0))).shape == (1, 2)
+    with pytest.raises(ValueError, match="no parameters, so there is one design"):
+        problem(np.zeros((2, 0)))
+
+
+def test_a_live_state_that_is_set_wrongly_stays_as_it_was_set(problem: pennate.Problem) -> None:
+    live, lives = problem.live(), problem.live(2)
+    assert isinstance(live, pennate.Live) and isinstance(lives, pennate.Lives)
+    with pytest.raises(KeyError):
+        live.set(beta=30, length=120)
+    with pytest.raises(ValueError):
+        lives.set(beta=30, pressure=[1, 2, 3])
+    assert live.solve().present["beta"] == 22
+    np.testing.assert_array_equal(lives.solve()["holding"], 2 * [live["holding"]])
+
+
+def test_live_states_are_not_copied_in_part(problem: pennate.Problem) -> None:
+    for state in (problem.live(), problem.live(2)):
+        for copied in (copy.copy, copy.deepcopy, pickle.dumps):
+            with pytest.raises(TypeError, match="neither be copied nor pickled"):
+                copied(state)
 
 
 def test_gradients_are_those_of_differences(problem: pennate.Problem) -> None:

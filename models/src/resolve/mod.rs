@@ -117,7 +117,10 @@ pub(crate) fn parse(source: &Source, language: Language) -> Result<Network, Inpu
     let mut errors = Vec::new();
     let value = tree::parse(&source.text, language, 0).map_err(|error| refused(vec![*error]))?;
     match Network::read(&value, &mut errors) {
-        Some(network) if errors.is_empty() => Ok(network),
+        Some(mut network) if errors.is_empty() => {
+            muscles::define_known(&mut network);
+            Ok(network)
+        }
         _ => Err(refused(errors)),
     }
 }

@@ -7,7 +7,7 @@ use super::context::Context;
 use super::magnitudes;
 use super::properties::{check_wall, poissons_ratio};
 use crate::error::{InputError, Source, Span};
-use crate::input::read::{Input, Named, Spanned, Written, suggest};
+use crate::input::read::{Input, Map, Named, Spanned, Written, suggest};
 use crate::input::tree::{self, Language};
 use crate::input::{self, UnitsWord};
 use crate::model::Units;
@@ -20,6 +20,24 @@ use crate::{hsim, library};
 pub(crate) struct MuscleData {
     pub(crate) muscle: Arc<hsim::Muscle>,
     pub(crate) unit: Unit,
+}
+
+/// Defines the muscles of the library that a network names without an entry for them.
+pub(crate) fn define_known(network: &mut input::Network) {
+    let members = network.members.iter().flat_map(|members| &members.0);
+    let of_members = members.filter_map(|member| member.value.value.muscle.as_ref());
+    let of_load_flow = network.load_flow.iter().filter_map(|load_flow| load_flow.value.muscle.as_ref());
+    let names: Vec<Spanned<String>> = of_members.chain(of_load_flow).cloned().collect();
+    for Spanned { value: name, span } in names {
+        let defined = network.muscles.iter().flat_map(Map::iter).any(|muscle| muscle.name == name);
+        if defined || library::find(&name).is_none() {
+            continue;
+        }
+        let data = tree::parse(&format!("library = \"{name}\""), Language::Toml, 0).ok();
+        if let Some(value) = data.and_then(|data| input::Muscle::read(&data, &mut Vec::new())) {
+            network.muscles.get_or_insert_default().0.push(Named { name, span, value: Spanned { span, value } });
+        }
+    }
 }
 
 /// Finds the data of a muscle, called by its first argument, by what the file says of them.

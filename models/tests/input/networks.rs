@@ -145,6 +145,24 @@ fn a_muscle_file_keeps_its_own_units() {
     assert!(errors.errors[0].message.contains("too short"), "{errors}");
 }
 
+/// A member may name a muscle of the library outright; what the file calls by that name goes first.
+#[test]
+fn members_may_name_muscles_of_the_library() {
+    let with = |muscles: &str| {
+        from_text(&format!(
+            "format = \"pennate/1\"\nunits = \"mm-N-MPa\"\nnodes = {{ A = [0, 0], B = [115, 0], C = [0, 130] }}\n{muscles}\n\
+             members.m = {{ nodes = [\"A\", \"B\"], muscle = \"latex\" }}\n\
+             members.n = {{ nodes = [\"A\", \"C\"], muscle = \"silicone_soft\" }}\n\
+             supports.A = \"clamped\""
+        ))
+    };
+    let [latex, soft] = [0, 1].map(|index| with("").muscles[index].diameter);
+    near_all([latex, soft, 0.0], [8.0, 13.0, 0.0]);
+    let own = with("muscles.latex = { library = \"silicone\" }");
+    assert_eq!(own.muscles.len(), 2);
+    near_all([own.muscles[0].diameter, own.muscles[1].diameter, 0.0], [13.0, 13.0, 0.0]);
+}
+
 /// Whatever the units of a network, a muscle of the library is the same tube.
 #[test]
 fn library_muscles_are_in_the_units_of_the_network() {

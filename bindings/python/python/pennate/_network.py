@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -487,11 +487,12 @@ def _count(value: int, name: str) -> int:
     return int(value)
 
 
-def _texts(names: Sequence[str], what: str) -> tuple[str, ...]:
+def _texts(names: Iterable[str], what: str) -> tuple[str, ...]:
     """Names, and not the letters of one."""
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+    all_names = () if isinstance(names, str) else tuple(names)
+    if isinstance(names, str) or not all(isinstance(name, str) for name in all_names):
         raise TypeError(f"{what}: a list of names expected, not {names!r}")
-    return tuple(names)
+    return all_names
 
 
 def _short(parts: Sequence[str], most: int = 6) -> str:

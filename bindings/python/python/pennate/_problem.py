@@ -203,8 +203,9 @@ class Live:
 
     def set(self, **parameters: float) -> Live:
         """Sets parameters to values that the next `solve` goes to."""
-        for name, value in parameters.items():
-            self._wanted[_place(name, self.problem.parameters, "parameter")] = float(value)
+        places = [_place(name, self.problem.parameters, "parameter") for name in parameters]
+        for place, value in zip(places, [float(value) for value in parameters.values()]):
+            self._wanted[place] = value
         return self
 
     def solve(self) -> Live:
@@ -222,6 +223,9 @@ class Live:
     def present(self) -> dict[str, float]:
         """The parameters that the present state belongs to."""
         return dict(zip(self.problem.parameters, self._present.tolist()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a live state can neither be copied nor pickled: make another one of its problem, and set that")
 
     def __getitem__(self, probe: str) -> float:
         return float(self.values[_place(probe, self.problem.probes, "probe")])
@@ -255,8 +259,10 @@ class Lives:
 
     def set(self, **parameters: npt.ArrayLike) -> Lives:
         """Sets parameters, each by a number or by (n,) numbers, to values that the next `solve` goes to."""
+        wanted = self._wanted.copy()
         for name, values in parameters.items():
-            self._wanted[:, _place(name, self.problem.parameters, "parameter")] = values
+            wanted[:, _place(name, self.problem.parameters, "parameter")] = values
+        self._wanted = wanted
         return self
 
     def solve(self) -> Lives:
@@ -276,6 +282,9 @@ class Lives:
         for index, kind, text in self._found:
             found[index] = Reason(text, kind)
         return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("live states can neither be copied nor pickled: make others of their problem, and set those")
 
     def __getitem__(self, probe: str) -> Array:
         """(n,), a probe in all states."""
