@@ -229,11 +229,18 @@ impl Turn {
     }
 }
 
+/// The bending stiffness that stretch and shear along axes 2 and 3 are measured by: a strip that is sheared across its thin side
+/// bends about the soft axis, and what held it as its stiff side is held would cost the digits of that.
+fn beside(ei2: f64, ei3: f64) -> [f64; 3] {
+    [ei2.max(ei3), ei3, ei2]
+}
+
 /// Whether a strain that is not held is stiffer than what holds others in an unloaded member.
 pub(crate) fn is_stiff(state: &SectionState, lengths: [f64; 2]) -> bool {
     let section = &state.section;
-    let stiff = AUXILIARY.of_bending(section.ei2.max(section.ei3), lengths);
-    [section.ea, section.ga2, section.ga3].into_iter().any(|own| own.is_finite() && own > stiff)
+    let own = [section.ea, section.ga2, section.ga3];
+    let is_stiff = |(own, ei): (f64, f64)| own.is_finite() && own > AUXILIARY.of_bending(ei, lengths);
+    own.into_iter().zip(beside(section.ei2, section.ei3)).any(is_stiff)
 }
 
 /// Stiffness, rest strains and multipliers of a section for elements of one length; `lengths` are those of the element and
@@ -252,9 +259,9 @@ pub(crate) fn moduli(
     let (ga2, ga3) = turn.pair(section.ga2, section.ga3);
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
-    let bending = ei2.max(ei3);
-    let stiff = if auxiliary.eases { AUXILIARY.of_bending(bending, lengths) } else { f64::INFINITY };
-    let auxiliary = auxiliary.stiffness(bending, lengths, carried);
+    let bending = beside(ei2, ei3);
+    let stiff = |d: usize| if auxiliary.eases { AUXILIARY.of_bending(bending[d], lengths) } else { f64::INFINITY };
+    let holding = |d: usize| auxiliary.stiffness(bending[if d < 3 { d } else { 0 }], lengths, carried);
     let [element_length, _] = lengths;
     let curvature = turn.vector(state.curvature);
     let bends = about.sheared_by_bending;
@@ -262,11 +269,11 @@ pub(crate) fn moduli(
     let held = |d: usize| match raw[d] {
         _ if bends && matches!(d, 1 | 2) => 0.0,
         own if own.is_infinite() => 1.0,
-        own if d < 3 && own > stiff => own / (own + auxiliary),
+        own if d < 3 && own > stiff(d) => own / (own + holding(d)),
         _ => 0.0,
     };
     let held: [f64; 6] = std::array::from_fn(held);
-    let in_series = |d: usize| if held[d] > 0.0 { auxiliary * held[d] } else { raw[d] };
+    let in_series = |d: usize| if held[d] > 0.0 { holding(d) * held[d] } else { raw[d] };
     let softening = |ei: f64| if bends { element_length * element_length / (12.0 * ei) } else { 0.0 };
     Moduli {
         stiffness: std::array::from_fn(in_series),

@@ -82,13 +82,15 @@ impl<const D: usize> Continuation<'_, D> {
         // Increments by the fraction pass those without a potential, and note them: a search that finds one does the same.
         let passes = located && !point.sideways && !(self.base.potential && beyond.potential);
         if run.request.branch == Branch::Primary || passes {
+            let last = ends[1] - ends[0];
+            if ends[1] > 1.0 {
+                return self.end_between(run, ends).then_some(Onward::From { at: 1.0, next: last, last: None });
+            }
             self.system.restore(&self.next);
             run.ramp.apply(&mut self.system, ends[1]);
             self.base = beyond;
             self.shift_states();
-            let last = ends[1] - ends[0];
-            let at = self.back_to_end(run, ends[1]);
-            return Some(Onward::From { at, next: (2.0 * last).max(self.tuning.bracket), last: Some(last) });
+            return Some(Onward::From { at: ends[1], next: (2.0 * last).max(self.tuning.bracket), last: Some(last) });
         }
         if point.sideways {
             return None;
@@ -98,11 +100,8 @@ impl<const D: usize> Continuation<'_, D> {
             return None;
         }
         let at = self.switch(run, point.fraction)?;
-        if at <= 1.0 {
-            let residual = self.system.residual();
-            self.accept(run.record, at, residual);
-        }
-        let at = self.back_to_end(run, at);
+        let residual = self.system.residual();
+        self.accept(run.record, at, residual);
         let next = (4.0 * (at - point.fraction)).clamp(2.0 * self.tuning.shortest, 1.0);
         Some(Onward::From { at, next, last: None })
     }
@@ -132,25 +131,22 @@ impl<const D: usize> Continuation<'_, D> {
         None
     }
 
-    /// From a state that a singular point led to, at this fraction, back to the end of the ramp if it lies beyond; the fraction
-    /// where the state is then.
-    fn back_to_end(&mut self, run: &mut Run<'_>, at: f64) -> f64 {
-        if at <= 1.0 {
-            return at;
-        }
-        self.system.save(&mut self.last);
+    /// To the end of the ramp, which lies between the states `last` and `next` at these fractions; false, with the state `last`, where
+    /// it is not found there.
+    fn end_between(&mut self, run: &mut Run<'_>, [from, to]: [f64; 2]) -> bool {
+        self.system.restore(&self.next);
+        let apart = self.system.distance(&self.last).largest();
+        run.ramp.apply(&mut self.system, 1.0);
+        self.system.predict(&self.last, &self.next, (1.0 - to) / (to - from));
         let found = self.solve_at(run, 1.0);
-        let near = self.beside(at - 1.0) + self.tuning.shortest;
-        let Some(found) = found.filter(|_| self.system.distance(&self.last).largest() <= near) else {
-            self.back_to_last(run.ramp, at);
-            let residual = self.system.residual();
-            self.accept(run.record, at, residual);
-            return at;
+        let Some(found) = found.filter(|_| self.system.distance(&self.last).largest() <= apart) else {
+            self.back_to_last(run.ramp, from);
+            return false;
         };
         self.base = self.count(&found.inertia);
         self.system.save(&mut self.last);
         self.accept(run.record, 1.0, found.residual);
-        1.0
+        true
     }
 
     /// How far (radians, or lengths) a state may be from one at a fraction that differs by so much, where both are beside a
@@ -223,7 +219,8 @@ impl<const D: usize> Continuation<'_, D> {
         system.tangent.softest_motion(&system.pattern, system.size)
     }
 
-    /// From a bifurcation, the present state, onto the branch that is stable and leads on; the fraction there.
+    /// From a bifurcation, the present state, onto the branch that is stable and leads on; the fraction there, which is not beyond
+    /// the end of the ramp.
     pub(super) fn switch(&mut self, run: &mut Run<'_>, fraction: f64) -> Option<f64> {
         if !self.base.potential {
             return None;
@@ -237,18 +234,18 @@ impl<const D: usize> Continuation<'_, D> {
         let n = metric.functional(&direction);
         let length = n.along(&self.system.pattern.motions_of(&mode), 0.0);
         let base = self.base;
-        let mut point_at = |path: &mut Self, amplitude: f64| {
-            let kick = |path: &mut Self, amplitude: f64| {
+        let mut point_at = |path: &mut Self, run: &mut Run<'_>, amplitude: f64| {
+            let kick = |path: &mut Self, run: &Run<'_>, amplitude: f64| {
                 path.back_to_last(run.ramp, fraction);
                 let aside: Vec<f64> = mode.iter().map(|x| amplitude * x).collect();
                 path.system.move_by(&aside, false).largest()
             };
-            let moved = kick(path, amplitude);
+            let moved = kick(path, run, amplitude);
             // What gives way may lie within members, whose joints hardly move: the farthest of all goes by the amplitude.
             let far = moved > tuning.longer * amplitude.abs();
             let amplitude = if far { amplitude * amplitude.abs() / moved } else { amplitude };
             if far {
-                kick(path, amplitude);
+                kick(path, run, amplitude);
             }
             let mut locator = path.locator(run.ramp);
             let found = locator.correct(&n, amplitude * length, fraction, fraction);
@@ -261,8 +258,12 @@ impl<const D: usize> Continuation<'_, D> {
             for sign in [1.0, -1.0] {
                 let amplitude = sign * factor * tuning.amplitude;
                 // A branch that first turns back is reached by a snap alone.
-                if point_at(self, tuning.shorter * amplitude).is_some()
-                    && let Some((at, count)) = point_at(self, amplitude)
+                if point_at(self, run, tuning.shorter * amplitude).is_some()
+                    && let Some((at, count)) = point_at(self, run, amplitude)
+                    && let Some((at, count)) = match at <= 1.0 {
+                        true => Some((at, count)),
+                        false => self.end_of_branch(run, fraction, (amplitude, at), &mut point_at),
+                    }
                 {
                     self.base = count;
                     self.system.save(&mut self.last);
@@ -271,6 +272,38 @@ impl<const D: usize> Continuation<'_, D> {
             }
         }
         self.back_to_last(run.ramp, fraction);
+        None
+    }
+
+    /// The end of the ramp on a branch that leaves the state `last` at this fraction, and was found beyond it at this amplitude and
+    /// fraction; `point_at` finds it at another amplitude.
+    ///
+    /// So near to where it begins the stiffness grows from zero, and the fraction with the square of the amplitude: an iteration
+    /// at a fraction comes from right beside.
+    fn end_of_branch(
+        &mut self,
+        run: &mut Run<'_>,
+        fraction: f64,
+        mut far: (f64, f64),
+        point_at: &mut impl FnMut(&mut Self, &mut Run<'_>, f64) -> Option<(f64, Count)>,
+    ) -> Option<(f64, Count)> {
+        let mut near = (0.0, fraction);
+        for _ in 0..self.tuning.iterations {
+            let part = (1.0 - near.1) / (far.1 - near.1);
+            let square = near.0 * near.0 + part * (far.0 * far.0 - near.0 * near.0);
+            let amplitude = square.sqrt().copysign(far.0);
+            let (at, _) = point_at(self, run, amplitude)?;
+            if (at - 1.0).abs() <= self.tuning.near * (1.0 - fraction) {
+                let here = self.system.snapshot();
+                let found = self.solve_at(run, 1.0)?;
+                let moved = self.system.distance(&here).largest();
+                let count = self.count(&found.inertia);
+                let is_near = moved <= 2.0 * self.tuning.near * self.system.distance(&self.last).largest();
+                let is_stable = count.own <= self.base.own && count.lateral <= self.base.lateral;
+                return (is_near && is_stable).then_some((1.0, count));
+            }
+            *(if at > 1.0 { &mut far } else { &mut near }) = (amplitude, at);
+        }
         None
     }
 

@@ -186,15 +186,13 @@ impl<const D: usize> System<D> {
 }
 
 /// The rounding of a member's stiffness: on the motion of its ends against each other, since a member that moves as a whole
-/// has none, and on their rotations.
+/// has none, and on their rotations. What a stiff direction that is no axis leaves in the entries of a row is lost to soft ones too.
 fn doubtful_ends<const D: usize>(bare: &[[[f64; D]; D]; 2], translations: usize) -> Ends<f64, D> {
     let o = [[0.0; D]; D];
     let mut ends = Ends { k00: o, k01: o, k11: o, r0: [0.0; D], r1: [0.0; D] };
     for i in 0..translations {
-        for j in 0..translations {
-            let own = LAST_PLACE * bare[1][i][j];
-            (ends.k00[i][j], ends.k01[i][j], ends.k11[i][j]) = (own, -own, own);
-        }
+        let own = LAST_PLACE * bare[1][i][..translations].iter().map(|entry| entry.abs()).sum::<f64>();
+        (ends.k00[i][i], ends.k01[i][i], ends.k11[i][i]) = (own, -own, own);
     }
     for i in translations..D {
         ends.k00[i][i] = LAST_PLACE * bare[0][i][i];

@@ -294,7 +294,8 @@ impl MadeOf {
                 packs::moduli(&section, chain.mesh().about(), lengths, &slot.turn, self.auxiliary, self.carried);
             sections.is_stiff |= packs::is_stiff(&section, lengths);
             if moduli.held.iter().any(|&held| held != 0.0) {
-                let own = self.auxiliary.bears(moduli.stiffness[4].max(moduli.stiffness[5]), lengths);
+                let [.., second, third] = moduli.stiffness;
+                let own = self.auxiliary.bears(if D == 3 { third } else { second.min(third) }, lengths);
                 sections.bears = Some(sections.bears.map_or(own, |bears| bears.min(own)));
             }
             sections.noise[0] = sections.noise[0].max(1e-10 * moduli.stiffness[0]);
