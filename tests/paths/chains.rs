@@ -294,3 +294,43 @@ fn an_arc_does_not_leap_to_the_path_that_it_meets() {
         assert_eq!(step.fraction, 1.0);
     }
 }
+
+/// Bars that buckle one by one turn a path aside right before a point of another path that comes near it: from any number of
+/// increments the chain leans the way that a ramp of short ones leads.
+#[test]
+fn a_path_that_turns_aside_is_not_left_for_one_that_comes_near_it() {
+    let chain = |increments: &str| {
+        format!(
+            r#"format = "pennate/1"
+            dimension = "plane"
+            nodes = {{ L0 = [-50, 0], R0 = [50, 0], T0 = [0, 6.578], L1 = [-50, 6.578], R1 = [50, 6.578], T1 = [0, 14.439],
+                       L2 = [-50, 14.439], R2 = [50, 14.439], T2 = [0, 21.329] }}
+            sections = {{ s0 = {{ stiffness = {{ EA = 11487, EI3 = 22.51 }} }}, s1 = {{ stiffness = {{ EA = 8015, EI3 = 13.8 }} }},
+                          s2 = {{ stiffness = {{ EA = 7452, EI3 = 227.3 }} }} }}
+            supports = {{ L0 = "pinned", R0 = "pinned", T0 = ["ux", "rz"], T1 = ["ux", "rz"], T2 = ["ux", "rz"] }}
+            rigid_bodies = {{ b0 = {{ nodes = ["T0", "L1", "R1"] }}, b1 = {{ nodes = ["T1", "L2", "R2"] }} }}
+            steps = [{{ method = "jump", displace_by = {{ T2 = {{ uy = -43.08 }} }}{increments} }}]
+            [members]
+            l0 = {{ nodes = ["L0", "T0"], section = "s0", release = {{ start = "pin" }} }}
+            r0 = {{ nodes = ["R0", "T0"], section = "s0", release = {{ start = "pin" }} }}
+            l1 = {{ nodes = ["L1", "T1"], section = "s1", release = {{ start = "pin" }} }}
+            r1 = {{ nodes = ["R1", "T1"], section = "s1", release = {{ start = "pin" }} }}
+            l2 = {{ nodes = ["L2", "T2"], section = "s2", release = {{ start = "pin" }} }}
+            r2 = {{ nodes = ["R2", "T2"], section = "s2", release = {{ start = "pin" }} }}
+        "#
+        )
+    };
+    let points = |increments: &str| -> Vec<f64> {
+        let solved = attempt(&chain(increments)).expect("no mechanism");
+        let step = &solved.history.steps[0];
+        assert_eq!(step.status, Status::Converged);
+        step.critical_points.iter().map(|point| point.fraction).collect()
+    };
+    let known = points(", increments = 200");
+    assert_eq!(known.len(), 2, "{known:?}");
+    for increments in ["", ", increments = 25"] {
+        let found = points(increments);
+        assert_eq!(found.len(), known.len(), "{found:?} {known:?}");
+        found.iter().zip(&known).for_each(|(found, known)| assert_near(*found, *known, 1e-6));
+    }
+}

@@ -329,6 +329,11 @@ impl<const D: usize> Continuation<'_, D> {
             by.next = tuning.shorter * s;
             return None;
         }
+        let far = s > tuning.bracket * (by.behind + s);
+        if far && !one && !touched && events.conservative && events.bifurcates() && self.leans(&by.metric, &ahead) {
+            by.next = tuning.shorter * s;
+            return None;
+        }
         let test = self.system.tangent.singular_test_of_all(&self.system.pattern, self.system.size);
         let hidden = || turns_twice(by, &chord, &ahead) || by.nears_a_singular_tangent(s, test, &tuning);
         if !short && !touched && !turns_back && hidden() {
@@ -337,6 +342,16 @@ impl<const D: usize> Continuation<'_, D> {
         }
         events.touched = touched;
         Some(ArcIncrement { length: s, point, events, ahead, test })
+    }
+
+    /// Whether a path, with this tangent at the present state, moves along the softest motion too.
+    ///
+    /// The one that is lost at a bifurcation is at right angles to a path that goes on there. Where it is not the path may turn aside
+    /// just before the point, which then lies on another one that comes near it: it is only believed from right beside.
+    fn leans(&mut self, metric: &Metric, ahead: &Direction) -> bool {
+        let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
+        let aside = metric.unit(Direction { motions: self.system.pattern.motions_of(&mode), rate: 0.0 });
+        metric.inner(&aside, ahead).abs() > self.tuning.rounding.sqrt()
     }
 
     /// Takes an increment that was accepted, and does what is due at what it passed.
