@@ -323,13 +323,27 @@ impl<const D: usize> Continuation<'_, D> {
             other = None;
         }
         if let (Some((point, near)), Some((auxiliary, fraction, located))) = (&mut found, other) {
-            let exact = point.fraction;
-            point.fraction = extrapolated((packs::EXACTING, exact), (auxiliary, fraction));
-            let weight = share(packs::EXACTING, auxiliary).abs();
+            let (mut stiffer, mut exact) = (packs::EXACTING, point.fraction);
             let mut doubt = 0.0;
+            // What holds strains more stiffly lowers no stiffness, and loses none earlier.
+            let ahead = (interval.ends[1] - interval.ends[0]).signum();
+            let forward = if interval.events.count.own > self.base.own { ahead } else { -ahead };
+            let known = point.located.unwrap_or(0.0) + located.unwrap_or(0.0);
+            let is_earlier = |exact: f64| (exact - fraction) * forward < -known;
+            if wanted == Wanted::Bifurcation && is_earlier(exact) {
+                match self.locate(run, interval, wanted, packs::AUXILIARY).filter(|(third, _)| !is_earlier(third.fraction)) {
+                    Some((third, at)) => {
+                        (stiffer, exact) = (packs::AUXILIARY, third.fraction);
+                        (*point, *near) = (third, at);
+                    }
+                    None => doubt = (exact - fraction).abs(),
+                }
+            }
+            point.fraction = extrapolated((stiffer, exact), (auxiliary, fraction));
+            let weight = share(stiffer, auxiliary).abs();
             // A point that moves by more may not go with their stiffness: where a buckled branch crosses the straight one bending
             // alone makes a member shorter, and by next to nothing. Another pair of stiffnesses tells.
-            if (point.fraction - exact).abs() > GIVEN * exact.abs() {
+            if stiffer == packs::EXACTING && (point.fraction - exact).abs() > GIVEN * exact.abs() {
                 let third = if auxiliary == packs::MODERATE {
                     self.locate(run, interval, wanted, packs::AUXILIARY)
                 } else {

@@ -33,6 +33,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// ramp goes back to the point, so that the energy before and after is that at one value of the loads.
     pub(super) fn release(&mut self, run: &mut Run<'_>, point: &CriticalPoint) -> Release {
         self.system.save(&mut self.last);
+        let base = self.base;
         run.ramp.apply(&mut self.system, point.fraction);
         self.system.gather(false);
         let before = self.system.potential_energy();
@@ -52,6 +53,12 @@ impl<const D: usize> Continuation<'_, D> {
             Some(true) => {
                 let fraction = if self.back_to(run, point.fraction) { point.fraction } else { fraction };
                 let after = self.system.potential_energy();
+                // Nothing goes uphill: where the ramp has no room beyond the point, the way down need not have begun there.
+                let rounding = self.tuning.increment * (before.abs() + after.abs());
+                if fraction == point.fraction && after > before + rounding {
+                    self.base = base;
+                    return Release::Lost;
+                }
                 let (node, moved) = self.farthest();
                 let jump = Jump { fraction, released: before - after, moved, node };
                 Release::Stable { fraction, jump }
