@@ -4,7 +4,8 @@
 //! stresses of the equilibrium at hand. What is out of balance then, interiors of members included, is solved for with the
 //! factors at hand: one back-substitution instead of a factorization. The error of such a step is of second order in the
 //! distance, and smooth: differences of neighbours on both sides have the exact first derivative. Multipliers of held strains
-//! converge by the ratio of their auxiliary stiffness, so that steps are repeated where there are any.
+//! converge by the ratio of their auxiliary stiffness, and reactions along rows that turn with their joint with the turn, so that
+//! steps are repeated where there are any.
 
 use pennate_solver::history::{Equilibrium, History, Increment, StepHistory};
 use pennate_solver::joints::{Held, HeldKind};
@@ -35,7 +36,8 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         } else {
             moved.iter_mut().zip(&components).for_each(|(sum, component)| *sum += component);
         }
-        let done = pass > 0 && (!system.loading.holds_strains() || size <= SETTLED * first);
+        let repeats = system.loading.holds_strains() || system.pattern.equations.has_general();
+        let done = pass > 0 && (!repeats || size <= SETTLED * first);
         if done {
             break;
         }

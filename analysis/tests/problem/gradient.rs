@@ -83,6 +83,45 @@ fn releases_whose_axes_turn() {
     }
 }
 
+/// One component of a rotation in space that is prescribed, or kept, while the others are free; hinges and orientations that are
+/// parameters themselves.
+#[test]
+fn rotations_that_are_held_in_part_and_axes_that_are_parameters() {
+    let steps = [
+        r#"[[steps]]
+        force = { B = [0.7, -1, 1] }
+        rotation = { B = { rz = "= 20 * t" } }"#,
+        r#"[[steps]]
+        force = { B = [0.7, -1, 1] }
+        [[steps]]
+        displace_by = { B = { rz = "= 20 * t" } }"#,
+        r#"[[steps]]
+        force = { B = [0.7, -1, 1], C = [0, 0, "= t"] }
+        rotation = { B = { rz = 10 } }"#,
+    ];
+    let ends = ["", r#", release = { end = { hinge = ["= t", 1, 0.3] } }"#];
+    let turned = r#", orientation = ["= t", 1, 0.3], release = { end = ["ry"] }"#;
+    let plain = "[[steps]]\nforce = { B = [0.7, -1, 1] }";
+    let all = steps.map(|step| (ends[0], step)).into_iter().chain([(ends[1], plain), (turned, plain)]);
+    for (end, steps) in all {
+        let text = format!(
+            r#"format = "pennate/1"
+            dimension = "space"
+            parameters = {{ t = 0.5 }}
+            nodes = {{ A = [0, 0, 0], B = [60, 10, 0], C = [20, 30, 50] }}
+            sections = {{ s = {{ stiffness = {{ EA = 1e4, GA2 = 4e3, GA3 = 3e3, GJ = 6e3, EI2 = 9e3, EI3 = 7e3 }} }} }}
+            members = {{ a = {{ nodes = ["A", "B"], section = "s" }}, b = {{ nodes = ["A", "C"], section = "s" }},
+                         c = {{ nodes = ["B", "C"], section = "s"{end} }} }}
+            supports = {{ A = "clamped" }}
+            probes = {{ u = {{ node = "B", displacement = "uy" }}, v = {{ node = "C", displacement = "ux" }},
+                        root = {{ node = "A", reaction = "rz" }} }}
+            {steps}
+        "#
+        );
+        check(&text, &["t"], &["u", "v", "root"]);
+    }
+}
+
 /// Derivatives of designs side by side are those of each of them by itself.
 #[test]
 fn derivatives_in_company_and_alone() {

@@ -331,7 +331,10 @@ impl<const D: usize> Continuation<'_, D> {
             let known = point.located.unwrap_or(0.0) + located.unwrap_or(0.0);
             let is_earlier = |exact: f64| (exact - fraction) * forward < -known;
             if wanted == Wanted::Bifurcation && is_earlier(exact) {
-                match self.locate(run, interval, wanted, packs::AUXILIARY).filter(|(third, _)| !is_earlier(third.fraction)) {
+                match self
+                    .locate(run, interval, wanted, packs::AUXILIARY)
+                    .filter(|(third, _)| !is_earlier(third.fraction))
+                {
                     Some((third, at)) => {
                         (stiffer, exact) = (packs::AUXILIARY, third.fraction);
                         (*point, *near) = (third, at);
