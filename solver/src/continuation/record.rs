@@ -85,7 +85,8 @@ impl<const D: usize> Continuation<'_, D> {
         let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
         let motions = self.system.pattern.motions_of(&mode);
         let (node, mode) = self.mode_of(&motions);
-        let located = since.map(|since| (fraction - since).abs());
+        // Where rounding hides the sign of a stiffness at the near end already it may have been lost long before.
+        let located = since.filter(|_| !self.base.neutral).map(|since| (fraction - since).abs());
         CriticalPoint { kind, fraction, error: None, located, node, member: None, sideways, mode }
     }
 

@@ -71,19 +71,21 @@ impl<const D: usize> System<D> {
         if possible > 0 && self.certain_within() + certain(self) == 0 { possible } else { 0 }
     }
 
-    /// Whether rounding may take a part of what bends a member as a whole, as on elements by the thousand whose held strains have a
-    /// stiffness of their own: what it hides then need be no motion without stiffness.
+    /// Whether rounding may take a part of what bends the softest member as a whole, as on elements by the thousand whose held strains
+    /// have a stiffness of their own, or beside members that are stiffer by far: what it hides then need be no motion without
+    /// stiffness.
     pub(crate) fn may_hide_bending(&self) -> bool {
         let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
         let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
-        let may = |member: usize| {
-            let (slot, own) = (&self.members.slots[member], &self.structure.members[member]);
+        let (mut softest, mut stiffest) = (f64::INFINITY, 0.0_f64);
+        for (member, own) in self.structure.members.iter().enumerate().take(self.members.count()) {
+            let slot = &self.members.slots[member];
             let sections = (0..own.segments.len()).map(|segment| self.section(member, segment).section);
-            let softest = sections.map(|section| section.ei2.min(section.ei3)).fold(f64::INFINITY, f64::min);
-            let stiffest = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(0.0, f64::max);
-            LAST_PLACE * stiffest > CLEAR * softest / own.length().powi(3)
-        };
-        (0..self.members.count()).any(may)
+            let bending = sections.map(|section| if D == 3 { section.ei3 } else { section.ei2.min(section.ei3) });
+            softest = softest.min(bending.fold(f64::INFINITY, f64::min) / own.length().powi(3));
+            stiffest = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(stiffest, f64::max);
+        }
+        LAST_PLACE * stiffest > CLEAR * softest
     }
 
     /// The largest part of the stiffness of a motion that may have been taken from it.
