@@ -85,6 +85,10 @@ impl Slopes<'_> {
         let both = [packs::EXACTING, packs::MODERATE];
         let auxiliaries: &[Auxiliary] = if system.loading.holds_strains() { &both } else { &[packs::AUXILIARY] };
         for (round, &auxiliary) in auxiliaries.iter().enumerate() {
+            if let Err(reason) = self.wanted() {
+                set_auxiliary(system, packs::AUXILIARY);
+                return Some(Err(reason));
+            }
             take_auxiliary(system, auxiliary);
             system.assemble(false);
             let Some(found) = self.explicit(system, (index, all), copies) else {
