@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use pennate_models::probes::ProbeKind;
 use pennate_models::{Model, discretize};
 use pennate_solver::continuation::Continuation;
-use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::history::{Equilibrium, History, NodeState, Status, StepHistory};
 use pennate_solver::joints::Held;
 use pennate_solver::structure::{Change, Step};
 
@@ -24,6 +25,9 @@ use crate::together::{self, Found, Packs, Standing};
 const APART: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// Part by which the differences at both distances may differ: its square is left after extrapolation.
 const AGREED: f64 = 1e-4;
+/// The same as a part of what is greatest of its kind, over the whole of a parameter, where a shorter distance may tell more and where
+/// none does: a derivative that vanishes, as that of a reaction that statics fixes, has no part of its own.
+const VANISHES: [f64; 2] = [1e-6, 1e-4];
 /// By how much the tangent may change over this part of a parameter: it vanishes about so far away where it changes by all.
 /// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
@@ -72,6 +76,43 @@ fn bend(ahead: &[f64], behind: &[f64]) -> f64 {
     };
     let (together, apart) = (largest(|ahead, behind| ahead + behind), largest(|ahead, behind| ahead - behind));
     if apart > NOTHING { together / apart } else { 0.0 }
+}
+
+/// What is greatest of its kind in a state.
+#[derive(Default)]
+struct Greatest {
+    displacement: f64,
+    /// Radians.
+    rotation: f64,
+    force: f64,
+    moment: f64,
+}
+
+impl Greatest {
+    fn of(state: &Equilibrium) -> Self {
+        let among = |vector: fn(&NodeState) -> [f64; 3]| {
+            state.nodes.iter().map(|node| solution::norm(vector(node))).fold(0.0, f64::max)
+        };
+        Self {
+            displacement: among(|node| node.displacement),
+            rotation: among(|node| node.rotation),
+            force: solution::largest_force(state),
+            moment: solution::largest_moment(state),
+        }
+    }
+
+    /// Of the kind of a probe, or of a component of a node; at least the value itself.
+    fn like(&self, kind: Option<ProbeKind>, value: f64) -> f64 {
+        let greatest = match kind {
+            None => self.displacement.max(self.rotation),
+            Some(ProbeKind::Displacement) => self.displacement,
+            Some(ProbeKind::Rotation) => self.rotation.to_degrees(),
+            Some(ProbeKind::Force) => self.force,
+            Some(ProbeKind::Moment | ProbeKind::GreatestMoment) => self.moment,
+            Some(ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other) => 0.0,
+        };
+        greatest.max(value.abs())
+    }
 }
 
 impl<'a> Slopes<'a> {
@@ -209,6 +250,11 @@ impl<'a> Slopes<'a> {
         reason.map_or(Ok(()), Err)
     }
 
+    /// Stops where nobody waits any longer.
+    pub(super) fn wanted(&self) -> Result<(), Reason> {
+        if self.control.is_stopped() { Err(Reason::Interrupted) } else { Ok(()) }
+    }
+
     /// Derivatives of all probes at the end of a step, and of components that the next one keeps, by equilibria nearby; with
     /// the reason where there are none, or not all.
     fn by_neighbours<const D: usize>(
@@ -292,6 +338,8 @@ impl<'a> Slopes<'a> {
         let value = self.row[input];
         let size = if value == 0.0 { 1.0 } else { value.abs() };
         let largest = self.after[index].iter().filter(|value| value.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        let probes = &self.design.model.probes;
+        let greatest = solution::last_state(record).map(Greatest::of).unwrap_or_default();
         let mut slopes: Vec<f64> = Vec::new();
         let mut open: Vec<usize> = Vec::new();
         for (round, part) in APART.into_iter().enumerate() {
@@ -316,8 +364,11 @@ impl<'a> Slopes<'a> {
                     |[ahead, behind]: &[Vec<f64>; 2], by: f64| (ahead[quantity] - behind[quantity]) / (2.0 * by);
                 let (one, two) = (slope(&near, apart), slope(&far, 2.0 * apart));
                 let noise = ROUNDING * largest.max(near[0][quantity].abs()) / apart;
+                let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
+                let vanishes = VANISHES[usize::from(round + 1 == APART.len())];
+                let nothing = vanishes * greatest.like(kind, near[0][quantity]) / size;
                 // What is not a number in the state itself is none here either.
-                if (one - two).abs() > AGREED * one.abs() + noise {
+                if (one - two).abs() > (AGREED * one.abs()).max(nothing) + noise {
                     open.push(quantity);
                 }
                 slopes[quantity] = one + (one - two) / 3.0;
@@ -359,6 +410,7 @@ impl<'a> Slopes<'a> {
         (input, by): (usize, f64),
         kept: &[Component],
     ) -> Result<Neighbour, Reason> {
+        self.wanted()?;
         let mut row = self.row.to_vec();
         row[input] += by;
         let model = self
