@@ -9,6 +9,7 @@ use pennate_solver::history::{Equilibrium, History, NodeState, Status, StepHisto
 use pennate_solver::joints::Held;
 use pennate_solver::structure::{Change, Step};
 
+use super::adjoint::Exact;
 use super::design::{Design, take_pieces};
 use super::explicit::Kept;
 use super::gradient::Row;
@@ -67,6 +68,8 @@ pub(super) struct Slopes<'a> {
 struct Neighbour {
     values: Vec<f64>,
     moved: Vec<f64>,
+    /// Whether its held strains are what they are in equilibrium: what is left of them does not fall as the square of the distance.
+    settled: bool,
 }
 
 /// How much the path bends between two neighbours on both sides of the design.
@@ -167,10 +170,11 @@ impl<'a> Slopes<'a> {
             }
             let at = (index, &end.as_ref()?.state);
             let slopes = match found.system(self.design.posed(), index)? {
-                Standing::Plane(mut system) => self.adjoint(&mut system, at, &kept, &mut plane),
-                Standing::Space(mut system) => self.adjoint(&mut system, at, &kept, &mut space),
+                Standing::Plane(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut plane),
+                Standing::Space(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut space),
             };
-            self.keep(index, &kept, slopes?.ok()?);
+            let found = slopes?.ok()?;
+            self.keep(index, &kept, found.regular.then_some(found.slopes)?);
         }
         Some(self.finish(None))
     }
@@ -237,13 +241,21 @@ impl<'a> Slopes<'a> {
         // Mixed stresses are one iteration behind the state: the tangent is to be that of the equilibrium.
         path.system.advance(path.system.pattern.equations.has_general());
         let (probes, inputs) = (self.after[index].len(), self.row.len());
-        let found = self.adjoint(&mut path.system, (index, &last.state), &kept, copies);
+        let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
         let (slopes, reason) = match found {
-            Some(Ok(slopes)) => (slopes, None),
             Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
-            None => {
+            Some(Ok(exact)) if exact.regular && exact.whole => (exact.slopes, None),
+            found => {
                 path.system.assemble(false);
-                self.by_neighbours(path, packs, (index, record), &kept)
+                let exact = found.and_then(Result::ok);
+                let (mut slopes, reason) = self.by_neighbours(path, packs, (index, record), &kept, exact.as_ref());
+                if let Some(Exact { slopes: exact, regular, .. }) = exact {
+                    // Where neighbours show no singular point, they leave no doubt about what no distance goes into.
+                    let both = slopes.iter_mut().zip(exact);
+                    let better = both.filter(|(slope, exact)| exact.is_finite() && (regular || slope.is_finite()));
+                    better.for_each(|(slope, exact)| *slope = exact);
+                }
+                (slopes, reason)
             }
         };
         self.keep(index, &kept, slopes);
@@ -263,12 +275,23 @@ impl<'a> Slopes<'a> {
         packs: Packs<D>,
         at: (usize, &StepHistory),
         kept: &[Component],
+        exact: Option<&Exact>,
     ) -> (Vec<f64>, Option<Reason>) {
         let inputs = self.row.len();
         let mut slopes = vec![f64::NAN; (self.after[at.0].len() + kept.len()) * inputs];
         let mut reason = None;
+        let probes = &self.design.model.probes;
+        let stated = |quantity: usize| {
+            exact.is_some_and(|exact| exact.slopes[quantity * inputs..][..inputs].iter().all(|slope| slope.is_finite()))
+        };
+        // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near:
+        // expressions follow what they refer to.
+        let regular = exact.is_some_and(|exact| exact.regular);
+        let refers = |quantity: usize| quantity < probes.len() && probes.operands(quantity).is_some();
+        let known = |quantity: usize| stated(quantity) && (regular || refers(quantity));
+        let counts = |quantity: usize| !known(quantity) && (stated(quantity) || self.counts(at.0, quantity));
         for input in 0..inputs {
-            match self.slope(path, packs, at, input, kept) {
+            match self.slope(path, packs, at, (input, [&known, &counts]), kept) {
                 Ok((column, doubtful)) => {
                     for (quantity, slope) in column.into_iter().enumerate() {
                         slopes[quantity * inputs + input] = slope;
@@ -326,13 +349,14 @@ impl<'a> Slopes<'a> {
     }
 
     /// Derivatives of all probes, and of the components that the next step keeps, by one parameter; with the reason where some
-    /// of them are not to be trusted, and are no numbers.
+    /// of them are not to be trusted, and are no numbers. Which of them are known in another way, and which have to be trusted, is
+    /// given.
     fn slope<const D: usize>(
         &self,
         path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, record): (usize, &StepHistory),
-        input: usize,
+        (input, [known, counts]): (usize, [&dyn Fn(usize) -> bool; 2]),
         kept: &[Component],
     ) -> Result<(Vec<f64>, Option<Reason>), Reason> {
         let value = self.row[input];
@@ -348,7 +372,11 @@ impl<'a> Slopes<'a> {
                 let mut at = |by: f64| self.neighbour(path, packs, (index, record), (input, by), kept);
                 let (ahead, behind) = (at(by)?, at(-by)?);
                 let bends = bend(&ahead.moved, &behind.moved) > CHANGED * by / (NEAR * size);
-                if bends { Err(Reason::Singular { step: index }) } else { Ok([ahead.values, behind.values]) }
+                let unsettled = round + 1 < APART.len() && !(ahead.settled && behind.settled);
+                match bends || unsettled {
+                    true => Err(Reason::Singular { step: index }),
+                    false => Ok([ahead.values, behind.values]),
+                }
             };
             // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
             let (near, far) = match pair(apart).and_then(|near| Ok((near, pair(2.0 * apart)?))) {
@@ -373,14 +401,17 @@ impl<'a> Slopes<'a> {
                 }
                 slopes[quantity] = one + (one - two) / 3.0;
             }
-            if !open.iter().any(|&quantity| self.counts(index, quantity)) {
+            if !open.iter().any(|&quantity| counts(quantity)) {
                 break;
             }
         }
         let mut reason = None;
         for quantity in open {
+            if known(quantity) {
+                continue;
+            }
             slopes[quantity] = f64::NAN;
-            if self.counts(index, quantity) {
+            if counts(quantity) {
                 reason = reason.or(Some(self.doubt(index, quantity)));
             }
         }
@@ -429,7 +460,8 @@ impl<'a> Slopes<'a> {
         let mut system = together::system(&path.system, packs, structure, &self.design.steps);
         system.adopt(&path.system);
         system.stand_at_end(&path.system, held, &drives);
-        let moved = neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
+        let (moved, settled) =
+            neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
         let state = neighbour::read(&mut system);
         // Values after the steps before, to first order: that is all that counts.
         let inputs = self.row.len();
@@ -440,7 +472,7 @@ impl<'a> Slopes<'a> {
         let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(later).collect();
         let mut values = self.probes(&model, record, state, &after);
         values.extend(kept.iter().map(|&(node, component)| together::present(&system, node, component)));
-        Ok(Neighbour { values, moved })
+        Ok(Neighbour { values, moved, settled })
     }
 
     /// What is held at the end of the present step, with the values of a neighbour.
