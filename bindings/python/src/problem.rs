@@ -284,7 +284,7 @@ impl Problem {
             problem.work(slf.py(), &Pace::unknown(), 1, |compiled, control| compiled.live_all_while(count, control))?;
         let states = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
         let reasons = vec![None; count];
-        let seen = Seen::new(all_seen(problem, slf.py(), (states.values(), states.judged(), &reasons))?);
+        let seen = Seen::new(all_seen(problem, slf.py(), (states.values(), states.judged()), &reasons)?);
         Ok(Lives { problem: slf.clone().unbind(), kept: Kept::new(states), count, seen })
     }
 }
@@ -436,11 +436,15 @@ pub(crate) struct Lives {
     seen: Seen,
 }
 
-/// The outputs of states, (n, m), whether they are stable, where that is known of all, and why some are not where they were to go.
+/// The outputs of states, and whether they are stable, where that is known of all.
+type AllFacts = (Vec<f64>, Option<Vec<Option<bool>>>);
+
+/// The outputs of states, (n, m), whether they are stable, and why some are not where they were to go.
 fn all_seen<'py>(
     problem: &Problem,
     py: Python<'py>,
-    (values, judged, reasons): (Vec<f64>, Option<Vec<Option<bool>>>, &[Option<Reason>]),
+    (values, judged): AllFacts,
+    reasons: &[Option<Reason>],
 ) -> PyResult<Bound<'py, PyTuple>> {
     let shape = [reasons.len(), problem.compiled.outputs().len()];
     (array(py, values, &shape)?, judged, problem.why(reasons)).into_pyobject(py)
@@ -455,10 +459,10 @@ impl Lives {
         let go = |states: &mut States, control: &Control| {
             states.set(&rows);
             let reasons = problem.on_threads(self.count, control, || states.solve_while(control))?;
-            Ok((states.values(), states.judged(), reasons))
+            Ok(((states.values(), states.judged()), reasons))
         };
-        let (turn, (values, judged, reasons), raised) = self.kept.work(py, &self.kept.pace, self.count, go)?;
-        self.seen.set(turn, all_seen(problem, py, (values, judged, &reasons))?);
+        let (turn, (facts, reasons), raised) = self.kept.work(py, &self.kept.pace, self.count, go)?;
+        self.seen.set(turn, all_seen(problem, py, facts, &reasons)?);
         Ok(raised)
     }
 
