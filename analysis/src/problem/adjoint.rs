@@ -33,8 +33,14 @@ const CHANGED: f64 = 0.1;
 /// A second difference larger than this part of the first one is a corner.
 const CORNER: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
-/// The second of two auxiliary stiffnesses over the first one.
-const SOFTER: f64 = packs::MODERATE.member / packs::EXACTING.member;
+/// Auxiliary stiffnesses, each ten times the one before, and their parts in what an infinite one would give: a parabola through the
+/// compliances. Rounding grows with them, 10⁻⁷ at the largest of them where a frame is soft beside its members; what the parabola leaves
+/// falls with their product.
+const SOFT: [(Auxiliary, f64); 3] = [
+    (Auxiliary { member: 1e4, carried: 1.0, ..packs::MODERATE }, 10.0 / 8910.0),
+    (Auxiliary { member: 1e5, carried: 10.0, ..packs::MODERATE }, -100.0 / 810.0),
+    (packs::MODERATE, 1000.0 / 891.0),
+];
 
 /// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
 pub(super) struct Exact {
@@ -98,10 +104,10 @@ impl Slopes<'_> {
         let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
         let mut explicit = Vec::new();
         // Where strains are held, derivatives differ from those with rigid strains in proportion to the compliance that an
-        // auxiliary stiffness stands for: from two of them follow those without.
-        let both = [packs::EXACTING, packs::MODERATE];
-        let auxiliaries: &[Auxiliary] = if system.loading.holds_strains() { &both } else { &[packs::AUXILIARY] };
-        for (round, &auxiliary) in auxiliaries.iter().enumerate() {
+        // auxiliary stiffness stands for, but for little: from some of them follow those without.
+        let auxiliaries: &[(Auxiliary, f64)] =
+            if system.loading.holds_strains() { &SOFT } else { &[(packs::AUXILIARY, 1.0)] };
+        for (round, &(auxiliary, part)) in auxiliaries.iter().enumerate() {
             if let Err(reason) = self.wanted() {
                 set_auxiliary(system, packs::AUXILIARY);
                 return Some(Err(reason));
@@ -126,7 +132,7 @@ impl Slopes<'_> {
                     let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
                     let found = of(&mu, &explicit.forces) + held;
                     let slope = &mut slopes[quantity * inputs + input];
-                    *slope = if round == 0 { found } else { *slope + (*slope - found) * SOFTER / (1.0 - SOFTER) };
+                    *slope = part * found + if round == 0 { 0.0 } else { *slope };
                 }
             }
             system.tangent.transpose();
