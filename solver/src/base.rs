@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::chain::Pack;
 use crate::continuation::{self, Continuation};
 use crate::error::SolveError;
-use crate::history::{History, Status};
+use crate::flutter;
+use crate::history::{History, Status, Vibration};
 use crate::joints::{Active, Held};
 use crate::lateral;
 use crate::newton::{Newton, Start};
@@ -59,22 +60,65 @@ pub fn follow<'a>(
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<(Followed<'a>, History), SolveError> {
+    follow_with(structure, steps, count, options, observe, false)
+}
+
+/// The same, with the verdicts of [`crate::solve`]: where loads have no potential vibrations are looked at.
+///
+/// # Errors
+/// As [`follow`].
+pub fn follow_judged<'a>(
+    structure: &Structure,
+    steps: &[Step],
+    count: usize,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<(Followed<'a>, History), SolveError> {
+    follow_with(structure, steps, count, options, observe, true)
+}
+
+fn follow_with<'a>(
+    structure: &Structure,
+    steps: &[Step],
+    count: usize,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+    judged: bool,
+) -> Result<(Followed<'a>, History), SolveError> {
     let structure = Arc::new(structure.clone());
     let topology = continuation::topology(&structure, steps);
     let steps = &steps[..count];
     match structure.dimension {
         Dimension::Space => {
             let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space, None)?;
+            path.vibration = judged.then_some(vibration_in_space);
             let history = run(&mut path, steps, observe)?;
             Ok((Followed::Space(Box::new(path)), history))
         }
         Dimension::Plane => {
             let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane, None)?;
             add_lateral(&mut path, &structure);
+            path.vibration = judged.then_some(vibration_in_plane);
             let history = run(&mut path, steps, observe)?;
             Ok((Followed::Plane(Box::new(path)), history))
         }
     }
+}
+
+/// Whether vibrations about a state are looked at where its loads have no potential: masses are known, and unknowns not too many.
+pub fn vibrations_tell<const D: usize>(system: &System<D>) -> bool {
+    flutter::may_judge(system)
+}
+
+/// What small vibrations about a state in space do; nothing where that cannot be said. The verdict on a state whose loads have no
+/// potential.
+pub fn vibration_in_space(space: &System<6>, _: Dimension) -> Option<Vibration> {
+    vibrations_tell(space).then(|| flutter::judge(&|enrich| of_space(space, enrich)))?
+}
+
+/// The same about a state in the plane, in the plane alone or out of it too.
+pub fn vibration_in_plane(plane: &System<3>, stability: Dimension) -> Option<Vibration> {
+    vibrations_tell(plane).then(|| flutter::judge(&|enrich| of_plane(plane, stability, enrich)))?
 }
 
 /// Whether every step of a history reached its end.

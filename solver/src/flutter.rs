@@ -14,6 +14,7 @@ use faer::{Mat, Side};
 use sprs::CsMat;
 
 use crate::base::{Base, Reach};
+use crate::continuation::mesh_size;
 use crate::history::{Growth, Vibration};
 use crate::modes::Shifted;
 use crate::spectral::factor::Analyzed;
@@ -21,7 +22,10 @@ use crate::spectral::operators::{Assembled, dot, matrix, multiply};
 use crate::spectral::pencil::Pencil;
 use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::Structure;
+use crate::system::System;
 
+/// Unknowns of a mesh up to which vibrations are looked at: those of 5,000 take two seconds.
+const MOST: usize = 5000;
 /// By how much the orders of elements are raised; those beyond the highest are that.
 const RAISED: [usize; 2] = [1, 4];
 /// Modes of the symmetric part in the space, and in the smaller one.
@@ -58,6 +62,11 @@ pub(crate) fn known_mass(structure: &Structure) -> Option<f64> {
     }
     let known = if missing { members == 0.0 && bodies > 0.0 } else { members > 0.0 };
     known.then_some(members + bodies)
+}
+
+/// Whether vibrations about a state are looked at: masses are known, and unknowns not too many.
+pub(crate) fn may_judge<const D: usize>(system: &System<D>) -> bool {
+    known_mass(&system.structure).is_some() && mesh_size(system).unknowns <= MOST
 }
 
 /// What the vibrations about a state do; nothing where that cannot be said.

@@ -141,7 +141,7 @@ fn follow(
                 _ => None,
             };
             let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, coarse)?;
-            path.vibration = Some(|space, _| flutter::judge(&|enrich| base::of_space(space, enrich)));
+            path.vibration = Some(base::vibration_in_space);
             let history = run(&mut path, steps, observe)?;
             let coarse = path.into_coarse();
             Ok((history, CoarseSolve(Kind::Space(Box::new(coarse)))))
@@ -152,8 +152,7 @@ fn follow(
                 path.coarse = Some((*coarse, &history.steps));
             }
             add_lateral(&mut path, structure);
-            path.vibration =
-                Some(|plane, stability| flutter::judge(&|enrich| base::of_plane(plane, stability, enrich)));
+            path.vibration = Some(base::vibration_in_plane);
             let history = run(&mut path, steps, observe)?;
             let coarse = path.into_coarse();
             Ok((history, CoarseSolve(Kind::Plane(Box::new(coarse)))))

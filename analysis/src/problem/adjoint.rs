@@ -33,19 +33,34 @@ const CHANGED: f64 = 0.1;
 /// A second difference larger than this part of the first one is a corner.
 const CORNER: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
-/// The second of two auxiliary stiffnesses over the first one.
-const SOFTER: f64 = packs::MODERATE.member / packs::EXACTING.member;
+/// Auxiliary stiffnesses, each ten times the one before, and their parts in what an infinite one would give: a parabola through the
+/// compliances. Rounding grows with them, 10⁻⁷ at the largest of them where a frame is soft beside its members; what the parabola leaves
+/// falls with their product.
+const SOFT: [(Auxiliary, f64); 3] = [
+    (Auxiliary { member: 1e4, carried: 1.0, ..packs::MODERATE }, 10.0 / 8910.0),
+    (Auxiliary { member: 1e5, carried: 10.0, ..packs::MODERATE }, -100.0 / 810.0),
+    (packs::MODERATE, 1000.0 / 891.0),
+];
+
+/// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
+pub(super) struct Exact {
+    pub slopes: Vec<f64>,
+    /// Whether the tangent changes little along the parameters: no singular point is near.
+    pub regular: bool,
+    /// Whether all are there.
+    pub whole: bool,
+}
 
 impl Slopes<'_> {
-    /// Derivatives of the probes that are needed at the end of a step, and of components that the next step keeps; `None`
-    /// where they have to be found in another way.
+    /// Derivatives of the probes that are needed at the end of a step, and of components that the next step keeps; `None` where all
+    /// of them have to be found in another way, or, if `whole`, any.
     pub(super) fn adjoint<const D: usize>(
         &mut self,
         system: &mut System<D>,
         (index, state): (usize, &Equilibrium),
-        kept: &[Component],
+        (kept, whole): (&[Component], bool),
         copies: &mut Option<Kept<D>>,
-    ) -> Option<Result<Vec<f64>, Reason>> {
+    ) -> Option<Result<Exact, Reason>> {
         if !self.is_linear(system) || D == 6 && kept.iter().any(|&(_, component)| component >= 3) {
             return None;
         }
@@ -53,18 +68,26 @@ impl Slopes<'_> {
         let needed = self.needed(index);
         let plain = |probe: &&usize| probes.operands(**probe).is_none();
         let mut read: Vec<(usize, Weights)> = Vec::new();
+        let mut missing = BTreeSet::new();
         for &probe in needed.iter().filter(plain) {
-            read.push((probe, probes.weights(probe, state)?));
+            match probes.weights(probe, state) {
+                Some(weights) => read.push((probe, weights)),
+                None if whole => return None,
+                None => _ = missing.insert(probe),
+            }
         }
         for (place, &component) in kept.iter().enumerate() {
             read.push((probes.len() + place, weights_of(system, component)));
+        }
+        if read.is_empty() && !missing.is_empty() {
+            return None;
         }
         let all = self.nearby.take().unwrap_or_else(|| self.problem.nearby(self.row, self.design));
         let Some(all) = all else {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, (index, state), (&needed, &read), (&all, kept.len()), copies);
+        let found = self.slopes_of(system, (index, state), (&needed, &read, missing), (&all, kept.len()), copies);
         self.nearby = Some(Some(all));
         found
     }
@@ -73,18 +96,22 @@ impl Slopes<'_> {
         &self,
         system: &mut System<D>,
         (index, state): (usize, &Equilibrium),
-        (needed, read): (&BTreeSet<usize>, &[(usize, Weights)]),
+        (needed, read, mut missing): (&BTreeSet<usize>, &[(usize, Weights)], BTreeSet<usize>),
         (all, kept): (&[Nearby], usize),
         copies: &mut Option<Kept<D>>,
-    ) -> Option<Result<Vec<f64>, Reason>> {
+    ) -> Option<Result<Exact, Reason>> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
         let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
         let mut explicit = Vec::new();
         // Where strains are held, derivatives differ from those with rigid strains in proportion to the compliance that an
-        // auxiliary stiffness stands for: from two of them follow those without.
-        let both = [packs::EXACTING, packs::MODERATE];
-        let auxiliaries: &[Auxiliary] = if system.loading.holds_strains() { &both } else { &[packs::AUXILIARY] };
-        for (round, &auxiliary) in auxiliaries.iter().enumerate() {
+        // auxiliary stiffness stands for, but for little: from some of them follow those without.
+        let auxiliaries: &[(Auxiliary, f64)] =
+            if system.loading.holds_strains() { &SOFT } else { &[(packs::AUXILIARY, 1.0)] };
+        for (round, &(auxiliary, part)) in auxiliaries.iter().enumerate() {
+            if let Err(reason) = self.wanted() {
+                set_auxiliary(system, packs::AUXILIARY);
+                return Some(Err(reason));
+            }
             take_auxiliary(system, auxiliary);
             system.assemble(false);
             let Some(found) = self.explicit(system, (index, all), copies) else {
@@ -105,7 +132,7 @@ impl Slopes<'_> {
                     let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
                     let found = of(&mu, &explicit.forces) + held;
                     let slope = &mut slopes[quantity * inputs + input];
-                    *slope = if round == 0 { found } else { *slope + (*slope - found) * SOFTER / (1.0 - SOFTER) };
+                    *slope = part * found + if round == 0 { 0.0 } else { *slope };
                 }
             }
             system.tangent.transpose();
@@ -115,17 +142,17 @@ impl Slopes<'_> {
                 self.add_own(system, state, read, (nearby, input), &mut slopes);
             }
         }
-        if self.combine(index, all, needed, &mut slopes).is_none() {
+        if self.combine(index, all, (needed, &mut missing), &mut slopes).is_none() {
             set_auxiliary(system, packs::AUXILIARY);
             return None;
         }
         let regular = system.pattern.equations.size == 0 || self.is_regular(system, index, &explicit);
         // Nobody goes on from the end of the last step, unless neighbours are looked at.
-        if !regular || index + 1 < self.design.steps.len() {
+        if !regular || !missing.is_empty() || index + 1 < self.design.steps.len() {
             set_auxiliary(system, packs::AUXILIARY);
         }
         // A singular point may be near, or wires so stiff that motions of second order count: neighbours tell the two apart.
-        regular.then_some(Ok(slopes))
+        Some(Ok(Exact { slopes, regular, whole: missing.is_empty() }))
     }
 
     /// Whether forces and motions are all that there is: no rows that turn with their joint.
@@ -189,12 +216,25 @@ impl Slopes<'_> {
         }
     }
 
-    /// Derivatives of expressions by those of what they refer to; `None` where one has a corner.
-    fn combine(&self, index: usize, all: &[Nearby], needed: &BTreeSet<usize>, slopes: &mut [f64]) -> Option<()> {
+    /// Derivatives of expressions by those of what they refer to, but for what is missing; `None` where one has a corner.
+    fn combine(
+        &self,
+        index: usize,
+        all: &[Nearby],
+        (needed, missing): (&BTreeSet<usize>, &mut BTreeSet<usize>),
+        slopes: &mut [f64],
+    ) -> Option<()> {
         let (probes, inputs) = (&self.design.model.probes, self.row.len());
         let values = &self.after[index];
         for &probe in probes.order().iter().filter(|&probe| needed.contains(probe)) {
-            if probes.operands(probe).is_none() {
+            let Some(operands) = probes.operands(probe) else { continue };
+            let misses = |operand: &Operand| match *operand {
+                Operand::Parameter(_) => false,
+                Operand::Probe(other) => missing.contains(&other),
+                Operand::After { probe: other, step } => step == index && missing.contains(&other),
+            };
+            if operands.iter().any(misses) {
+                missing.insert(probe);
                 continue;
             }
             for (nearby, &input) in all.iter().flat_map(|nearby| nearby.inputs.iter().map(move |input| (nearby, input)))

@@ -77,6 +77,9 @@ impl Problem {
 
     /// Equilibria side by side, then the derivatives of one design after the other.
     fn gradients_of(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Row> {
+        if control.is_stopped() {
+            return rows.iter().map(|_| self.no_gradient(Reason::Interrupted)).collect();
+        }
         let designs: Vec<Result<Design, Reason>> = rows.iter().map(|row| self.design(row)).collect();
         let sound: Vec<&Design> = designs.iter().flatten().collect();
         let look = |step| match sound.first() {
@@ -108,11 +111,14 @@ impl Problem {
 
     /// The derivatives of a design along a path of its own.
     fn gradient_of(&self, row: &[f64], design: &Design, control: &Control) -> Row {
+        if control.is_stopped() {
+            return self.no_gradient(Reason::Interrupted);
+        }
         let options = Options { stop: control.stop.clone(), ..Options::default() };
         let (structure, steps) = (&design.structure, &design.steps);
         let mut wanted = |_: &_| !control.is_stopped();
         let first = steps.len().min(1);
-        match base::follow(structure, steps, first, &options, &mut wanted) {
+        match base::follow_judged(structure, steps, first, &options, &mut wanted) {
             Err(error) => self.no_gradient(error.into()),
             Ok((Followed::Plane(path), history)) => {
                 Slopes::new(self, row, design, control).run(*path, packs::plane, history)

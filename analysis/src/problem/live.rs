@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::design::Design;
 use super::numbers::{self, Numbers, Places};
 use super::track::Track;
-use super::{Problem, Reason, mesh, neighbour};
+use super::{Control, Problem, Reason, mesh, neighbour};
 use crate::solution::ProbeTable;
 use crate::together;
 
@@ -27,7 +27,8 @@ const LONGER: f64 = 2.0;
 ///
 /// It goes from one equilibrium to the next one, as a load that grows slowly would: by as many parts of a change as its
 /// iteration needs, each of which must lead to an equilibrium nearby of the same stability. Structure may change on the way as
-/// loads may. Where steps of the file held something where it was, it stays there.
+/// loads may. What a step of the file holds where it was, or moves on from there, is held where it was at the values that the
+/// state began with, where a solve from the beginning would hold it where the steps before lead to at the new ones.
 pub struct Live {
     problem: Problem,
     track: Followable,
@@ -50,6 +51,8 @@ struct Earlier {
     numbers: Numbers,
     /// The states at their ends, followed as the last one is; nothing where no output asks for one, or there is none.
     tracks: Vec<Option<Followable>>,
+    /// Those that are not where the last state is: nobody waited for them.
+    behind: Vec<bool>,
 }
 
 enum Followable {
@@ -69,8 +72,22 @@ impl Problem {
     /// # Errors
     /// As [`Problem::live`].
     pub fn live_all(&self, count: usize) -> Result<Lives, Reason> {
-        let first = self.live()?;
-        let mut states: Vec<Live> = (1..count).map(|_| first.another()).collect();
+        self.live_all_while(count, &Control::default())
+    }
+
+    /// The same, which may be stopped on the way.
+    ///
+    /// # Errors
+    /// As [`Problem::live`], and [`Reason::Interrupted`].
+    pub fn live_all_while(&self, count: usize, control: &Control) -> Result<Lives, Reason> {
+        let first = self.live_at_while(&self.middle(), control)?;
+        let mut states: Vec<Live> = Vec::with_capacity(count);
+        while states.len() + 1 < count {
+            if control.is_stopped() {
+                return Err(Reason::Interrupted);
+            }
+            states.push(first.another());
+        }
         states.extend((count > 0).then_some(first));
         Ok(Lives { states })
     }
@@ -83,14 +100,29 @@ impl Problem {
         self.live_at(&self.middle())
     }
 
+    /// The same, which may be stopped on the way.
+    ///
+    /// # Errors
+    /// As [`Problem::live`], and [`Reason::Interrupted`].
+    pub fn live_while(&self, control: &Control) -> Result<Live, Reason> {
+        self.live_at_while(&self.middle(), control)
+    }
+
     /// An equilibrium at these values, to be followed from there.
     ///
     /// # Errors
     /// Where a step does not reach its end.
     pub fn live_at(&self, row: &[f64]) -> Result<Live, Reason> {
+        self.live_at_while(row, &Control::default())
+    }
+
+    fn live_at_while(&self, row: &[f64], control: &Control) -> Result<Live, Reason> {
         let design = self.whole_design(row)?;
-        let earlier = self.reads_earlier(design.steps.len()).then(|| Earlier::of(self, &design));
-        let (followed, mut history) = follow(&design, design.steps.len())?;
+        let earlier = self.reads_earlier(design.steps.len()).then(|| Earlier::of(self, &design, control));
+        let (followed, mut history) = follow(&design, design.steps.len(), control)?;
+        if control.is_stopped() {
+            return Err(Reason::Interrupted);
+        }
         let Design { model, steps, .. } = design;
         self.mesh.name_segments(&model, &mut history);
         if let Some(index) = history.steps.iter().position(|step| step.status != Status::Converged) {
@@ -139,41 +171,56 @@ impl Problem {
 }
 
 impl Earlier {
-    fn of(problem: &Problem, design: &Design) -> Self {
+    fn of(problem: &Problem, design: &Design, control: &Control) -> Self {
         let before = before(design);
         let controls = numbers::controls(&design.structure, before);
         let numbers = Numbers::of(&design.model, &design.structure, before, &controls);
-        let track = |step| if problem.reads(step) { Followable::at(design, step) } else { None };
-        Self { numbers, controls, tracks: (0..before.len()).map(track).collect() }
+        let track = |step| if problem.reads(step) { Followable::at(design, step, control) } else { None };
+        let tracks = (0..before.len()).map(track).collect();
+        Self { numbers, controls, tracks, behind: vec![false; before.len()] }
     }
 
     /// Goes to the ends of the steps of another design; false where they are the same.
-    fn go(&mut self, problem: &Problem, design: &Design) -> bool {
+    fn go(&mut self, problem: &Problem, design: &Design, control: &Control) -> bool {
         let before = before(design);
         let numbers = Numbers::of(&design.model, &design.structure, before, &self.controls);
         let probes = Places::of(&design.structure, before).probes;
-        if numbers.len() == self.numbers.len() && !(0..probes).any(|part| numbers.differs(&self.numbers, part)) {
+        let same = numbers.len() == self.numbers.len() && !(0..probes).any(|part| numbers.differs(&self.numbers, part));
+        if same && !self.is_behind() {
             return false;
         }
         self.controls = numbers::controls(&design.structure, before);
         self.numbers = Numbers::of(&design.model, &design.structure, before, &self.controls);
-        for (step, track) in self.tracks.iter_mut().enumerate().filter(|(step, _)| problem.reads(*step)) {
-            let steps = &design.steps[..=step];
-            let followed = track.as_mut().is_some_and(|track| track.step(design.structure.clone(), steps.to_vec()));
-            if !followed {
-                *track = Followable::at(design, step);
+        let both = self.tracks.iter_mut().zip(&mut self.behind).enumerate();
+        for (step, (track, behind)) in both.filter(|(step, _)| problem.reads(*step)) {
+            let steps = design.steps[..=step].to_vec();
+            let mut followed = |track: &mut Followable| track.step(design.structure.clone(), steps.clone(), control);
+            if track.as_mut().is_some_and(&mut followed) {
+                *behind = false;
+                continue;
+            }
+            // A state that was not followed for want of time is worth keeping.
+            let found = Followable::at(design, step, control);
+            *behind = found.is_none() && control.is_stopped();
+            if !*behind {
+                *track = found;
             }
         }
         true
     }
 
+    /// Whether any end is not where the last state is.
+    fn is_behind(&self) -> bool {
+        self.behind.contains(&true)
+    }
+
     /// Values of all probes at the ends of the steps; not a number where there is no state.
     fn values(&mut self, problem: &Problem, model: &Model, record: &StepHistory) -> Vec<Vec<f64>> {
         let mut after: Vec<Vec<f64>> = Vec::with_capacity(self.tracks.len());
-        for track in &mut self.tracks {
+        for (track, &behind) in self.tracks.iter_mut().zip(&self.behind) {
             let values = match track {
-                Some(track) => problem.probe_values(model, record, track.read(), &after),
-                None => vec![f64::NAN; model.probes.len()],
+                Some(track) if !behind => problem.probe_values(model, record, track.read(), &after),
+                _ => vec![f64::NAN; model.probes.len()],
             };
             after.push(values);
         }
@@ -183,13 +230,14 @@ impl Earlier {
     fn another(&self) -> Self {
         let another = |track: &Option<Followable>| track.as_ref().map(Followable::another);
         let tracks = self.tracks.iter().map(another).collect();
-        Self { controls: self.controls.clone(), numbers: self.numbers.clone(), tracks }
+        Self { controls: self.controls.clone(), numbers: self.numbers.clone(), tracks, behind: self.behind.clone() }
     }
 }
 
 /// Follows the first steps of a design.
-fn follow(design: &Design, count: usize) -> Result<(Followed<'static>, History), SolveError> {
-    base::follow(&design.structure, &design.steps[..count], count, &Options::default(), &mut |_| true)
+fn follow(design: &Design, count: usize, control: &Control) -> Result<(Followed<'static>, History), SolveError> {
+    let options = Options { stop: control.stop.clone(), ..Options::default() };
+    base::follow(&design.structure, &design.steps[..count], count, &options, &mut |_| !control.is_stopped())
 }
 
 fn before(design: &Design) -> &[Step] {
@@ -216,31 +264,46 @@ impl Live {
     /// Where the way does not lead there: an equilibrium that ends or loses its stability, or values that make no network. The
     /// state is then the last one on the way, [`Live::present`] says whose, and what was set stays set.
     pub fn solve(&mut self) -> Result<(), Reason> {
-        let went = self.go();
+        self.solve_while(&Control::default())
+    }
+
+    /// The same, which may be stopped on the way: the state is then the last one that was reached, as where the way ends.
+    /// Outputs of steps before the last one that were not followed there are no numbers, until the next solve.
+    ///
+    /// # Errors
+    /// As [`Live::solve`], and [`Reason::Interrupted`].
+    pub fn solve_while(&mut self, control: &Control) -> Result<(), Reason> {
+        let went = self.go(control);
         if let Some((design, state)) = self.reached.take() {
             if let Some(earlier) = &mut self.earlier
-                && earlier.go(&self.problem, &design)
+                && earlier.go(&self.problem, &design, control)
             {
                 self.after = earlier.values(&self.problem, &design.model, &self.record);
             }
             let values = self.problem.probe_values(&design.model, &self.record, state, &self.after);
             self.values = self.outputs(&values);
         }
-        went
+        match &self.earlier {
+            Some(earlier) if earlier.is_behind() => went.and(Err(Reason::Interrupted)),
+            _ => went,
+        }
     }
 
-    fn go(&mut self) -> Result<(), Reason> {
+    fn go(&mut self, control: &Control) -> Result<(), Reason> {
         let from = self.present.clone();
         let (mut at, mut part) = (0.0, 1.0);
         while at < 1.0 {
+            if control.is_stopped() {
+                return Err(Reason::Interrupted);
+            }
             let next = f64::min(at + part, 1.0);
             let row: Vec<f64> = match next {
                 1.0 => self.wanted.clone(),
                 _ => from.iter().zip(&self.wanted).map(|(from, to)| from + next * (to - from)).collect(),
             };
-            if self.step(row)? {
+            if self.step(row, control)? {
                 (at, part) = (next, LONGER * part);
-            } else {
+            } else if !control.is_stopped() {
                 part = SHORTER * (next - at);
                 if part < SHORTEST {
                     return Err(Reason::Lost { fraction: at });
@@ -250,10 +313,10 @@ impl Live {
         Ok(())
     }
 
-    /// Goes to values nearby; false where no equilibrium of the same stability is there.
-    fn step(&mut self, row: Vec<f64>) -> Result<bool, Reason> {
+    /// Goes to values nearby; false where no equilibrium of the same stability is there, or nobody waits any longer.
+    fn step(&mut self, row: Vec<f64>, control: &Control) -> Result<bool, Reason> {
         let design = self.problem.whole_design(&row)?;
-        if !self.track.step(design.structure.clone(), design.steps.clone()) {
+        if !self.track.step(design.structure.clone(), design.steps.clone(), control) {
             return Ok(false);
         }
         let state = self.track.read();
@@ -274,11 +337,22 @@ impl Live {
         &self.values
     }
 
-    /// Whether the present state is stable; `None` where loads have no potential.
-    pub fn stable(&self) -> Option<bool> {
-        match &self.track {
+    /// Whether the present state is stable, as a solve from the beginning says it; `None` where that is not known.
+    ///
+    /// Where loads have no potential and masses are known that is a matter of small vibrations, which are looked at when it is
+    /// asked for, once a state: they take many times what the way to it took.
+    pub fn stable(&mut self) -> Option<bool> {
+        match &mut self.track {
             Followable::Plane(track) => track.stable(),
             Followable::Space(track) => track.stable(),
+        }
+    }
+
+    /// [`Live::stable`], where it takes no time.
+    pub fn judged(&self) -> Option<Option<bool>> {
+        match &self.track {
+            Followable::Plane(track) => track.judged(),
+            Followable::Space(track) => track.judged(),
         }
     }
 
@@ -312,8 +386,8 @@ impl Followable {
     }
 
     /// The end of a step of a design, on a way to it from the beginning; nothing where that does not lead there.
-    fn at(design: &Design, step: usize) -> Option<Self> {
-        let (followed, history) = follow(design, step + 1).ok()?;
+    fn at(design: &Design, step: usize, control: &Control) -> Option<Self> {
+        let (followed, history) = follow(design, step + 1, control).ok()?;
         let complete = base::is_complete(&history) && history.steps.iter().all(|step| step.fraction == 1.0);
         complete.then(|| Self::of(followed, design.steps[..=step].to_vec()))
     }
@@ -325,10 +399,10 @@ impl Followable {
         }
     }
 
-    fn step(&mut self, structure: Structure, steps: Vec<Step>) -> bool {
+    fn step(&mut self, structure: Structure, steps: Vec<Step>, control: &Control) -> bool {
         match self {
-            Self::Plane(track) => track.step(structure, steps),
-            Self::Space(track) => track.step(structure, steps),
+            Self::Plane(track) => track.step(structure, steps, control),
+            Self::Space(track) => track.step(structure, steps, control),
         }
     }
 
@@ -361,7 +435,12 @@ impl Lives {
 
     /// Goes to the values that were set; gives for every state why it did not get there, where it did not.
     pub fn solve(&mut self) -> Vec<Option<Reason>> {
-        self.states.par_iter_mut().map(|state| state.solve().err()).collect()
+        self.solve_while(&Control::default())
+    }
+
+    /// The same, which may be stopped on the way: those that are not there yet then stay where they are.
+    pub fn solve_while(&mut self, control: &Control) -> Vec<Option<Reason>> {
+        self.states.par_iter_mut().map(|state| state.solve_while(control).err()).collect()
     }
 
     /// The outputs in the present states: a row of m values each.
@@ -370,8 +449,13 @@ impl Lives {
     }
 
     /// Whether the present states are stable, as [`Live::stable`].
-    pub fn stable(&self) -> Vec<Option<bool>> {
-        self.states.iter().map(Live::stable).collect()
+    pub fn stable(&mut self) -> Vec<Option<bool>> {
+        self.states.par_iter_mut().map(Live::stable).collect()
+    }
+
+    /// The same, where it takes no time for all of them.
+    pub fn judged(&self) -> Option<Vec<Option<bool>>> {
+        self.states.iter().map(Live::judged).collect()
     }
 
     /// One of the states.

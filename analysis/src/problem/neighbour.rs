@@ -20,16 +20,19 @@ pub(super) const NOTHING: f64 = 1e-10;
 /// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
 const MOST: usize = 8;
 const SETTLED: f64 = 1e-11;
+/// The part of the first one that the last one may be.
+const NEARLY: f64 = 1e-9;
 
 /// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
 /// there but for the factors. Gives how far its joints moved (radians, or sizes of the network), to second order: the step
-/// after the last one that was made counts; `None` where the tangent has no inverse.
-pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<Vec<f64>> {
-    let (mut first, mut moved) = (0.0, Vec::new());
+/// after the last one that was made counts; and whether held strains settled. `None` where the tangent has no inverse.
+pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<(Vec<f64>, bool)> {
+    let (mut first, mut last, mut moved) = (0.0, 0.0, Vec::new());
     system.gather(true);
     for pass in 0..MOST {
         let (step, components) = step(system, known)?;
         let size = components.iter().fold(0.0, |most: f64, component| most.max(component.abs()));
+        last = size;
         if pass == 0 {
             first = size;
             moved = components;
@@ -46,7 +49,8 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         }
         system.gather(true);
     }
-    Some(moved)
+    let settled = !system.loading.holds_strains() || last <= NEARLY * first || first < NOTHING;
+    Some((moved, settled))
 }
 
 /// What the factors of `known` make of what is out of balance, and the displacements (over the size of the network) and

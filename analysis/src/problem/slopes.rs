@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use pennate_models::probes::ProbeKind;
 use pennate_models::{Model, discretize};
 use pennate_solver::continuation::Continuation;
-use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::history::{Equilibrium, History, NodeState, Status, StepHistory};
 use pennate_solver::joints::Held;
 use pennate_solver::structure::{Change, Step};
 
+use super::adjoint::Exact;
 use super::design::{Design, take_pieces};
 use super::explicit::Kept;
 use super::gradient::Row;
@@ -24,6 +26,9 @@ use crate::together::{self, Found, Packs, Standing};
 const APART: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// Part by which the differences at both distances may differ: its square is left after extrapolation.
 const AGREED: f64 = 1e-4;
+/// The same as a part of what is greatest of its kind, over the whole of a parameter, where a shorter distance may tell more and where
+/// none does: a derivative that vanishes, as that of a reaction that statics fixes, has no part of its own.
+const VANISHES: [f64; 2] = [1e-6, 1e-4];
 /// By how much the tangent may change over this part of a parameter: it vanishes about so far away where it changes by all.
 /// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
@@ -63,6 +68,8 @@ pub(super) struct Slopes<'a> {
 struct Neighbour {
     values: Vec<f64>,
     moved: Vec<f64>,
+    /// Whether its held strains are what they are in equilibrium: what is left of them does not fall as the square of the distance.
+    settled: bool,
 }
 
 /// How much the path bends between two neighbours on both sides of the design.
@@ -72,6 +79,43 @@ fn bend(ahead: &[f64], behind: &[f64]) -> f64 {
     };
     let (together, apart) = (largest(|ahead, behind| ahead + behind), largest(|ahead, behind| ahead - behind));
     if apart > NOTHING { together / apart } else { 0.0 }
+}
+
+/// What is greatest of its kind in a state.
+#[derive(Default)]
+struct Greatest {
+    displacement: f64,
+    /// Radians.
+    rotation: f64,
+    force: f64,
+    moment: f64,
+}
+
+impl Greatest {
+    fn of(state: &Equilibrium) -> Self {
+        let among = |vector: fn(&NodeState) -> [f64; 3]| {
+            state.nodes.iter().map(|node| solution::norm(vector(node))).fold(0.0, f64::max)
+        };
+        Self {
+            displacement: among(|node| node.displacement),
+            rotation: among(|node| node.rotation),
+            force: solution::largest_force(state),
+            moment: solution::largest_moment(state),
+        }
+    }
+
+    /// Of the kind of a probe, or of a component of a node; at least the value itself.
+    fn like(&self, kind: Option<ProbeKind>, value: f64) -> f64 {
+        let greatest = match kind {
+            None => self.displacement.max(self.rotation),
+            Some(ProbeKind::Displacement) => self.displacement,
+            Some(ProbeKind::Rotation) => self.rotation.to_degrees(),
+            Some(ProbeKind::Force) => self.force,
+            Some(ProbeKind::Moment | ProbeKind::GreatestMoment) => self.moment,
+            Some(ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other) => 0.0,
+        };
+        greatest.max(value.abs())
+    }
 }
 
 impl<'a> Slopes<'a> {
@@ -126,10 +170,11 @@ impl<'a> Slopes<'a> {
             }
             let at = (index, &end.as_ref()?.state);
             let slopes = match found.system(self.design.posed(), index)? {
-                Standing::Plane(mut system) => self.adjoint(&mut system, at, &kept, &mut plane),
-                Standing::Space(mut system) => self.adjoint(&mut system, at, &kept, &mut space),
+                Standing::Plane(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut plane),
+                Standing::Space(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut space),
             };
-            self.keep(index, &kept, slopes?.ok()?);
+            let found = slopes?.ok()?;
+            self.keep(index, &kept, found.regular.then_some(found.slopes)?);
         }
         Some(self.finish(None))
     }
@@ -196,17 +241,30 @@ impl<'a> Slopes<'a> {
         // Mixed stresses are one iteration behind the state: the tangent is to be that of the equilibrium.
         path.system.advance(path.system.pattern.equations.has_general());
         let (probes, inputs) = (self.after[index].len(), self.row.len());
-        let found = self.adjoint(&mut path.system, (index, &last.state), &kept, copies);
+        let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
         let (slopes, reason) = match found {
-            Some(Ok(slopes)) => (slopes, None),
             Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
-            None => {
+            Some(Ok(exact)) if exact.regular && exact.whole => (exact.slopes, None),
+            found => {
                 path.system.assemble(false);
-                self.by_neighbours(path, packs, (index, record), &kept)
+                let exact = found.and_then(Result::ok);
+                let (mut slopes, reason) = self.by_neighbours(path, packs, (index, record), &kept, exact.as_ref());
+                if let Some(Exact { slopes: exact, regular, .. }) = exact {
+                    // Where neighbours show no singular point, they leave no doubt about what no distance goes into.
+                    let both = slopes.iter_mut().zip(exact);
+                    let better = both.filter(|(slope, exact)| exact.is_finite() && (regular || slope.is_finite()));
+                    better.for_each(|(slope, exact)| *slope = exact);
+                }
+                (slopes, reason)
             }
         };
         self.keep(index, &kept, slopes);
         reason.map_or(Ok(()), Err)
+    }
+
+    /// Stops where nobody waits any longer.
+    pub(super) fn wanted(&self) -> Result<(), Reason> {
+        if self.control.is_stopped() { Err(Reason::Interrupted) } else { Ok(()) }
     }
 
     /// Derivatives of all probes at the end of a step, and of components that the next one keeps, by equilibria nearby; with
@@ -217,12 +275,23 @@ impl<'a> Slopes<'a> {
         packs: Packs<D>,
         at: (usize, &StepHistory),
         kept: &[Component],
+        exact: Option<&Exact>,
     ) -> (Vec<f64>, Option<Reason>) {
         let inputs = self.row.len();
         let mut slopes = vec![f64::NAN; (self.after[at.0].len() + kept.len()) * inputs];
         let mut reason = None;
+        let probes = &self.design.model.probes;
+        let stated = |quantity: usize| {
+            exact.is_some_and(|exact| exact.slopes[quantity * inputs..][..inputs].iter().all(|slope| slope.is_finite()))
+        };
+        // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near:
+        // expressions follow what they refer to.
+        let regular = exact.is_some_and(|exact| exact.regular);
+        let refers = |quantity: usize| quantity < probes.len() && probes.operands(quantity).is_some();
+        let known = |quantity: usize| stated(quantity) && (regular || refers(quantity));
+        let counts = |quantity: usize| !known(quantity) && (stated(quantity) || self.counts(at.0, quantity));
         for input in 0..inputs {
-            match self.slope(path, packs, at, input, kept) {
+            match self.slope(path, packs, at, (input, [&known, &counts]), kept) {
                 Ok((column, doubtful)) => {
                     for (quantity, slope) in column.into_iter().enumerate() {
                         slopes[quantity * inputs + input] = slope;
@@ -280,18 +349,21 @@ impl<'a> Slopes<'a> {
     }
 
     /// Derivatives of all probes, and of the components that the next step keeps, by one parameter; with the reason where some
-    /// of them are not to be trusted, and are no numbers.
+    /// of them are not to be trusted, and are no numbers. Which of them are known in another way, and which have to be trusted, is
+    /// given.
     fn slope<const D: usize>(
         &self,
         path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, record): (usize, &StepHistory),
-        input: usize,
+        (input, [known, counts]): (usize, [&dyn Fn(usize) -> bool; 2]),
         kept: &[Component],
     ) -> Result<(Vec<f64>, Option<Reason>), Reason> {
         let value = self.row[input];
         let size = if value == 0.0 { 1.0 } else { value.abs() };
         let largest = self.after[index].iter().filter(|value| value.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        let probes = &self.design.model.probes;
+        let greatest = solution::last_state(record).map(Greatest::of).unwrap_or_default();
         let mut slopes: Vec<f64> = Vec::new();
         let mut open: Vec<usize> = Vec::new();
         for (round, part) in APART.into_iter().enumerate() {
@@ -300,7 +372,11 @@ impl<'a> Slopes<'a> {
                 let mut at = |by: f64| self.neighbour(path, packs, (index, record), (input, by), kept);
                 let (ahead, behind) = (at(by)?, at(-by)?);
                 let bends = bend(&ahead.moved, &behind.moved) > CHANGED * by / (NEAR * size);
-                if bends { Err(Reason::Singular { step: index }) } else { Ok([ahead.values, behind.values]) }
+                let unsettled = round + 1 < APART.len() && !(ahead.settled && behind.settled);
+                match bends || unsettled {
+                    true => Err(Reason::Singular { step: index }),
+                    false => Ok([ahead.values, behind.values]),
+                }
             };
             // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
             let (near, far) = match pair(apart).and_then(|near| Ok((near, pair(2.0 * apart)?))) {
@@ -316,20 +392,26 @@ impl<'a> Slopes<'a> {
                     |[ahead, behind]: &[Vec<f64>; 2], by: f64| (ahead[quantity] - behind[quantity]) / (2.0 * by);
                 let (one, two) = (slope(&near, apart), slope(&far, 2.0 * apart));
                 let noise = ROUNDING * largest.max(near[0][quantity].abs()) / apart;
+                let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
+                let vanishes = VANISHES[usize::from(round + 1 == APART.len())];
+                let nothing = vanishes * greatest.like(kind, near[0][quantity]) / size;
                 // What is not a number in the state itself is none here either.
-                if (one - two).abs() > AGREED * one.abs() + noise {
+                if (one - two).abs() > (AGREED * one.abs()).max(nothing) + noise {
                     open.push(quantity);
                 }
                 slopes[quantity] = one + (one - two) / 3.0;
             }
-            if !open.iter().any(|&quantity| self.counts(index, quantity)) {
+            if !open.iter().any(|&quantity| counts(quantity)) {
                 break;
             }
         }
         let mut reason = None;
         for quantity in open {
+            if known(quantity) {
+                continue;
+            }
             slopes[quantity] = f64::NAN;
-            if self.counts(index, quantity) {
+            if counts(quantity) {
                 reason = reason.or(Some(self.doubt(index, quantity)));
             }
         }
@@ -359,6 +441,7 @@ impl<'a> Slopes<'a> {
         (input, by): (usize, f64),
         kept: &[Component],
     ) -> Result<Neighbour, Reason> {
+        self.wanted()?;
         let mut row = self.row.to_vec();
         row[input] += by;
         let model = self
@@ -377,7 +460,8 @@ impl<'a> Slopes<'a> {
         let mut system = together::system(&path.system, packs, structure, &self.design.steps);
         system.adopt(&path.system);
         system.stand_at_end(&path.system, held, &drives);
-        let moved = neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
+        let (moved, settled) =
+            neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
         let state = neighbour::read(&mut system);
         // Values after the steps before, to first order: that is all that counts.
         let inputs = self.row.len();
@@ -388,7 +472,7 @@ impl<'a> Slopes<'a> {
         let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(later).collect();
         let mut values = self.probes(&model, record, state, &after);
         values.extend(kept.iter().map(|&(node, component)| together::present(&system, node, component)));
-        Ok(Neighbour { values, moved })
+        Ok(Neighbour { values, moved, settled })
     }
 
     /// What is held at the end of the present step, with the values of a neighbour.

@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
+use pennate_solver::base;
 use pennate_solver::continuation::OutOfPlane;
-use pennate_solver::history::Equilibrium;
+use pennate_solver::history::{Equilibrium, Growth};
 use pennate_solver::joints::Held;
 use pennate_solver::newton::{Newton, Start};
 use pennate_solver::results;
-use pennate_solver::structure::{Change, Member, Step, Structure};
+use pennate_solver::structure::{Change, Dimension, Member, Step, Structure};
 use pennate_solver::system::{State, System};
 
-use super::neighbour;
+use super::{Control, neighbour};
 use crate::together::{self, Kind};
 
 /// An iteration that takes more than this, or whose first move is larger (radians, or lengths of a member), may lead anywhere.
@@ -27,6 +28,8 @@ pub(super) struct Track<const D: usize> {
     /// Those of the present state.
     steps: Vec<Step>,
     verdict: Verdict,
+    /// Whether small vibrations about the present state stay small, once that was asked for.
+    vibrates: Option<Option<bool>>,
 }
 
 /// How stable a state is.
@@ -45,7 +48,10 @@ impl<const D: usize> Track<D> {
     pub(super) fn new(kind: Kind<D>, system: System<D>, sideways: bool, steps: Vec<Step>) -> Self {
         let kind = Kind { lateral: kind.lateral.filter(|_| sideways), ..kind };
         let lateral = kind.lateral.map(|build| build(&system));
-        let mut track = Self { kind, system, last: State::default(), lateral, steps, verdict: Verdict::default() };
+        let (last, verdict) = (State::default(), Verdict::default());
+        let mut track = Self { kind, system, last, lateral, steps, verdict, vibrates: None };
+        // Nobody waits for what led here any more.
+        track.system.stop = None;
         track.system.assemble(false);
         track.verdict = track.judge();
         track
@@ -57,18 +63,20 @@ impl<const D: usize> Track<D> {
         let mut system = together::system(&self.system, self.kind.packs, structure, &self.steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, self.system.pattern.equations.held.clone(), &self.system.loading.drives);
-        Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone())
+        let vibrates = self.vibrates;
+        Self { vibrates, ..Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone()) }
     }
 
-    /// Goes to the equilibrium for other numbers; false, with nothing changed, where that is not the one next to it.
-    pub(super) fn step(&mut self, structure: Structure, steps: Vec<Step>) -> bool {
+    /// Goes to the equilibrium for other numbers; false, with nothing changed, where that is not the one next to it, or where
+    /// nobody waits any longer.
+    pub(super) fn step(&mut self, structure: Structure, steps: Vec<Step>, control: &Control) -> bool {
         let held = neighbour::rows(&self.held(&steps), &structure);
         let mut drives = vec![0.0; structure.drives.len()];
         for &(drive, value) in steps.iter().flat_map(|step| &step.targets) {
             drives[drive] = value;
         }
         if !same_geometry(&self.system.structure, &structure) {
-            return self.step_anew(structure, steps, held, &drives);
+            return self.step_anew(structure, steps, (held, &drives), control);
         }
         let before = (
             Arc::clone(&self.system.structure),
@@ -77,7 +85,7 @@ impl<const D: usize> Track<D> {
         );
         self.system.save(&mut self.last);
         self.take(Arc::new(structure), held, &drives);
-        if self.settle() {
+        if self.settle(control) {
             self.steps = steps;
             return true;
         }
@@ -90,14 +98,20 @@ impl<const D: usize> Track<D> {
     }
 
     /// The same with another geometry: in another system, which takes the place of the present one where it gets there.
-    fn step_anew(&mut self, structure: Structure, steps: Vec<Step>, held: Vec<Held>, drives: &[f64]) -> bool {
+    fn step_anew(
+        &mut self,
+        structure: Structure,
+        steps: Vec<Step>,
+        (held, drives): (Vec<Held>, &[f64]),
+        control: &Control,
+    ) -> bool {
         let mut system = together::system(&self.system, self.kind.packs, structure, &steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, held, drives);
         let lateral = self.kind.lateral.map(|build| build(&system));
         let old = std::mem::replace(&mut self.system, system);
         let old_lateral = std::mem::replace(&mut self.lateral, lateral);
-        let reached = self.settle();
+        let reached = self.settle(control);
         if reached {
             self.steps = steps;
         } else {
@@ -117,9 +131,12 @@ impl<const D: usize> Track<D> {
     }
 
     /// Iterates from the last state; true where that led to the equilibrium next to it, of the same stability.
-    fn settle(&mut self) -> bool {
+    fn settle(&mut self, control: &Control) -> bool {
         let start = Start { predicted: false, may_wander: false, ..Start::nearby() };
-        let Ok(found) = Newton::default().solve(&mut self.system, start) else { return false };
+        self.system.stop.clone_from(&control.stop);
+        let found = Newton::default().solve(&mut self.system, start);
+        self.system.stop = None;
+        let Ok(found) = found else { return false };
         if found.iterations > FEW || self.system.moves.first_own > FAR {
             return false;
         }
@@ -130,7 +147,7 @@ impl<const D: usize> Track<D> {
             verdict.odd == self.verdict.odd
         };
         if same {
-            self.verdict = verdict;
+            (self.verdict, self.vibrates) = (verdict, None);
         }
         same
     }
@@ -155,9 +172,21 @@ impl<const D: usize> Track<D> {
         verdict
     }
 
-    /// Whether the present state is stable; `None` where loads have no potential.
-    pub(super) fn stable(&self) -> Option<bool> {
-        self.verdict.potential.then_some(self.verdict.negative == 0)
+    /// Whether the present state is stable, where that is known already: inside, `None` where nobody can say.
+    pub(super) fn judged(&self) -> Option<Option<bool>> {
+        if self.verdict.potential {
+            return Some(Some(self.verdict.negative == 0));
+        }
+        self.vibrates.or_else(|| (!base::vibrations_tell(&self.system)).then_some(None))
+    }
+
+    /// Whether the present state is stable; `None` where loads have no potential and vibrations do not tell either.
+    pub(super) fn stable(&mut self) -> Option<bool> {
+        self.judged().unwrap_or_else(|| {
+            let space = if self.lateral.is_some() || D == 6 { Dimension::Space } else { Dimension::Plane };
+            let found = (self.kind.vibration)(&self.system, space).map(|vibration| vibration.growth == Growth::None);
+            *self.vibrates.insert(found)
+        })
     }
 
     /// What a user may ask of the present state.

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use pennate_solver::base;
 use pennate_solver::chain::Pack;
 use pennate_solver::continuation::{self, OutOfPlane};
+use pennate_solver::history::Vibration;
 use pennate_solver::joints::{Active, Topology};
 use pennate_solver::lateral::{self, Lateral};
 use pennate_solver::packs;
-use pennate_solver::structure::{Step, Structure};
+use pennate_solver::structure::{Dimension, Step, Structure};
 use pennate_solver::system::System;
 
 /// Builds the chains of a structure.
@@ -26,6 +28,8 @@ pub(crate) struct Kind<const D: usize> {
     pub active: Active<D>,
     /// Of networks in the plane alone.
     pub lateral: Option<Sideways<D>>,
+    /// What judges states whose loads have no potential.
+    pub vibration: fn(&System<D>, Dimension) -> Option<Vibration>,
 }
 
 impl<const D: usize> Kind<D> {
@@ -47,13 +51,15 @@ pub(crate) fn plane(designs: usize) -> Kind<3> {
         Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))
     };
     let (packs, packs_of_parts) = (packs::plane, packs::plane_of_parts);
-    Kind { packs, packs_of_parts, designs, active: [0, 1, 5], lateral: Some(lateral) }
+    let vibration = base::vibration_in_plane;
+    Kind { packs, packs_of_parts, designs, active: [0, 1, 5], lateral: Some(lateral), vibration }
 }
 
 /// So many networks in space.
 pub(crate) fn space(designs: usize) -> Kind<6> {
     let (packs, packs_of_parts) = (packs::space, packs::space_of_parts);
-    Kind { packs, packs_of_parts, designs, active: [0, 1, 2, 3, 4, 5], lateral: None }
+    let vibration = base::vibration_in_space;
+    Kind { packs, packs_of_parts, designs, active: [0, 1, 2, 3, 4, 5], lateral: None, vibration }
 }
 
 /// A system for a structure of the same topology and mesh.

@@ -1,6 +1,10 @@
 //! Equilibria that are followed.
 
-use pennate_analysis::problem::{Live, Problem, Reason};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use pennate_analysis::problem::{Control, Live, Problem, Reason};
 use pennate_models::Document;
 
 const DYAD: &str = include_str!("../../../models/networks/dyad.toml");
@@ -97,5 +101,116 @@ fn outputs_of_earlier_steps_follow_too() {
     other.set(0, 18.0);
     other.solve().unwrap();
     is_near(&other, &problem);
+    is_near(&live, &problem);
+}
+
+/// What is held where it was stays there, whatever a solve from the beginning would hold.
+#[test]
+fn what_is_held_where_it_was_stays_there() {
+    let end = DYAD.find("[[steps]]").unwrap();
+    let probes = DYAD.find("[probes]").unwrap();
+    let steps = r#"
+[[steps]]
+name = "inflate"
+pressure = { all = "= p" }
+[[steps]]
+name = "hold"
+hold = { J = ["uy"] }
+pressure = { all = "= 0.5 * p" }
+"#;
+    let text = format!("{}{steps}{}", &DYAD[..end], &DYAD[probes..]).replace("L = 130", "p = 22\nL = 130");
+    let document = Document::from_text("dyad.toml", &text);
+    let problem = Problem::new(&document, &[], &["p"], &["stroke", "stroke@inflate"], 1e-6).unwrap();
+    let mut live = problem.live().unwrap();
+    let held = live.values()[0];
+    live.set(0, 18.0);
+    live.solve().unwrap();
+    assert!((live.values()[0] - held).abs() < 1e-9 * held.abs(), "{} {held}", live.values()[0]);
+    let solved = problem.evaluate(&[18.0]).values;
+    assert!((solved[0] - held).abs() > 1e-3 * held.abs());
+    assert!((live.values()[1] - solved[1]).abs() < 1e-8 * solved[1].abs());
+}
+
+/// Loads that turn with their node have no potential: where masses are known small vibrations tell, whoever is asked.
+#[test]
+fn the_verdict_is_that_of_a_solve() {
+    for (density, known) in [("", None), (", density = 1e-9", Some(true))] {
+        for force in ["[\"= -0.2 * F\", \"= F\"]", "[\"= -0.2 * F\", \"= F\", \"= 0.4 * F\"]"] {
+            let text = format!(
+                r#"format = "pennate/1"
+                parameters = {{ F = 0.5, L = 100 }}
+                nodes = {{ A = [0, 0], B = ["= L", 0] }}
+                materials.polymer = {{ youngs_modulus = 2000, poissons_ratio = 0.4{density} }}
+                sections.rod = {{ circle = {{ radius = 1.5 }} }}
+                members.rod = {{ nodes = ["A", "B"], section = "rod", material = "polymer" }}
+                supports = {{ A = "clamped" }}
+                steps = [{{ name = "push", follower_force = {{ B = {force} }} }}]
+                probes = {{ x = {{ node = "B", position = "x" }} }}
+            "#
+            );
+            let document = Document::from_text("rod.toml", &text);
+            let problem = Problem::new(&document, &[], &["F", "L"], &["x"], 1e-6).unwrap();
+            let row = [0.6, 103.0];
+            assert_eq!(problem.evaluate(&row).stable, [known]);
+            assert_eq!(problem.gradient(&row).stable, [known]);
+            let mut all = problem.live_all(2).unwrap();
+            assert_eq!(all.stable(), [known; 2]);
+            all.set(&[row, row].concat());
+            assert!(all.solve().iter().all(Option::is_none));
+            assert_eq!(all.judged(), known.is_none().then(|| vec![None; 2]));
+            assert_eq!(all.stable(), [known; 2]);
+            assert_eq!(all.judged(), Some(vec![known; 2]));
+        }
+    }
+}
+
+/// A way that is stopped ends at an equilibrium on it, whose values are those that are told.
+#[test]
+fn a_way_that_is_stopped_ends_where_it_came_to() {
+    let text = DYAD
+        .replace("L = 130", "p = 20\nL = 130")
+        .replace("left = \"25 psi\", pair = 25", "all = \"= p\"")
+        .replace("[probes]", "[probes]\nboth = \"= holding + stroke@inflate\"");
+    let document = Document::from_text("dyad.toml", &text);
+    let problem = Problem::new(&document, &[], &["p", "beta"], &["stroke@inflate", "holding", "both"], 1e-6).unwrap();
+    let mut live = problem.live().unwrap();
+    let stopped = Control { stop: Some(Arc::new(AtomicBool::new(true))) };
+    let before = live.values().to_vec();
+    live.set(0, 24.0);
+    assert!(matches!(live.solve_while(&stopped), Err(Reason::Interrupted)));
+    assert_eq!((live.values(), live.present()[0]), (before.as_slice(), 20.0));
+    assert!(matches!(problem.live_while(&stopped), Err(Reason::Interrupted)));
+    assert!(matches!(problem.live_all_while(3, &stopped), Err(Reason::Interrupted)));
+    let gradient = problem.gradient_while(&problem.middle(), &stopped);
+    assert!(matches!(gradient.reasons[0], Some(Reason::Interrupted)));
+
+    let mut interrupted = 0;
+    for round in 0..60 {
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let finger = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_micros(40 * (round % 20)));
+            flag.store(true, Ordering::Relaxed);
+        });
+        let wanted = [[14.0, 40.0], [24.0, 20.0]][usize::from(round % 2 == 0)];
+        (0..2).for_each(|parameter| live.set(parameter, wanted[parameter]));
+        let went = live.solve_while(&Control { stop: Some(stop) });
+        finger.join().unwrap();
+        let solved = problem.evaluate(live.present()).values;
+        for (index, (followed, solved)) in live.values().iter().zip(&solved).enumerate() {
+            let near = (followed - solved).abs() < 1e-8 * (1.0 + solved.abs());
+            // Ends of earlier steps that nobody waited for are not told.
+            assert!(near || went.is_err() && index != 1 && followed.is_nan(), "{followed} {solved}");
+        }
+        match went {
+            Ok(()) => assert_eq!(live.present(), wanted),
+            Err(reason) => {
+                assert!(matches!(reason, Reason::Interrupted), "{reason:?}");
+                interrupted += 1;
+            }
+        }
+    }
+    assert!(interrupted > 0);
+    live.solve().unwrap();
     is_near(&live, &problem);
 }

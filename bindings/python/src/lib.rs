@@ -13,6 +13,7 @@ mod program;
 mod solution;
 mod spectrum;
 mod tree;
+mod turns;
 
 use pyo3::prelude::*;
 

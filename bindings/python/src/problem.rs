@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pennate::diagnostics::Message;
@@ -12,14 +12,18 @@ use pennate_analysis::problem::{Control, Live as State, Lives as States, Problem
 use pennate_solver::error::SolveError;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::findings::{mechanism, unsolved, wrong};
 use crate::guard::{self, patient, quick};
 use crate::network::Network;
+use crate::turns::{Turn, Turns};
 
 /// Calls that take longer, in nanoseconds, are made where signals are heard: a person notices a tenth of a second.
 const LONG: u64 = 50_000_000;
+/// The same of calls on what is kept: these may take some hundred times as long as those before.
+const BRIEF: u64 = 300_000;
 
 /// A pool of threads, by the process that it belongs to and the number of threads.
 type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
@@ -67,8 +71,28 @@ type Why = (usize, &'static str, String);
 pub(crate) struct Problem {
     compiled: Compiled,
     threads: usize,
-    /// How long a design took in the last call, in nanoseconds; at first nobody knows.
-    pace: AtomicU64,
+    values: Pace,
+    gradients: Pace,
+}
+
+/// How long a design took in the last call of a kind, in nanoseconds; at first nobody knows.
+struct Pace(AtomicU64);
+
+impl Pace {
+    fn unknown() -> Self {
+        Self(AtomicU64::new(u64::MAX))
+    }
+
+    /// How long so many designs will take.
+    fn of(&self, designs: usize) -> u64 {
+        self.0.load(Ordering::Relaxed).saturating_mul(designs.max(1) as u64)
+    }
+
+    /// Takes note of a call that took so long.
+    fn note(&self, took: Duration, designs: usize) {
+        let each = took.as_nanos() / (designs.max(1) as u128);
+        self.0.store(u64::try_from(each).unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
 }
 
 /// Compiles a network; `sample` has one row of values a design.
@@ -87,7 +111,7 @@ pub(crate) fn compile(
     })?;
     match (made, raised) {
         (_, Some(raised)) => Err(raised),
-        (Ok(compiled), None) => Ok(Problem { compiled, threads, pace: AtomicU64::new(u64::MAX) }),
+        (Ok(compiled), None) => Ok(Problem { compiled, threads, values: Pace::unknown(), gradients: Pace::unknown() }),
         (Err(error), None) => Err(refused(py, network, &error)),
     }
 }
@@ -108,27 +132,38 @@ impl Problem {
     fn work<T: Send>(
         &self,
         py: Python<'_>,
+        pace: &Pace,
         designs: usize,
         work: impl FnOnce(&Compiled, &Control) -> T + Send,
     ) -> PyResult<T> {
         let begin = Instant::now();
-        let here = designs == 1 || self.threads == 1;
-        let expected = self.pace.load(Ordering::Relaxed).saturating_mul(designs as u64);
         let compiled = &self.compiled;
-        let done = match expected < LONG {
-            // To wake another thread takes longer than a small design.
-            true if here => quick(py, || alone(|| work(compiled, &Control::default())))?,
-            true => quick(py, || Ok(pool(self.threads)?.install(|| work(compiled, &Control::default()))))?,
-            false => match patient(py, &None, |stop, _| {
-                Ok(pool(self.threads)?.install(|| work(compiled, &Control { stop: Some(stop) })))
+        let done = if pace.of(designs) < LONG {
+            let control = Control::default();
+            quick(py, || self.on_threads(designs, &control, || work(compiled, &control)))?
+        } else {
+            match patient(py, &None, |stop, _| {
+                let control = Control { stop: Some(stop) };
+                self.on_threads(designs, &control, || work(compiled, &control))
             })? {
                 (_, Some(raised)) => return Err(raised),
                 (done, None) => done,
-            },
+            }
         };
-        let each = begin.elapsed().as_nanos() / (designs.max(1) as u128);
-        self.pace.store(u64::try_from(each).unwrap_or(u64::MAX), Ordering::Relaxed);
+        pace.note(begin.elapsed(), designs);
         done.map_err(PyRuntimeError::new_err)
+    }
+
+    /// Does work on so many designs on the threads of this problem. Work that nobody may stop is done on the present one where one is
+    /// enough: to wake another one takes longer than a small design.
+    fn on_threads<T: Send>(
+        &self,
+        designs: usize,
+        control: &Control,
+        work: impl FnOnce() -> T + Send,
+    ) -> Result<T, String> {
+        let here = control.stop.is_none() && (designs == 1 || self.threads == 1);
+        if here { alone(work) } else { Ok(pool(self.threads)?.install(work)) }
     }
 
     fn why(&self, reasons: &[Option<Reason>]) -> Vec<Why> {
@@ -189,7 +224,8 @@ impl Problem {
         if designs == 0 {
             return Ok((array(py, Vec::new(), &[0, self.compiled.outputs().len()])?, Vec::new(), Vec::new()));
         }
-        let answer = self.work(py, designs, |problem, control| problem.evaluate_while(&values, control))?;
+        let work = |problem: &Compiled, control: &Control| problem.evaluate_while(&values, control);
+        let answer = self.work(py, &self.values, designs, work)?;
         let outputs = self.compiled.outputs().len();
         let shape = if alone { vec![outputs] } else { vec![designs, outputs] };
         Ok((array(py, answer.values, &shape)?, self.why(&answer.reasons), answer.stable))
@@ -208,7 +244,8 @@ impl Problem {
             let none = array(py, Vec::new(), &[0, outputs])?;
             return Ok((none, array(py, Vec::new(), &[0, outputs, inputs])?, Vec::new(), Vec::new()));
         }
-        let answer = self.work(py, designs, |problem, control| problem.gradient_while(&values, control))?;
+        let work = |problem: &Compiled, control: &Control| problem.gradient_while(&values, control);
+        let answer = self.work(py, &self.gradients, designs, work)?;
         let lead = if alone { vec![] } else { vec![designs] };
         let shape = |rest: &[usize]| lead.iter().chain(rest).copied().collect::<Vec<usize>>();
         let y = array(py, answer.values, &shape(&[outputs]))?;
@@ -233,17 +270,22 @@ impl Problem {
     /// One equilibrium that is kept.
     fn live(slf: &Bound<'_, Self>) -> PyResult<Live> {
         let problem = slf.get();
-        let made = problem.work(slf.py(), 1, |compiled, _| compiled.live())?;
+        // How long this takes is not known beforehand.
+        let made = problem.work(slf.py(), &Pace::unknown(), 1, Compiled::live_while)?;
         let state = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
-        Ok(Live { problem: slf.clone().unbind(), state: Mutex::new(state) })
+        let seen = Seen::new(seen(slf.py(), facts(&state))?);
+        Ok(Live { problem: slf.clone().unbind(), kept: Kept::new(state), seen })
     }
 
     /// So many of them, side by side.
     fn live_all(slf: &Bound<'_, Self>, count: usize) -> PyResult<Lives> {
         let problem = slf.get();
-        let made = problem.work(slf.py(), 1, |compiled, _| compiled.live_all(count))?;
+        let made =
+            problem.work(slf.py(), &Pace::unknown(), 1, |compiled, control| compiled.live_all_while(count, control))?;
         let states = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
-        Ok(Lives { problem: slf.clone().unbind(), states: Mutex::new(states) })
+        let reasons = vec![None; count];
+        let seen = Seen::new(all_seen(problem, slf.py(), (states.values(), states.judged()), &reasons)?);
+        Ok(Lives { problem: slf.clone().unbind(), kept: Kept::new(states), count, seen })
     }
 }
 
@@ -268,40 +310,120 @@ fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Bo
     }
 }
 
+/// What is kept between calls, which take turns: one of them may be made while another one works.
+struct Kept<T> {
+    turns: Turns<T>,
+    pace: Pace,
+}
+
+/// What came of a call: the number of its turn, its answer, and the exception that a signal raised meanwhile.
+type Turned<R> = (u64, R, Option<PyErr>);
+
+impl<T: Send> Kept<T> {
+    fn new(kept: T) -> Self {
+        Self { turns: Turns::new(kept), pace: Pace::unknown() }
+    }
+
+    /// Works on what is kept, where signals are heard if it may take long, or other calls come first. No call waits for its turn on a
+    /// thread that others need to get on.
+    ///
+    /// # Errors
+    /// What a signal raised while the call waited: nothing has changed then.
+    fn work<R: Send>(
+        &self,
+        py: Python<'_>,
+        pace: &Pace,
+        states: usize,
+        work: impl FnOnce(&mut T, &Control) -> Result<R, String> + Send,
+    ) -> PyResult<Turned<R>> {
+        let take = |turn: &Turn<'_, T>, control: &Control| {
+            let begin = Instant::now();
+            let done = turn.with(|kept| work(kept, control));
+            pace.note(begin.elapsed(), states);
+            (turn.number, done)
+        };
+        let free = if pace.of(states) < BRIEF { self.turns.at_once() } else { None };
+        let (done, raised) = match free {
+            Some(turn) => (Some(quick(py, move || take(&turn, &Control::default()))?), None),
+            None => patient(py, &None, |stop, _| {
+                let turn = self.turns.wait(&stop)?;
+                Some(take(&turn, &Control { stop: Some(stop) }))
+            })?,
+        };
+        match (done, raised) {
+            (Some((number, done)), raised) => Ok((number, done.map_err(PyRuntimeError::new_err)?, raised)),
+            (None, Some(raised)) => Err(raised),
+            (None, None) => Err(PyRuntimeError::new_err("a call did not have its turn")),
+        }
+    }
+}
+
+/// What Python sees of what is kept: that of the last turn, whoever's it was. It is changed here, where no signal comes between.
+struct Seen(Mutex<(u64, Py<PyTuple>)>);
+
+impl Seen {
+    fn new(facts: Bound<'_, PyTuple>) -> Self {
+        Self(Mutex::new((0, facts.unbind())))
+    }
+
+    fn get(&self, py: Python<'_>) -> Py<PyTuple> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).1.clone_ref(py)
+    }
+
+    /// Takes over what is seen after a turn, unless a later one is seen already.
+    fn set(&self, turn: u64, facts: Bound<'_, PyTuple>) {
+        let mut seen = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let old = if turn >= seen.0 { std::mem::replace(&mut *seen, (turn, facts.unbind())).1 } else { facts.unbind() };
+        drop(seen);
+        drop(old);
+    }
+}
+
 /// An equilibrium that is kept, and followed.
 #[pyclass(frozen, module = "pennate._core")]
 pub(crate) struct Live {
     problem: Py<Problem>,
-    state: Mutex<State>,
+    kept: Kept<State>,
+    seen: Seen,
+}
+
+/// The outputs and the parameters of a state, and whether it is stable, where that is known.
+type Facts = (Vec<f64>, Vec<f64>, Option<Option<bool>>);
+
+fn facts(state: &State) -> Facts {
+    (state.values().to_vec(), state.present().to_vec(), state.judged())
+}
+
+/// The outputs, the parameters, whether the verdict is known, and the verdict.
+fn seen(py: Python<'_>, (values, present, judged): Facts) -> PyResult<Bound<'_, PyTuple>> {
+    let [values, present] = [values, present].map(|numbers| PyArray1::from_vec(py, numbers));
+    (values, present, judged.is_some(), judged.flatten()).into_pyobject(py)
 }
 
 #[pymethods]
 impl Live {
-    /// Goes to a row of values; what the state is then, whether it is stable, and why it is not there.
-    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
-    fn go<'py>(
-        &self,
-        py: Python<'py>,
-        x: Vec<f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Option<bool>, Option<Why>)> {
+    /// Goes to a row of values; why the state is not there, and the exception that ended the way early.
+    fn go(&self, py: Python<'_>, x: Vec<f64>) -> PyResult<(Option<Why>, Option<PyErr>)> {
         let problem = self.problem.get();
-        let (reason, values, present, stable) = quick(py, || {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (turn, (reason, facts), raised) = self.kept.work(py, &self.kept.pace, 1, |state, control| {
             x.iter().enumerate().for_each(|(parameter, &value)| state.set(parameter, value));
-            let reason = state.solve().err();
-            (reason, state.values().to_vec(), state.present().to_vec(), state.stable())
+            let reason = state.solve_while(control).err();
+            Ok((reason, facts(state)))
         })?;
+        self.seen.set(turn, seen(py, facts)?);
         let why = reason.map(|why| (0, problems::kind(&why), problems::reason(&problem.compiled, &why)));
-        Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, present), stable, why))
+        Ok((why, raised))
     }
 
-    /// What the state is, and whether it is stable.
-    fn now<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Option<bool>) {
-        let (values, present, stable) = py.detach(|| {
-            let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-            (state.values().to_vec(), state.present().to_vec(), state.stable())
-        });
-        (PyArray1::from_vec(py, values), PyArray1::from_vec(py, present), stable)
+    /// What the state is: outputs, parameters, whether the verdict is known, and the verdict.
+    fn now(&self, py: Python<'_>) -> Py<PyTuple> {
+        self.seen.get(py)
+    }
+
+    /// Whether the state is stable, where that takes a look at vibrations.
+    fn stable(&self, py: Python<'_>) -> PyResult<Option<bool>> {
+        let (_, stable, raised) = self.kept.work(py, &Pace::unknown(), 1, |state, _| Ok(state.stable()))?;
+        raised.map_or(Ok(stable), Err)
     }
 }
 
@@ -309,36 +431,53 @@ impl Live {
 #[pyclass(frozen, module = "pennate._core")]
 pub(crate) struct Lives {
     problem: Py<Problem>,
-    states: Mutex<States>,
+    kept: Kept<States>,
+    count: usize,
+    seen: Seen,
+}
+
+/// The outputs of states, and whether they are stable, where that is known of all.
+type AllFacts = (Vec<f64>, Option<Vec<Option<bool>>>);
+
+/// The outputs of states, (n, m), whether they are stable, and why some are not where they were to go.
+fn all_seen<'py>(
+    problem: &Problem,
+    py: Python<'py>,
+    (values, judged): AllFacts,
+    reasons: &[Option<Reason>],
+) -> PyResult<Bound<'py, PyTuple>> {
+    let shape = [reasons.len(), problem.compiled.outputs().len()];
+    (array(py, values, &shape)?, judged, problem.why(reasons)).into_pyobject(py)
 }
 
 #[pymethods]
 impl Lives {
-    /// Goes to rows of values, (n, k); what the states are then, (n, m), whether they are stable, and why some are not there.
-    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
-    fn go<'py>(
-        &self,
-        py: Python<'py>,
-        x: PyReadonlyArrayDyn<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Vec<Option<bool>>, Vec<Why>)> {
+    /// Goes to rows of values, (n, k); gives the exception that ended the way early.
+    fn go(&self, py: Python<'_>, x: PyReadonlyArrayDyn<'_, f64>) -> PyResult<Option<PyErr>> {
         let problem = self.problem.get();
-        let (values, designs, _) = problem.rows(&x)?;
-        let (reasons, values, stable) = problem.work(py, designs, |_, _| {
-            let mut states = self.states.lock().unwrap_or_else(PoisonError::into_inner);
-            states.set(&values);
-            let reasons = states.solve();
-            (reasons, states.values(), states.stable())
-        })?;
-        let outputs = problem.compiled.outputs().len();
-        Ok((array(py, values, &[designs, outputs])?, stable, problem.why(&reasons)))
+        let (rows, _, _) = problem.rows(&x)?;
+        let go = |states: &mut States, control: &Control| {
+            states.set(&rows);
+            let reasons = problem.on_threads(self.count, control, || states.solve_while(control))?;
+            Ok(((states.values(), states.judged()), reasons))
+        };
+        let (turn, (facts, reasons), raised) = self.kept.work(py, &self.kept.pace, self.count, go)?;
+        self.seen.set(turn, all_seen(problem, py, facts, &reasons)?);
+        Ok(raised)
     }
 
-    /// What the states are, (n, m).
-    fn now<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Vec<Option<bool>>)> {
-        let (values, stable) = py.detach(|| {
-            let states = self.states.lock().unwrap_or_else(PoisonError::into_inner);
-            (states.values(), states.stable())
-        });
-        Ok((array(py, values, &[stable.len(), self.problem.get().compiled.outputs().len()])?, stable))
+    /// What the states are: outputs, (n, m), whether they are stable, where that is known of all, and why some are not where they
+    /// were to go.
+    fn now(&self, py: Python<'_>) -> Py<PyTuple> {
+        self.seen.get(py)
+    }
+
+    /// Whether the states are stable, where that takes a look at vibrations.
+    fn stable(&self, py: Python<'_>) -> PyResult<Vec<Option<bool>>> {
+        let problem = self.problem.get();
+        let stable =
+            |states: &mut States, control: &Control| problem.on_threads(self.count, control, || states.stable());
+        let (_, stable, raised) = self.kept.work(py, &Pace::unknown(), self.count, stable)?;
+        raised.map_or(Ok(stable), Err)
     }
 }

@@ -175,6 +175,34 @@ def test_live_states_side_by_side(problem: pennate.Problem) -> None:
         lives.set(pressure=[1.0, 2.0])
 
 
+@pytest.mark.parametrize(("density", "verdict"), [({}, None), ({"density": 1e-9}, True)])
+def test_live_states_are_judged_as_solves_are(density: dict[str, float], verdict: bool | None) -> None:
+    # A load that turns with its node has no potential: vibrations tell where masses are known.
+    network = pennate.Network(
+        {
+            "format": "pennate/1",
+            "parameters": {"F": 0.5},
+            "nodes": {"A": [0, 0], "B": [100, 0]},
+            "materials": {"polymer": {"youngs_modulus": 2000, "poissons_ratio": 0.4, **density}},
+            "sections": {"rod": {"circle": {"radius": 1.5}}},
+            "members": {"rod": {"nodes": ["A", "B"], "section": "rod", "material": "polymer"}},
+            "supports": {"A": "clamped"},
+            "steps": [{"name": "push", "follower_force": {"B": ["= -0.2 * F", "= F"]}}],
+            "probes": {"x": {"node": "B", "position": "x"}},
+        }
+    )
+    assert network.set(F=0.6).solve().stable == (verdict,)
+    problem = network.problem(["F"], ["x"])
+    problem([0.6])
+    assert problem.stable == [verdict]
+    problem.gradient([0.6])
+    assert problem.stable == [verdict]
+    assert problem.live().set(F=0.6).solve().stable is verdict
+    lives = problem.live(2)
+    assert lives.stable == [verdict] * 2
+    assert lives.set(F=[0.6, 0.4]).solve().stable == [verdict] * 2
+
+
 def test_problems_are_pickled_and_called_by_threads_and_processes(problem: pennate.Problem) -> None:
     x = np.stack([np.linspace(15, 30, 40), np.linspace(15, 25, 40)], axis=1)
     y = problem(x)

@@ -81,6 +81,110 @@ def test_ctrl_c_stops_a_solve_and_keeps_what_converged() -> None:
     assert np.isfinite(caught.value.solution.displacement[0]).all()
 
 
+class Finger:
+    """Presses Ctrl-C after some seconds, and tells how long ago that was."""
+
+    def __init__(self, after: float) -> None:
+        self.at = float("inf")
+        self.timer = threading.Timer(after, self._press)
+        self.timer.start()
+
+    def _press(self) -> None:
+        self.at = time.perf_counter()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def ago(self) -> float:
+        self.timer.join()
+        return time.perf_counter() - self.at
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_stops_states_side_by_side_and_keeps_what_was_done() -> None:
+    problem = pennate.scene("stage").problem(["beta"], ["stroke"], threads=1)
+    lives = problem.live(4000)
+    assert isinstance(lives, pennate.Lives)
+    before = lives.values.copy()
+    wanted = problem.middle[0] * np.linspace(0.97, 1.03, len(lives))
+    finger = Finger(0.1)
+    with pytest.raises(KeyboardInterrupt):
+        lives.set(beta=wanted).solve()
+    assert finger.ago() < 1.0
+    done = np.array([reason is None for reason in lives.reasons])
+    assert done.any() and not done.all()
+    assert {reason.kind for reason in lives.reasons if reason is not None} == {"interrupted"}
+    assert lives.stable == [True] * len(lives)
+    np.testing.assert_allclose(lives.values[done], problem(wanted[done][:, None]), rtol=1e-8)
+    # Two at most were on their way.
+    assert (lives.values[~done] != before[~done]).any(axis=1).sum() <= 2
+    few = problem.live(3)
+    assert isinstance(few, pennate.Lives) and few.set(beta=wanted[:3]).solve().reasons == [None] * 3
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_stops_a_live_state_and_keeps_what_it_came_to() -> None:
+    problem = pennate.scene("spiral", cells=12).problem(["H"], ["tilt"])
+    live = problem.live()
+    assert isinstance(live, pennate.Live)
+    start = live.present["H"]
+    finger = Finger(0.3)
+    with pytest.raises(KeyboardInterrupt):
+        for times in range(1000):
+            live.set(H=start * (1.4 if times % 2 == 0 else 1.0)).solve()
+    assert finger.ago() < 1.0
+    assert live.stable is True
+    np.testing.assert_allclose(live.values, problem([live.present["H"]]), rtol=1e-7)
+    live.set(H=start).solve()
+    np.testing.assert_allclose(live.values, problem([start]), rtol=1e-7)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_stops_derivatives() -> None:
+    problem = pennate.scene("stage").problem(["beta", "L"], ["stroke"], threads=1)
+    designs = problem.middle * np.linspace(0.99, 1.01, 20000)[:, None]
+    # What one design takes says little of many.
+    problem(designs[0])
+    finger = Finger(0.3)
+    with pytest.raises(KeyboardInterrupt):
+        problem.gradient(designs)
+    assert finger.ago() < 1.0
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_calls_on_states_side_by_side_take_turns(dyad: pennate.Network) -> None:
+    problem = dyad.problem(["beta"], ["holding"], threads=2)
+    for lives in (problem.live(64), problem.live()):
+
+        def solve(lives: pennate.Lives | pennate.Live = lives) -> None:
+            for beta in np.linspace(20.0, 24.0, 40):
+                lives.set(beta=float(beta)).solve()
+
+        threads = [threading.Thread(target=solve, daemon=True) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(120.0)
+            assert not thread.is_alive()
+        lives.set(beta=24.0).solve()
+        np.testing.assert_allclose(np.ravel(lives["holding"])[0], problem([24.0])[0], rtol=1e-8)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_is_heard_while_a_call_waits_for_its_turn() -> None:
+    problem = pennate.scene("stage").problem(["beta"], ["stroke"], threads=1)
+    lives = problem.live(6000)
+    assert isinstance(lives, pennate.Lives)
+    lives.set(beta=problem.middle[0] * 1.03)
+    other = threading.Thread(target=lives.solve)
+    other.start()
+    time.sleep(0.05)
+    finger = Finger(0.1)
+    with pytest.raises(KeyboardInterrupt):
+        lives.solve()
+    assert finger.ago() < 0.5
+    other.join()
+    assert lives.reasons == [None] * len(lives)
+
+
 def test_other_threads_run_while_rust_works() -> None:
     network = many_increments()
     done = threading.Event()

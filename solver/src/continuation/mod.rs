@@ -447,20 +447,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
     }
 
     fn mesh_size(&self) -> MeshSize {
-        let structure = &self.system.structure;
-        let per_node = if D == 3 { 3 } else { 6 };
-        let mut elements = 0;
-        let mut interior = 0;
-        for member in &structure.members {
-            let count: usize = member.segments.iter().map(|s| s.elements.max(1)).sum();
-            elements += count;
-            interior += count * member.order - 1;
-        }
-        MeshSize {
-            nodes: structure.nodes.len() + interior,
-            elements,
-            unknowns: self.system.pattern.equations.size + per_node * interior,
-        }
+        mesh_size(&self.system)
     }
 
     /// How fast the present state may vary along the elements of every member.
@@ -500,4 +487,22 @@ impl<'a, const D: usize> Continuation<'a, D> {
 /// The longest part of a ramp that a step asks for; its prestress comes in by as many increments.
 fn longest_asked(step: &Step) -> f64 {
     step.min_increments.map_or(1.0, |count| 1.0 / count.max(1) as f64)
+}
+
+/// How large the mesh of a system is.
+pub(crate) fn mesh_size<const D: usize>(system: &System<D>) -> MeshSize {
+    let structure = &system.structure;
+    let per_node = if D == 3 { 3 } else { 6 };
+    let mut elements = 0;
+    let mut interior = 0;
+    for member in &structure.members {
+        let count: usize = member.segments.iter().map(|s| s.elements.max(1)).sum();
+        elements += count;
+        interior += count * member.order - 1;
+    }
+    MeshSize {
+        nodes: structure.nodes.len() + interior,
+        elements,
+        unknowns: system.pattern.equations.size + per_node * interior,
+    }
 }

@@ -7,9 +7,6 @@ use crate::history::{Growth, Note, Status, StepHistory};
 use crate::newton::Start;
 use crate::structure::Dimension;
 
-/// Unknowns of a mesh up to which vibrations are looked at: those of 5,000 take two seconds.
-const MOST: usize = 5000;
-
 impl<const D: usize> Continuation<'_, D> {
     /// Takes back the verdict on the end of a step where rounding hides the sign of the lowest stiffness.
     ///
@@ -52,8 +49,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Judges the end of a step whose loads have no potential by how small vibrations go on about it, where masses are known.
     fn judge_vibration(&mut self, record: &mut StepHistory) {
-        let unknowns = self.mesh_size().unknowns;
-        if flutter::known_mass(&self.system.structure).is_none() || unknowns > MOST {
+        if !flutter::may_judge(&self.system) {
             return;
         }
         record.vibration = self.vibration.and_then(|judge| judge(&self.system, record.stability));

@@ -2,7 +2,7 @@
 
 use super::System;
 use crate::chain::adopt;
-use crate::joints::Held;
+use crate::joints::{EndKind, Held};
 
 impl<const D: usize> System<D> {
     /// Takes over the state of a system with the same joints, members and elements, number by number: displacements,
@@ -17,6 +17,15 @@ impl<const D: usize> System<D> {
             for (lane, member) in pack.mesh().members.clone().into_iter().enumerate() {
                 let (from, theirs) = other.members.chain(member);
                 adopt(pack.as_mut(), lane, from, theirs);
+            }
+        }
+        // Axes of their own take released ends elsewhere by the same turns.
+        for (index, member) in self.structure.members.iter().enumerate() {
+            for (end, release) in self.places.releases[index].iter_mut().enumerate() {
+                if let EndKind::Axes(axes) = &self.topology.ends[index][end] {
+                    let place = &self.places.joints[self.topology.links[member.nodes[end]].joint].place;
+                    release.turn_from(axes, (place.rotation, place.angle));
+                }
             }
         }
         self.place_ends();

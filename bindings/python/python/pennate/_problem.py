@@ -186,20 +186,19 @@ class Live:
         live.set(pressure=12.5)
         live.solve()
         live["holding"], live.stable
+
+    It stays on its branch: what a step of the file holds where it was (`hold`, `displace_by`) is held where it was at the values of the
+    file, whatever the parameters are set to, where `problem(x)` would hold it where the steps lead at `x`. Calls of several threads
+    take turns.
     """
 
-    __slots__ = ("_core", "_present", "_wanted", "problem", "stable", "values")
+    __slots__ = ("_core", "_wanted", "problem")
     problem: Problem
-    values: Array
-    """(m,), the probes in the present state."""
-    stable: bool | None
-    """Whether the present state is stable; `None` where that is not defined, or not known."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self._core = problem._call.live()
-        self.values, self._present, self.stable = self._core.now()
-        self._wanted = self._present.tolist()
+        self._wanted = self._core.now()[1].tolist()
 
     def set(self, **parameters: float) -> Live:
         """Sets parameters to values that the next `solve` goes to."""
@@ -213,16 +212,36 @@ class Live:
 
         Raises:
             SolveError: The way does not lead there. The last state is kept, and so is what was set.
+            KeyboardInterrupt: Ctrl-C was pressed on the way. The last state that was reached is kept, and `present` says whose it
+                is; probes of earlier steps that were not followed there are NaN until the next `solve`.
         """
-        self.values, self._present, self.stable, why = self._core.go(self._wanted)
+        why, raised = self._core.go(self._wanted)
+        if raised is not None:
+            raise raised
         if why is not None:
             raise SolveError(why[2])
         return self
 
     @property
+    def values(self) -> Array:
+        """(m,), the probes in the present state."""
+        return self._core.now()[0]
+
+    @property
     def present(self) -> dict[str, float]:
         """The parameters that the present state belongs to."""
-        return dict(zip(self.problem.parameters, self._present.tolist()))
+        return dict(zip(self.problem.parameters, self._core.now()[1].tolist()))
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether the present state is stable; `None` where that is not defined, or not known.
+
+        Under loads that have no potential (those that turn with their node, moments in space) it is a matter of small vibrations
+        where masses are known, as `solve` has it: these are looked at when this is asked for, once a state. Where rounding hides a
+        verdict `solve` has `None`, which is not looked at here.
+        """
+        _, _, known, stable = self._core.now()
+        return stable if known else self._core.stable()
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise TypeError("a live state can neither be copied nor pickled: make another one of its problem, and set that")
@@ -240,19 +259,18 @@ class Live:
 
 
 class Lives:
-    """Equilibria that are kept and followed side by side; everything is an array over them."""
+    """Equilibria that are kept and followed side by side; everything is an array over them.
 
-    __slots__ = ("_core", "_found", "_stable", "_wanted", "problem", "values")
+    Each of them is what a `Live` is. Calls of several threads take turns.
+    """
+
+    __slots__ = ("_core", "_wanted", "problem")
     problem: Problem
-    values: Array
-    """(n, m), the probes in the present states."""
 
     def __init__(self, problem: Problem, count: int) -> None:
         self.problem = problem
         self._core = problem._call.live_all(count)
-        self.values, self._stable = self._core.now()
         self._wanted = np.tile(problem.middle, (count, 1))
-        self._found: list[tuple[int, str, str]] = []
 
     def __len__(self) -> int:
         return len(self._wanted)
@@ -266,20 +284,33 @@ class Lives:
         return self
 
     def solve(self) -> Lives:
-        """Goes to the values that were set; where the way does not lead there, the last state is kept, and `reasons` says why."""
-        self.values, self._stable, self._found = self._core.go(self._wanted)
+        """Goes to the values that were set; where the way does not lead there, the last state is kept, and `reasons` says why.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C was pressed on the way. Each state is kept as far as it came, and `reasons` says of which
+                it was not all the way; probes of earlier steps that were not followed there are NaN until the next `solve`.
+        """
+        raised = self._core.go(self._wanted)
+        if raised is not None:
+            raise raised
         return self
 
     @property
+    def values(self) -> Array:
+        """(n, m), the probes in the present states."""
+        return self._core.now()[0]
+
+    @property
     def stable(self) -> list[bool | None]:
-        """Whether each state is stable; `None` where that is not defined, or not known."""
-        return list(self._stable)
+        """Whether each state is stable; `None` where that is not defined, or not known. See `Live.stable`."""
+        known = self._core.now()[1]
+        return self._core.stable() if known is None else list(known)
 
     @property
     def reasons(self) -> list[Reason | None]:
         """Why states did not get where the last `solve` was to go."""
         found: list[Reason | None] = [None] * len(self)
-        for index, kind, text in self._found:
+        for index, kind, text in self._core.now()[2]:
             found[index] = Reason(text, kind)
         return found
 
