@@ -25,9 +25,10 @@ const NEARLY: f64 = 1e-9;
 
 /// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
 /// there but for the factors. Gives how far its joints moved (radians, or sizes of the network), to second order: the step
-/// after the last one that was made counts; and whether held strains settled. `None` where the tangent has no inverse.
+/// after the last one that was made counts; and whether steps that are repeated settled. `None` where the tangent has no inverse.
 pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<(Vec<f64>, bool)> {
     let (mut first, mut last, mut moved) = (0.0, 0.0, Vec::new());
+    let repeats = system.loading.holds_strains() || system.pattern.equations.has_general();
     system.gather(true);
     for pass in 0..MOST {
         let (step, components) = step(system, known)?;
@@ -39,7 +40,6 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         } else {
             moved.iter_mut().zip(&components).for_each(|(sum, component)| *sum += component);
         }
-        let repeats = system.loading.holds_strains() || system.pattern.equations.has_general();
         let done = pass > 0 && (!repeats || size <= SETTLED * first);
         if done {
             break;
@@ -49,7 +49,7 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         }
         system.gather(true);
     }
-    let settled = !system.loading.holds_strains() || last <= NEARLY * first || first < NOTHING;
+    let settled = !repeats || last <= NEARLY * first || first < NOTHING;
     Some((moved, settled))
 }
 

@@ -85,8 +85,10 @@ impl<const D: usize> Continuation<'_, D> {
         let mode = self.system.tangent.softest_motion(&self.system.pattern, self.system.size);
         let motions = self.system.pattern.motions_of(&mode);
         let (node, mode) = self.mode_of(&motions);
-        // Where rounding hides the sign of a stiffness at the near end already it may have been lost long before.
-        let located = since.filter(|_| !self.base.neutral).map(|since| (fraction - since).abs());
+        // Where rounding hides the sign of a stiffness at the near end already, and that may bend a member, it may be lost before.
+        let is_hidden = self.base.neutral && self.system.may_hide_bending();
+        let hidden = if is_hidden { self.tuning.bracket * fraction.abs() } else { 0.0 };
+        let located = since.map(|since| (fraction - since).abs().max(hidden));
         CriticalPoint { kind, fraction, error: None, located, node, member: None, sideways, mode }
     }
 
