@@ -184,6 +184,50 @@ fn equal_frequencies_of_equal_members_are_all_found() {
     assert_near(&found, &expected, 1e-6);
 }
 
+/// Four storeys of columns under beams ten thousand times as stiff, at nine tenths of the critical load: whether members cannot be
+/// stretched, or next to nothing, the vibrations are the same, and none is lost.
+#[test]
+fn stiff_beams_on_columns_that_cannot_be_stretched_do_not_hide_vibrations() {
+    let frame = |axial: &str| {
+        let (mut nodes, mut members, mut supports, mut loads) =
+            (String::new(), String::new(), String::new(), String::new());
+        for line in 0..4 {
+            for storey in 0..5 {
+                nodes += &format!("J{line}_{storey} = [{}, {}]\n", 100 * line, 100 * storey);
+                if storey == 0 {
+                    supports += &format!("J{line}_0 = \"clamped\"\n");
+                    continue;
+                }
+                let below = storey - 1;
+                members += &format!(
+                    "c{line}_{storey} = {{ nodes = [\"J{line}_{below}\", \"J{line}_{storey}\"], section = \"column\" }}\n"
+                );
+                if line < 3 {
+                    let next = line + 1;
+                    members += &format!(
+                        "b{line}_{storey} = {{ nodes = [\"J{line}_{storey}\", \"J{next}_{storey}\"], section = \"beam\" }}\n"
+                    );
+                }
+            }
+            loads += &format!("J{line}_4 = [0, {:?}], ", -0.09 * PI * PI);
+        }
+        let section = |ei: &str| format!("{{ stiffness = {{ EI3 = {ei}, mass_per_length = 1e-6, {axial} }}");
+        network(&format!(
+            "dimension = \"plane\"\n[nodes]\n{nodes}[sections]\ncolumn = {}\nbeam = {}\n[members]\n{members}\
+             [supports]\n{supports}\n[[steps]]\nname = \"load\"\nforce = {{ {loads} }}\n",
+            section("1e3"),
+            section("1e7"),
+        ))
+    };
+    let found = |axial: &str| modes(&frame(axial).file, &["--count", "4"]);
+    let rigid = found("EA = 1 }, stretch = false");
+    let stiff = frequencies(&found("EA = 1e10 }"), None);
+    assert_eq!(stiff.len(), 4);
+    assert_near(&frequencies(&rigid, None), &stiff, 1e-5);
+    let notes = rigid["notes"].to_string();
+    assert!(!notes.contains("missing"), "{notes}");
+}
+
 /// Pictures hold the mode as a displacement and its frequency.
 #[test]
 fn every_mode_has_a_picture() {
