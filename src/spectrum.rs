@@ -148,6 +148,7 @@ fn no_modes(why: NoModes) -> Message {
             ..Message::default()
         },
         NoModes::NotSettled | NoModes::NotReached => not_settled(),
+        NoModes::NotFound => not_found("mode"),
     }
 }
 
@@ -172,6 +173,7 @@ fn no_factors(why: NoFactors) -> Message {
             "name a step with loads, pressures or prescribed motions: --along NAME, or --step NAME for its end",
         ),
         NoFactors::NotSettled | NoFactors::NotReached => not_settled(),
+        NoFactors::NotFound => not_found("critical factor"),
     }
 }
 
@@ -181,6 +183,18 @@ fn no_potential() -> Message {
             .to_owned(),
         notes: vec!["follower loads, and dead moments on nodes that turn in space, are such loads".to_owned()],
         help: Some("apply dead forces, prescribed motions or pressures in their place".to_owned()),
+        ..Message::default()
+    }
+}
+
+fn not_found(what: &str) -> Message {
+    Message {
+        title: format!("no {what} is found: rounding hides all motions that the members allow"),
+        notes: vec![
+            "the stiffness of the network is too far apart, that of members or that of what cannot be stretched"
+                .to_owned(),
+        ],
+        help: Some("give what is all but rigid less stiffness, or make a rigid body of it".to_owned()),
         ..Message::default()
     }
 }

@@ -87,14 +87,14 @@ fn about(mut base: Base) -> Option<Vibration> {
     let numbers = unknowns.of_family(&base.system, family)?;
     let operators = assembled.of_family(&numbers);
     let skew = matrix(&base.system.tangent.skew_part(), &numbers);
-    let Shifted { shift, stiffness, form, factor } = Shifted::of(&operators)?;
+    let Shifted { shift, stiffness, form, constraints, factor } = Shifted::of(&operators)?;
     let pencil = Pencil {
         factor,
         shift: 0.0,
         stiffness: &stiffness,
         form: &form,
         other: &operators.mass,
-        constraints: &operators.constraints,
+        constraints: &constraints,
         analyzed: &Analyzed::default(),
     };
     let modes = pencil.largest(MODES[0]).vectors;

@@ -16,7 +16,7 @@ use crate::options::{Options, Progress};
 use crate::results;
 use crate::spectral::factor::{Analyzed, Factor};
 use crate::spectral::operators::{Assembled, Form, Operators};
-use crate::spectral::pencil::Pencil;
+use crate::spectral::pencil::{self, Pencil};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::{MemberId, Step, Structure};
@@ -81,6 +81,8 @@ pub enum NoModes {
     NoPotential,
     /// The stiffness is singular in motions that have no mass either.
     Singular,
+    /// Of what was found nothing is a motion that the members allow.
+    NotFound,
 }
 
 /// What was found about a state.
@@ -174,6 +176,9 @@ fn about(mut base: Base, wanted: usize) -> Result<Modes, NoModes> {
             modes.push(Mode { eigenvalue, rounding, family: *family, shape });
         }
     }
+    if modes.is_empty() {
+        return Err(NoModes::NotFound);
+    }
     modes.sort_by(|a, b| a.eigenvalue.total_cmp(&b.eigenvalue));
     modes.truncate(wanted);
     for mode in &mut modes {
@@ -202,9 +207,9 @@ struct Lowest {
 
 impl Lowest {
     fn of(operators: &Operators, wanted: usize) -> Option<Self> {
-        let Shifted { shift, stiffness, form, factor } = Shifted::of(operators)?;
-        let (other, constraints) = (&operators.mass, &operators.constraints);
-        let (stiffness, form, analyzed) = (&stiffness, &form, &Analyzed::default());
+        let Shifted { shift, stiffness, form, constraints, factor } = Shifted::of(operators)?;
+        let (other, analyzed) = (&operators.mass, &Analyzed::default());
+        let (stiffness, form, constraints) = (&stiffness, &form, &constraints);
         let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed };
         let pairs = pencil.largest(wanted);
         let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
@@ -227,17 +232,24 @@ pub(crate) struct Shifted {
     pub shift: f64,
     pub stiffness: sprs::CsMat<f64>,
     pub form: Form,
+    pub constraints: sprs::CsMat<f64>,
     pub factor: Factor,
 }
 
 impl Shifted {
     pub(crate) fn of(operators: &Operators) -> Option<Self> {
+        pencil::firm(operators, &Self::definite, &|shifted| &shifted.factor).map(|(_, shifted)| shifted)
+    }
+
+    fn definite(operators: &Operators) -> Option<Self> {
         let definite = |matrix: &sprs::CsMat<f64>| {
             Factor::new(matrix).filter(|factor| factor.negative == 0 && factor.neutral == 0)
         };
-        let Operators { stiffness, form, mass, .. } = operators;
+        let Operators { stiffness, form, mass, constraints, .. } = operators;
+        let constraints = constraints.clone();
         if let Some(factor) = definite(stiffness) {
-            return Some(Self { shift: 0.0, stiffness: stiffness.clone(), form: form.clone(), factor });
+            let (stiffness, form) = (stiffness.clone(), form.clone());
+            return Some(Self { shift: 0.0, stiffness, form, constraints, factor });
         }
         let trace = |matrix: &sprs::CsMat<f64>| matrix.diag().iter().map(|(_, value)| value.abs()).sum::<f64>();
         let inertia = trace(mass);
@@ -250,7 +262,7 @@ impl Shifted {
             let stiffness = stiffness + &added;
             if let Some(factor) = definite(&stiffness) {
                 let form = Form { strains: form.strains.clone(), rest: &form.rest + &added };
-                return Some(Self { shift, stiffness, form, factor });
+                return Some(Self { shift, stiffness, form, constraints, factor });
             }
             shift *= SHIFT_GROWTH;
         }
@@ -298,7 +310,7 @@ mod tests {
             let (stiffness, mass): (CsMat<f64>, CsMat<f64>) = (stiffness.to_csr(), mass.to_csr());
             let none: CsMat<f64> = TriMat::new((0, size)).to_csr();
             let form = Form { strains: none.clone(), rest: stiffness.clone() };
-            let operators = Operators { stiffness, form, mass, constraints: none };
+            let operators = Operators { stiffness, form, mass, constraints: none, holding: Vec::new() };
             let lowest = Lowest::of(&operators, 5).expect("modes");
             assert!(lowest.complete);
             let values: Vec<f64> = lowest.modes.iter().map(|mode| mode.0).collect();

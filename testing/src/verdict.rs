@@ -79,7 +79,9 @@ pub fn confirm(structure: &Structure, steps: &[Step], count: usize, stable: bool
             let scale = values.clone().map(f64::abs).fold(0.0, f64::max);
             values.reduce(f64::min).map(|lowest| if lowest.abs() <= NEUTRAL * scale { 0.0 } else { lowest })
         }),
-        Err(NoModes::NotReached | NoModes::NotSettled | NoModes::NoPotential | NoModes::Singular) => {
+        Err(
+            NoModes::NotReached | NoModes::NotSettled | NoModes::NoPotential | NoModes::Singular | NoModes::NotFound,
+        ) => {
             return Verdict::Unknown;
         }
     };

@@ -334,6 +334,36 @@ fn slender_frames_have_the_critical_loads_of_stability_functions() {
     }
 }
 
+/// Columns that cannot be stretched under beams that are thousands of times as stiff: what holds a column at its length has to be stiff
+/// beside these beams, not beside the column alone.
+#[test]
+fn stiff_beams_on_columns_that_cannot_be_stretched_do_not_hide_the_factor() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut rng = fastrand::Rng::with_seed(5);
+    for case in 0..12 {
+        let (storeys, bays) = (3 + case % 2, 3);
+        let mut around = |middle: f64, spread: f64| middle * spread.powf(2.0 * rng.f64() - 1.0);
+        let (height, width) = (around(95.0, 1.5), around(110.0, 1.8));
+        let frame = Frame {
+            heights: vec![height; storeys],
+            widths: vec![width; bays],
+            columns: vec![1e3; storeys],
+            beams: vec![around(5e6, 6.0); storeys],
+            loads: (0..storeys).map(|storey| if storey + 1 == storeys { 1.0 } else { 0.0 }).collect(),
+            slenderness: f64::INFINITY,
+            clamped: rng.bool(),
+            braced: false,
+        };
+        let exact = frame.critical_factor();
+        let (found, stated) = first_factor(&directory, &frame, 0.3 * exact, &[]);
+        let error = (found / exact - 1.0).abs();
+        assert!(
+            error <= 1e-6 && error <= 10.0 * stated,
+            "case {case}: {error:.1e} off, {stated:.1e} stated; {frame:?}"
+        );
+    }
+}
+
 /// Who asks for more does not get less.
 #[test]
 fn a_higher_accuracy_is_no_larger_error() {

@@ -184,6 +184,88 @@ fn equal_frequencies_of_equal_members_are_all_found() {
     assert_near(&found, &expected, 1e-6);
 }
 
+/// Four storeys of columns under beams ten thousand times as stiff, at nine tenths of the critical load: whether members cannot be
+/// stretched, or next to nothing, the vibrations are the same, and none is lost.
+#[test]
+fn stiff_beams_on_columns_that_cannot_be_stretched_do_not_hide_vibrations() {
+    let frame = |axial: &str| {
+        let (mut nodes, mut members, mut supports, mut loads) =
+            (String::new(), String::new(), String::new(), String::new());
+        for line in 0..4 {
+            for storey in 0..5 {
+                nodes += &format!("J{line}_{storey} = [{}, {}]\n", 100 * line, 100 * storey);
+                if storey == 0 {
+                    supports += &format!("J{line}_0 = \"clamped\"\n");
+                    continue;
+                }
+                let below = storey - 1;
+                members += &format!(
+                    "c{line}_{storey} = {{ nodes = [\"J{line}_{below}\", \"J{line}_{storey}\"], section = \"column\" }}\n"
+                );
+                if line < 3 {
+                    let next = line + 1;
+                    members += &format!(
+                        "b{line}_{storey} = {{ nodes = [\"J{line}_{storey}\", \"J{next}_{storey}\"], section = \"beam\" }}\n"
+                    );
+                }
+            }
+            loads += &format!("J{line}_4 = [0, {:?}], ", -0.09 * PI * PI);
+        }
+        let section = |ei: &str| format!("{{ stiffness = {{ EI3 = {ei}, mass_per_length = 1e-6, {axial} }}");
+        network(&format!(
+            "dimension = \"plane\"\n[nodes]\n{nodes}[sections]\ncolumn = {}\nbeam = {}\n[members]\n{members}\
+             [supports]\n{supports}\n[[steps]]\nname = \"load\"\nforce = {{ {loads} }}\n",
+            section("1e3"),
+            section("1e7"),
+        ))
+    };
+    let found = |axial: &str| modes(&frame(axial).file, &["--count", "4"]);
+    let rigid = found("EA = 1 }, stretch = false");
+    let stiff = frequencies(&found("EA = 1e10 }"), None);
+    assert_eq!(stiff.len(), 4);
+    assert_near(&frequencies(&rigid, None), &stiff, 1e-5);
+    let notes = rigid["notes"].to_string();
+    assert!(!notes.contains("missing"), "{notes}");
+}
+
+/// A thread under tension, clamped and turned round at its end by half a turn: it bends within a few tenths of a millimetre of its
+/// ends, which elements of equal length do not follow. The vibrations are those of a taut string between clamps,
+/// ωₙ = (nπ/L) √(N/ρA) (1 + 2ε + (4 + n²π²/2) ε²) with ε = √(EI/N)/L (P. M. Morse, Vibration and Sound, 1948), its stretch taken into
+/// account.
+#[test]
+fn a_thread_that_bends_at_its_ends_alone_has_the_frequencies_of_a_string() {
+    let (ea, ei, force, length): (f64, f64, f64, f64) = (121e3, 0.0234, 55.0, 100.0);
+    let thread = network(&format!(
+        r#"
+dimension = "space"
+[nodes]
+A = [0, 0, 0]
+B = [{length:?}, 0, 0]
+[sections]
+thread = {{ stiffness = {{ EA = {ea:?}, EI2 = {ei:?}, EI3 = {ei:?}, GJ = 0.0164, mass_per_length = 1e-6 }} }}
+[members]
+thread = {{ nodes = ["A", "B"], section = "thread" }}
+[supports]
+A = "clamped"
+B = ["uy", "uz", "rx", "ry", "rz"]
+[[steps]]
+name = "pull"
+force = {{ B = [{force:?}, 0, 0] }}
+[[steps]]
+name = "turn"
+rotation = {{ B = [176.7, 0, 13.31] }}
+"#
+    ));
+    let found = frequencies(&modes(&thread.file, &["--count", "4"]), None);
+    let ends = (ei / force).sqrt() / length;
+    let expected = [1.0, 1.0, 2.0, 2.0].map(|n: f64| {
+        let clamped = 1.0 + 2.0 * ends + (4.0 + 0.5 * (n * PI).powi(2)) * ends * ends;
+        n * PI / length * (force / 1e-6 / (1.0 + force / ea)).sqrt() * clamped
+    });
+    // The turned end bends the thread a little, and twists it.
+    assert_near(&found, &expected, 3e-6);
+}
+
 /// Pictures hold the mode as a displacement and its frequency.
 #[test]
 fn every_mode_has_a_picture() {

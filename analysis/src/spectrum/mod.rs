@@ -160,7 +160,8 @@ pub fn solve(
         Err(unknown) => return Err(NoSpectrum::NoStep(Box::new(model), unknown)),
     };
     let start = (options.clock)();
-    let mut search = Search { model: &model, request, place, options, observe, rounds: 0, lost: 0, stalls: 0 };
+    let mut search =
+        Search { model: &model, request, place, options, observe, rounds: 0, lost: 0, stalls: 0, asks_of_state: true };
     let adapted = adapt(&mut search, first_mesh(&model, request));
     let solve = (options.clock)().saturating_sub(start);
     let timing = Timing { solve, ..Timing::default() };

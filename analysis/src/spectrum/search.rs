@@ -11,7 +11,7 @@ use pennate_solver::structure::{Step, Structure};
 
 use super::place::Where;
 use super::values::{Judged, Values};
-use super::{NoSpectrum, Question, Request, first_mesh, with_orders_beyond};
+use super::{NoSpectrum, Question, Request, with_orders_beyond};
 use crate::accuracy::refine::{refinement_factor, shortened};
 use crate::accuracy::solve_to_accuracy;
 use crate::adapt::{Adaptive, Next};
@@ -57,6 +57,8 @@ pub(super) struct Search<'a> {
     pub lost: usize,
     /// Those of them, up to the last, that were no better than one before.
     pub stalls: usize,
+    /// Whether a mesh on which the state is not found again is to be followed by the one that the state needs.
+    pub asks_of_state: bool,
 }
 
 /// Why a search ends without an answer.
@@ -99,15 +101,29 @@ impl Adaptive for Search<'_> {
         }
         let (history, values) = match self.solve(&structure, &steps, &mesh, best) {
             Ok(found) => found,
+            Err(Failure::NoModes(NoModes::NotFound) | Failure::NoFactors(NoFactors::NotFound))
+                if best.is_some_and(|best| best.values.is_some()) =>
+            {
+                // Rounding of so fine a mesh hides what the one before told.
+                return Ok(Round { stalls: STALLS, ..Round::lost(mesh, None) });
+            }
             Err(Failure::NoModes(_) | Failure::NoFactors(_)) if best.is_some_and(|best| best.worst < NEAR) => {
                 // So fine a mesh that rounding leaves nothing: what is known stays.
                 return Ok(Round { stalls: STALLS, ..Round::lost(mesh, None) });
             }
-            Err(Failure::NoModes(NoModes::NotSettled) | Failure::NoFactors(NoFactors::NotSettled))
-                if self.is_lost(&mesh) =>
-            {
-                let next = if self.lost == 1 { self.mesh_of_state() } else { None };
-                return Ok(Round::lost(mesh, next));
+            Err(
+                failure @ (Failure::NoModes(NoModes::NotSettled | NoModes::NotFound)
+                | Failure::NoFactors(NoFactors::NotSettled | NoFactors::NotFound)),
+            ) => {
+                let asks = std::mem::take(&mut self.asks_of_state);
+                let next = if asks { self.mesh_of_state(&mesh) } else { None };
+                if next.is_some() {
+                    self.lost = 0;
+                }
+                if next.is_some() || self.is_lost(&mesh) {
+                    return Ok(Round::lost(mesh, next));
+                }
+                return Err(failure);
             }
             Err(Failure::NoFactors(NoFactors::Unstable(_) | NoFactors::Neutral)) if self.is_lost(&mesh) => {
                 return Ok(Round::lost(mesh, None));
@@ -115,7 +131,11 @@ impl Adaptive for Search<'_> {
             Err(failure) => return Err(failure),
         };
         let worst = match &values {
-            Some(values) => values.entries.iter().filter_map(|entry| entry.error).fold(0.0, f64::max),
+            Some(values) => {
+                // Of a vibration that elements of the lower order do not have, nothing is known.
+                let unknown = if self.request.question == Question::Modes { 1.0 } else { 0.0 };
+                values.entries.iter().map(|entry| entry.error.unwrap_or(unknown)).fold(0.0, f64::max)
+            }
             None if history.steps.iter().any(|step| step.status == Status::Interrupted) => {
                 return Err(Failure::Interrupted);
             }
@@ -149,12 +169,12 @@ impl Adaptive for Search<'_> {
 
 impl Search<'_> {
     /// The mesh that the state needs, with short elements where members bend over short lengths; nothing where that is no other
-    /// one than the first.
-    fn mesh_of_state(&mut self) -> Option<Mesh> {
+    /// one than this.
+    fn mesh_of_state(&mut self, mesh: &Mesh) -> Option<Mesh> {
         let options = Options { estimate: true, ..self.options.clone() };
         let solution = solve_to_accuracy(self.model.clone(), self.request.accuracy, &options, self.observe).ok()?;
-        let mesh = with_orders_beyond(solution.mesh, self.request.question);
-        (mesh != first_mesh(self.model, self.request)).then_some(mesh)
+        let other = with_orders_beyond(solution.mesh, self.request.question);
+        (other != *mesh).then_some(other)
     }
 
     /// Whether a mesh on which there is no answer is too coarse, as far as can be told.

@@ -32,7 +32,7 @@ use crate::spectral::factor::{Analyzed, Factor};
 use crate::spectral::operators::{
     self, Assembled, Entries, Evaluated, Operators, element_columns, matrix, mirror, scatter, spring_change,
 };
-use crate::spectral::pencil::{Pairs, Pencil};
+use crate::spectral::pencil::{self, Pairs, Pencil};
 use crate::spectral::prolong::{Grid, Motion};
 use crate::spectral::shape::Shape;
 use crate::spectral::unknowns::{Family, Unknowns, end_curvature};
@@ -174,6 +174,8 @@ pub enum NoFactors {
     Neutral,
     /// The ramp moves nothing.
     NothingMoves,
+    /// Of what was found nothing is a motion that the members allow, and no count says that there is nothing.
+    NotFound,
 }
 
 /// What is asked of a ramp.
@@ -630,7 +632,16 @@ impl Beginning {
         let matrices = |(family, numbers): Part| {
             let operators = assembled.of_family(&numbers);
             let softening = matrix(&change.entries, &numbers).map(|value| -value);
-            let (factor, analyzed) = (OnceCell::new(), Analyzed::default());
+            let analyzed = Analyzed::default();
+            let made =
+                |operators: &Operators| analyzed.factor(&operators.stiffness).filter(|factor| factor.neutral == 0);
+            let firm = || pencil::firm(&operators, &made, &|factor| factor);
+            let (raised, factor) = match operators.holds_stretches().then(firm) {
+                None => (None, OnceCell::new()),
+                Some(None) => (None, OnceCell::from(None)),
+                Some(Some((raised, factor))) => (raised, OnceCell::from(Some(factor))),
+            };
+            let operators = raised.unwrap_or(operators);
             Matrices { family, numbers, operators, softening, factor, analyzed }
         };
         let families = parts.into_iter().map(matrices).filter(|own| own.operators.stiffness.rows() > 0).collect();
@@ -656,6 +667,9 @@ impl Beginning {
             return Err(NoFactors::Neutral);
         }
         let found = again.unwrap_or_else(|| problem.search(wanted));
+        if found.found.is_empty() && !found.complete {
+            return Err(NoFactors::NotFound);
+        }
         let before = near.and_then(|near| problem.nearest(near, Enough::Answer)).filter(|found| found.1);
         let reversed = match before {
             Some((reversed, _)) => reversed,

@@ -42,6 +42,8 @@ pub(crate) struct Pair {
 pub(crate) struct Largest {
     pub pairs: Vec<Pair>,
     pub scale: f64,
+    /// Whether the search came to its end: what was not found is not there, but for copies.
+    pub is_over: bool,
 }
 
 /// The largest eigenvalue of an operator of `size` unknowns in the Krylov space of `FEW` blocks.
@@ -93,7 +95,7 @@ pub(crate) fn largest(
             // From the smallest on, which is found last.
             let found = wanted == count && (0..wanted).rev().all(|k| space.settled(&ritz, k, floor).is_some());
             if found || invariant {
-                return Largest { pairs: space.pairs(&ritz, count + extra, floor), scale };
+                return Largest { pairs: space.pairs(&ritz, count + extra, floor), scale, is_over: true };
             }
             if space.count == most {
                 break;
@@ -107,10 +109,10 @@ pub(crate) fn largest(
         };
         let negligible = NEGLIGIBLE * scale;
         if before.is_empty() && values.iter().all(|value| *value < negligible) && !any_above(negligible) {
-            return Largest { pairs: Vec::new(), scale };
+            return Largest { pairs: Vec::new(), scale, is_over: true };
         }
         if !before.is_empty() && values.iter().zip(&before).all(still) {
-            return Largest { pairs: space.pairs(&ritz, count + extra, f64::INFINITY), scale };
+            return Largest { pairs: space.pairs(&ritz, count + extra, f64::INFINITY), scale, is_over: true };
         }
         before = values;
         let kept = (count + extra + BLOCK).min(most.saturating_sub(BLOCK)).max(1);
@@ -118,7 +120,7 @@ pub(crate) fn largest(
         space.restart(&ritz, kept);
     }
     let ritz = space.ritz();
-    Largest { pairs: space.pairs(&ritz, count + extra, tolerance * scale), scale }
+    Largest { pairs: space.pairs(&ritz, count + extra, tolerance * scale), scale, is_over: false }
 }
 
 /// The images of vectors, which are columns.

@@ -42,6 +42,38 @@ pub(crate) struct Operators {
     pub mass: CsMat<f64>,
     /// G, one row a constraint.
     pub constraints: CsMat<f64>,
+    /// Of every row the auxiliary stiffness of a stretch; infinite where it is that of another strain.
+    pub holding: Vec<f64>,
+}
+
+impl Operators {
+    /// Whether there are members that cannot be stretched.
+    pub(crate) fn holds_stretches(&self) -> bool {
+        self.holding.iter().any(|holding| holding.is_finite())
+    }
+
+    /// The same with at least so large an auxiliary stiffness of every stretch that is held.
+    pub(crate) fn raised(&self, least: f64) -> Self {
+        let times: Vec<f64> = self.holding.iter().map(|holding| (least / holding).max(1.0)).collect();
+        let scaled = |by: &dyn Fn(f64) -> f64| {
+            let mut rows = self.constraints.clone();
+            for (mut row, &times) in rows.outer_iterator_mut().zip(&times) {
+                row.iter_mut().for_each(|(_, value)| *value *= by(times));
+            }
+            rows
+        };
+        let more = scaled(&|times| (times - 1.0).sqrt());
+        let products = &more.transpose_view().to_csr() * &more;
+        let mut holding = self.holding.clone();
+        holding.iter_mut().zip(&times).for_each(|(holding, times)| *holding *= times);
+        Self {
+            stiffness: &self.stiffness + &products,
+            form: self.form.clone(),
+            mass: self.mass.clone(),
+            constraints: scaled(&|times| times.sqrt()),
+            holding,
+        }
+    }
 }
 
 /// A symmetric matrix Eᵀ E + R that is not multiplied out.
@@ -146,6 +178,8 @@ pub(crate) struct Assembled {
     pub strains: Vec<SparseRow>,
     /// Rows of constraints.
     pub constraints: Vec<SparseRow>,
+    /// See [`Operators::holding`].
+    pub holding: Vec<f64>,
 }
 
 /// Columns and values of a row.
@@ -181,6 +215,11 @@ impl Assembled {
                 scatter(&own.mass, &columns, &mut all.mass);
                 all.strains.extend(own.rows.elastic.iter().map(|row| scatter_row(row, &columns)));
                 all.constraints.extend(own.rows.held.iter().map(|row| scatter_row(row, &columns)));
+                // As many rows of every strain that is held, those of the stretch first.
+                let kinds = state.moduli.held.iter().filter(|held| **held != 0.0).count();
+                let stretches = if state.moduli.held[0] == 0.0 { 0 } else { own.rows.held.len() / kinds };
+                let holding = |row| if row < stretches { state.moduli.stiffness[0] } else { f64::INFINITY };
+                all.holding.extend((0..own.rows.held.len()).map(holding));
             }
             let ends = system.tangent.ends[member];
             let entries = &mut all.rest;
@@ -203,28 +242,30 @@ impl Assembled {
 
     /// The matrices of one family, whose unknowns `numbers` gives.
     pub(crate) fn of_family(&self, numbers: &[Option<usize>]) -> Operators {
+        let (constraints, kept) = rows(&self.constraints, numbers);
         Operators {
             stiffness: matrix(&self.stiffness, numbers),
-            form: Form { strains: rows(&self.strains, numbers), rest: matrix(&self.rest, numbers) },
+            form: Form { strains: rows(&self.strains, numbers).0, rest: matrix(&self.rest, numbers) },
             mass: matrix(&self.mass, numbers),
-            constraints: rows(&self.constraints, numbers),
+            constraints,
+            holding: kept.into_iter().map(|row| self.holding[row]).collect(),
         }
     }
 }
 
-/// Rows over the unknowns of one family; those that are nothing to it are left out.
-fn rows(rows: &[SparseRow], numbers: &[Option<usize>]) -> CsMat<f64> {
+/// Rows over the unknowns of one family, and which they are; those that are nothing to it are left out.
+fn rows(rows: &[SparseRow], numbers: &[Option<usize>]) -> (CsMat<f64>, Vec<usize>) {
     let size = numbers.iter().flatten().count();
     let rows = rows.iter().map(|row| {
         let kept = row.iter().filter_map(|&(unknown, value)| Some((numbers[unknown]?, value)));
         kept.filter(|entry| entry.1 != 0.0).collect::<SparseRow>()
     });
-    let rows: Vec<_> = rows.filter(|row| !row.is_empty()).collect();
+    let (kept, rows): (Vec<usize>, Vec<_>) = rows.enumerate().filter(|(_, row)| !row.is_empty()).unzip();
     let mut matrix = TriMat::new((rows.len(), size));
     for (index, row) in rows.iter().enumerate() {
         row.iter().for_each(|&(column, value)| matrix.add_triplet(index, column, value));
     }
-    matrix.to_csr()
+    (matrix.to_csr(), kept)
 }
 
 /// A square matrix over the unknowns of one family; entries at one place are summed up.

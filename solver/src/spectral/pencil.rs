@@ -27,7 +27,7 @@ use sprs::CsMat;
 use super::factor::{Analyzed, Factor};
 use super::krylov::{self, Largest, Pair, ROUNDING};
 
-use super::operators::{Form, dot, multiply, multiply_columns};
+use super::operators::{Form, Operators, dot, multiply, multiply_columns};
 
 /// Unknowns up to which the whole spectrum is computed.
 const SMALL: usize = 100;
@@ -51,6 +51,17 @@ const CORRECTED: f64 = 1e-14;
 const IMPROVED: f64 = 1e-12;
 /// The same in a search. Its motions are corrected when it is over, and eigenvalues are off by the square of what they were.
 const NEARLY: f64 = 1e-3;
+
+/// What does not shrink any more is rounding where it is no more than so many times what is asked for.
+const ROUNDED: f64 = 1e4;
+/// Part of the strains that one correction may leave; corrections in which that shows; and the part of the first strains below which
+/// there is rounding alone.
+const LEAVES: f64 = 0.1;
+const SHOWING: usize = 5;
+const SHOWN: f64 = 1e-9;
+/// By how much the auxiliary stiffness of stretches is raised where a correction leaves more, and how often at most.
+const RAISE: f64 = 30.0;
+const RAISES: usize = 8;
 
 /// Vectors that go through the factors side by side.
 const WIDTH: usize = 4;
@@ -88,6 +99,71 @@ enum Of<'a> {
     Motions,
     /// Forces that are left of motions of energy one, whose eigenvalues these are by size.
     Forces(&'a [f64]),
+}
+
+/// Matrices in which corrections take what is held out of a motion within few steps, and what `made` makes of them, with its factors.
+///
+/// A correction takes the part k F/(1 + k F) out of a stretch, k being the auxiliary stiffness and F what the rest of the network gives
+/// way by. Columns that carry a beam a hundred thousand times as stiff as they are move it, if they stretch, as a stiff spring: where k
+/// follows from the bending of the columns alone, next to nothing is taken out. It is raised then as far as it has to be, and with it
+/// what counts of pivots say of motions without a stretch.
+///
+/// Where no stiffness that is tried makes corrections fast, as where members hold each other twice, matrices stay as they are.
+pub(crate) fn firm<T>(
+    operators: &Operators,
+    made: &dyn Fn(&Operators) -> Option<T>,
+    factor: &dyn Fn(&T) -> &Factor,
+) -> Option<(Option<Operators>, T)> {
+    let first = made(operators)?;
+    let least = operators.holding.iter().copied().fold(f64::INFINITY, f64::min);
+    let is_firm =
+        |constraints: &CsMat<f64>, factor: &Factor| factor.negative > 0 || leaves(constraints, factor) <= LEAVES;
+    if !least.is_finite() || is_firm(&operators.constraints, factor(&first)) {
+        return Some((None, first));
+    }
+    for raise in 1..=RAISES {
+        let raised = operators.raised(least * RAISE.powi(raise as i32));
+        let Some(again) = made(&raised) else { break };
+        if is_firm(&raised.constraints, factor(&again)) {
+            return Some((Some(raised), again));
+        }
+    }
+    Some((None, first))
+}
+
+/// The largest part that a correction leaves of strains, as far as a few show it.
+fn leaves(constraints: &CsMat<f64>, factor: &Factor) -> f64 {
+    let start: Vec<[f64; 1]> = krylov::start(factor.size(), 0).into_iter().map(|y| [y]).collect();
+    let mut x = factor.backward(&start);
+    let mut strains = vec![[0.0]; constraints.rows()];
+    multiply_columns(constraints, &x, &mut strains);
+    let first = lengths(&strains)[0];
+    let (mut before, mut most) = (first, 0.0f64);
+    for _ in 0..SHOWING {
+        let correction = factor.solve(&back(constraints, &strains));
+        x.iter_mut().zip(&correction).for_each(|(x, by)| x[0] -= by[0]);
+        multiply_columns(constraints, &x, &mut strains);
+        let left = lengths(&strains)[0];
+        if !(left > SHOWN * first) {
+            break;
+        }
+        most = most.max(left / before);
+        before = left;
+    }
+    most
+}
+
+/// Gᵀ of strains.
+fn back<const W: usize>(constraints: &CsMat<f64>, strains: &[[f64; W]]) -> Vec<[f64; W]> {
+    let mut back = vec![[0.0; W]; constraints.cols()];
+    for (row, strain) in constraints.outer_iterator().zip(strains) {
+        for (column, value) in row.iter() {
+            for w in 0..W {
+                back[column][w] += value * strain[w];
+            }
+        }
+    }
+    back
 }
 
 /// B x = θ K x with G x = 0.
@@ -263,9 +339,12 @@ impl Pencil<'_> {
         let mut largest = 0.0f64;
         let mut in_vain = 0;
         for search in 0..SEARCHES {
-            let Largest { pairs: fresh, scale } = self.search(&found, count, search);
+            let Largest { pairs: fresh, scale, is_over } = self.search(&found, count, search);
             largest = fresh.iter().fold(largest.max(scale), |largest, pair| largest.max(pair.value.abs()));
-            let exhausted = fresh.iter().all(|pair| pair.value.abs() <= ROUNDING * largest);
+            let exhausted = is_over && fresh.iter().all(|pair| pair.value.abs() <= ROUNDING * largest);
+            if fresh.is_empty() && !is_over {
+                break;
+            }
             let known = found.len();
             found.extend(fresh.into_iter().map(|pair| self.unshifted_pair(pair)));
             let next = found[known..].iter().fold(0.0f64, |largest, pair| largest.max(pair.value));
@@ -274,7 +353,10 @@ impl Pencil<'_> {
                 return self.pairs(&found, count, true);
             }
             if let Some(complete) = self.is_complete(&found, count, next) {
-                return self.pairs(&found, count, complete);
+                let pairs = self.pairs(&found, count, complete);
+                // Where some of those counted are no motions, there may be others.
+                let complete = complete && pairs.values.len() == count;
+                return Pairs { complete, ..pairs };
             }
             let more = found.get(count - 1).is_none_or(|last| next > last.value * FINE) || known < count;
             in_vain = if more { 0 } else { in_vain + 1 };
@@ -357,7 +439,7 @@ impl Pencil<'_> {
 
     /// The motion of a pair, with xᵀ K x = 1.
     fn motion(&self, pair: &Pair) -> Vec<f64> {
-        let mut motion = self.project(pair.vector.as_chunks::<1>().0, CORRECTIONS).1.into_flattened();
+        let mut motion = self.held(pair.vector.as_chunks::<1>().0);
         // What is of length one has xᵀ (K − σ B) x = 1.
         let part = (1.0 - self.shift * pair.value).max(LEFT).sqrt();
         motion.iter_mut().for_each(|x| *x *= part);
@@ -472,7 +554,16 @@ impl Pencil<'_> {
 
     /// The motion that forces lead to, among those that the constraints allow.
     pub(crate) fn response(&self, forces: &[f64]) -> Vec<f64> {
-        self.project(&self.factor.forward(forces.as_chunks::<1>().0), CORRECTIONS).1.into_flattened()
+        self.held(&self.factor.forward(forces.as_chunks::<1>().0))
+    }
+
+    /// L⁻ᵀ Π y
+    fn held(&self, y: &[[f64; 1]]) -> Vec<f64> {
+        let mut x = self.factor.backward(y);
+        if self.constraints.rows() > 0 {
+            self.hold(&mut x, &lengths(y).map(|length| CORRECTED * length));
+        }
+        x.into_flattened()
     }
 
     /// The parts of motions that the constraints allow, or those of the motions that forces lead to. The factors may have negative
@@ -527,11 +618,12 @@ impl Pencil<'_> {
         for _ in 0..CORRECTIONS {
             let left = lengths(&strains);
             // What rounding leaves does not shrink any more.
-            if (0..W).all(|w| left[w] <= least[w] || left[w] > 0.9 * before[0][w]) {
+            let stands = |w: usize| left[w] > 0.9 * before[0][w] && left[w] <= ROUNDED * least[w];
+            if (0..W).all(|w| left[w] <= least[w] || stands(w)) {
                 break;
             }
             before = [before[1], left];
-            let mut change = self.factor.solve(&self.back(&strains));
+            let mut change = self.factor.solve(&back(self.constraints, &strains));
             let mut made = strains_of(&change);
             for [known, known_strains] in &steps {
                 let along = dots(known_strains, &made).map(|part| -part);
@@ -549,24 +641,11 @@ impl Pencil<'_> {
         }
     }
 
-    /// Gᵀ of strains.
-    fn back<const W: usize>(&self, strains: &[[f64; W]]) -> Vec<[f64; W]> {
-        let mut back = vec![[0.0; W]; self.constraints.cols()];
-        for (row, strain) in self.constraints.outer_iterator().zip(strains) {
-            for (column, value) in row.iter() {
-                for w in 0..W {
-                    back[column][w] += value * strain[w];
-                }
-            }
-        }
-        back
-    }
-
     /// Gᵀ G x, and the length of G x.
     fn held_back<const W: usize>(&self, x: &[[f64; W]]) -> (Vec<[f64; W]>, [f64; W]) {
         let mut strains = vec![[0.0; W]; self.constraints.rows()];
         multiply_columns(self.constraints, x, &mut strains);
-        (self.back(&strains), lengths(&strains))
+        (back(self.constraints, &strains), lengths(&strains))
     }
 
     /// So many corrections that a motion nearly meets the constraints.
