@@ -329,7 +329,9 @@ impl<const D: usize> Continuation<'_, D> {
             let ahead = (interval.ends[1] - interval.ends[0]).signum();
             let forward = if interval.events.count.own > self.base.own { ahead } else { -ahead };
             let known = point.located.unwrap_or(0.0) + located.unwrap_or(0.0);
-            let is_earlier = |exact: f64| (exact - fraction) * forward < -known;
+            // One that moves by much need not go with their stiffness at all: that is looked at below.
+            let is_earlier =
+                |exact: f64| (exact - fraction) * forward < -known && (exact - fraction).abs() <= GIVEN * exact.abs();
             if wanted == Wanted::Bifurcation && is_earlier(exact) {
                 match self
                     .locate(run, interval, wanted, packs::AUXILIARY)
