@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -159,6 +159,12 @@ class Problem:
         says `dimension = "plane"`.
         """
         return list(getattr(self._last, "answer", ([], []))[1])
+
+    @overload
+    def live(self, count: None = None) -> Live: ...
+
+    @overload
+    def live(self, count: int) -> Lives: ...
 
     def live(self, count: int | None = None) -> Live | Lives:
         """An equilibrium at the values of the file, to be followed from there; with a number, so many side by side.
