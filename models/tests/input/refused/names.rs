@@ -46,7 +46,7 @@ fn unknown_names_show_what_is_defined() {
         24,
         "known nodes: 'A', 'B', 'C'",
     );
-    case("muscle = \"silicone\"", "muscle = \"latex\"", "member 'left' refers to muscle 'latex'", 22, 39, "'silicone'");
+    case("muscle = \"silicone\"", "muscle = \"laten\"", "member 'left' refers to muscle 'laten'", 22, 39, "'silicone'");
     case("material = \"abs\"", "material = \"steel\"", "member 'bar' refers to material 'steel'", 23, 59, "'abs'");
     case("A = \"clamped\"", "Z = \"clamped\"", "a support refers to node 'Z'", 25, 1, "'A'");
     case("A = \"clamped\"", "A = \"clampd\"", "'clampd' is not a support", 25, 5, "did you mean 'clamped'?");
