@@ -478,6 +478,15 @@ fn the_arc_of_a_shallow_arch_under_a_force_goes_through_its_limit_points_both_wa
     }
 }
 
+/// A path that comes through one of its limit points again is a loop: no further round is made.
+#[test]
+fn a_path_that_closes_to_a_loop_is_left_after_one_round() {
+    let step = &solve("../tests/cases/toggles_in_a_loop.toml", &[]).history.steps[0];
+    let cause = step.failure.as_ref().map(|failure| failure.cause);
+    assert_eq!((step.status, cause), (Status::NotConverged, Some(Cause::Endless)));
+    assert!(step.increments.len() < 2000, "{}", step.increments.len());
+}
+
 #[test]
 fn a_path_that_leads_away_from_its_ramp_is_given_up() {
     let step = &solve("../tests/cases/path_leads_away.toml", &[]).history.steps[0];

@@ -7,9 +7,11 @@ use super::branch::{Onward, top_between};
 use super::follow::{Control, Next, Run};
 use super::locate::Interval;
 use super::{Continuation, Count};
-use crate::history::{CriticalKind, CriticalPoint, Note, StepHistory};
+use crate::history::{CriticalKind, CriticalPoint, Increment, Note, StepHistory};
+use crate::newton::{Lost, Why};
 use crate::structure::Branch;
 use crate::system::Inertia;
+use pennate_elements::small::{norm, sub};
 
 /// What lies between two states of a path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -210,6 +212,12 @@ impl<const D: usize> Continuation<'_, D> {
         if found {
             let residual = self.system.residual();
             self.accept(run.record, self.system.loading.fraction, residual);
+            let is_fold = matches!(points.as_slice(), [point] if point.kind == CriticalKind::LimitPoint);
+            if is_fold && self.closes_a_loop(run.record) {
+                let residual = self.system.residual();
+                let lost = Lost { iterations: 0, factorizations: 0, residual, why: Why::Long };
+                return Some(Next::End(self.end_lost(run, ends[0], &lost)));
+            }
         }
         let is_left = |point: &&CriticalPoint| {
             let bifurcation = point.kind == CriticalKind::Bifurcation && !point.sideways;
@@ -225,6 +233,19 @@ impl<const D: usize> Continuation<'_, D> {
         }
         self.on_to_next(run.ramp, ends[1]);
         None
+    }
+
+    /// Whether the last state of a record, a limit point, is one that the path came through long before: it goes round in a loop.
+    fn closes_a_loop(&self, record: &StepHistory) -> bool {
+        let Some((last, before)) = record.increments.split_last() else { return false };
+        let size = self.system.size;
+        let is_last = |increment: &Increment| {
+            let nodes = increment.state.nodes.iter().zip(&last.state.nodes);
+            let mut apart = nodes.map(|(a, b)| norm(sub(a.displacement, b.displacement)));
+            (increment.fraction - last.fraction).abs() <= self.tuning.tolerance
+                && apart.all(|apart| apart <= self.tuning.shortest * size)
+        };
+        before.iter().rev().skip(self.tuning.iterations).any(is_last)
     }
 
     /// What an increment along the arc passed, from `last` to `next`, where it could not be located: as far as its ends tell. The
