@@ -27,10 +27,11 @@ pub(crate) fn define_known(network: &mut input::Network) {
     let members = network.members.iter().flat_map(|members| &members.0);
     let of_members = members.filter_map(|member| member.value.value.muscle.as_ref());
     let of_load_flow = network.load_flow.iter().filter_map(|load_flow| load_flow.value.muscle.as_ref());
-    let names: Vec<Spanned<String>> = of_members.chain(of_load_flow).cloned().collect();
+    let is_known = |name: &&Spanned<String>| library::find(&name.value).is_some();
+    let names: Vec<Spanned<String>> = of_members.chain(of_load_flow).filter(is_known).cloned().collect();
     for Spanned { value: name, span } in names {
         let defined = network.muscles.iter().flat_map(Map::iter).any(|muscle| muscle.name == name);
-        if defined || library::find(&name).is_none() {
+        if defined {
             continue;
         }
         let data = tree::parse(&format!("library = \"{name}\""), Language::Toml, 0).ok();

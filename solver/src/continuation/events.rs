@@ -216,7 +216,7 @@ impl<const D: usize> Continuation<'_, D> {
             if is_fold && self.closes_a_loop(run.record) {
                 let residual = self.system.residual();
                 let lost = Lost { iterations: 0, factorizations: 0, residual, why: Why::Long };
-                return Some(Next::End(self.end_lost(run, ends[0], &lost)));
+                return Some(Next::End(self.end_lost(run, self.system.loading.fraction, &lost)));
             }
         }
         let is_left = |point: &&CriticalPoint| {

@@ -19,7 +19,12 @@ impl<const D: usize> System<D> {
                 adopt(pack.as_mut(), lane, from, theirs);
             }
         }
-        // Axes of their own take released ends elsewhere by the same turns.
+        self.turn_released_ends();
+        self.place_ends();
+    }
+
+    /// Turns released ends from their joints by the turns about their axes: axes of another design take them elsewhere.
+    pub(super) fn turn_released_ends(&mut self) {
         for (index, member) in self.structure.members.iter().enumerate() {
             for (end, release) in self.places.releases[index].iter_mut().enumerate() {
                 if let EndKind::Axes(axes) = &self.topology.ends[index][end] {
@@ -28,7 +33,6 @@ impl<const D: usize> System<D> {
                 }
             }
         }
-        self.place_ends();
     }
 
     /// Takes over the state of one of the designs that another system has side by side: from so many nodes and members on. False,

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::System;
 use super::scatter::Scatters;
-use crate::joints::EndKind;
 use crate::structure::MemberId;
 
 impl<const D: usize> System<D> {
@@ -22,18 +21,10 @@ impl<const D: usize> System<D> {
             other.members.packs[source].save(&mut row);
             pack.restore(&row, 0.0);
         }
-        for (index, &member) in members.iter().enumerate() {
-            let releases = &mut self.places.releases[index];
+        for (releases, &member) in self.places.releases.iter_mut().zip(members) {
             *releases = other.places.releases[member];
-            // Axes of their own take ends elsewhere by the same turns.
-            for (end, release) in releases.iter_mut().enumerate() {
-                if let EndKind::Axes(axes) = &self.topology.ends[index][end] {
-                    let node = self.structure.members[index].nodes[end];
-                    let place = &self.places.joints[self.topology.links[node].joint].place;
-                    release.turn_from(axes, (place.rotation, place.angle));
-                }
-            }
         }
+        self.turn_released_ends();
         self.loading.end(drives);
         self.apply_drives();
         self.place_ends();
