@@ -208,7 +208,7 @@ impl<const D: usize> Walk<D> {
             // What is only gone on from need not be exact, unless the next step holds it where it is.
             let goes_on = steps.get(index + 1).is_some_and(|next| next.changes.is_empty());
             let aim = if look == Look::Not && goes_on { Aim::Rough } else { Aim::Result };
-            self.step(&steps[first..=index], kind, aim)?;
+            self.step(&steps[first..=index], kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
                 Look::State | Look::System => Some(End { state: self.read(), finer: None }),
@@ -350,7 +350,7 @@ impl<const D: usize> Walk<D> {
 
     /// Goes to the end of the last of some steps in one increment; where loads go on as in the steps before, from what their ends
     /// foretell.
-    fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim) -> Option<()> {
+    fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
         self.passed |= steps.len() > 1;
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
@@ -374,8 +374,10 @@ impl<const D: usize> Walk<D> {
             system.assemble(true);
             self.look_at_rest(kind)?;
         }
-        // What is read does not depend on how far others in the group are: its iteration has factors of its own to the end.
-        let reuses_factors = (aim != Aim::Result).then_some(WEAK * self.rest.own);
+        // In the plane new factors cost little more than the steps that do without them, which a state that is read has to make up
+        // for in the end; a system that is asked for has those of its state.
+        let pays = aim != Aim::Result || D == 6 && look == Look::State;
+        let reuses_factors = pays.then_some(WEAK * self.rest.own);
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
