@@ -5,6 +5,8 @@
 //! and keeps their unit in the last place. And the distance from equilibrium: along a motion u(s) that keeps the energy,
 //! 0 = u'ᵀ K u' + r·u'', so that the residual r makes a stiffness of −r·u''. Both are added to the tangent of the joints;
 //! what is negative still, by Sylvester's law of inertia, has a stiffness below zero by more than they can explain.
+//! A third thing is what holds strains: the stress of a held strain is a number of its own, and where a motion turns the force N
+//! that a member carries that stress has to follow, for which the stiffness C behind it takes N²/C, over the length, from the motion.
 //! Nothing of this depends on how stiff other motions are: a stiff frame that sways softly is no neutral one.
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.1 and 7.2.
@@ -13,10 +15,12 @@ use pennate_elements::beam::Ends;
 use pennate_elements::small::norm;
 
 use super::System;
+use super::members::MemberSlot;
 use super::tangent::{Inertia, any};
 use crate::linear::Pivots;
 use crate::mechanism::NEAR;
 use crate::reduce;
+use crate::structure::Member;
 
 /// Rounding of a stiffness, over the largest of the terms that it is the difference of: a unit in their last place.
 const LAST_PLACE: f64 = f64::EPSILON;
@@ -162,12 +166,37 @@ impl<const D: usize> System<D> {
         std::mem::replace(&mut self.tangent.linear.values, tangent)
     }
 
-    /// Adds what rounding of members and the residual may have taken from the tangent.
+    /// What the stiffness behind the held strains of every member takes at most from the stiffness of its ends against each other;
+    /// nothing where no strain is held.
+    fn taken_by_held_strains(&self) -> Vec<f64> {
+        if !self.loading.holds_strains() {
+            return Vec::new();
+        }
+        let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
+        let forces: Vec<_> = self.members.packs.iter().map(|pack| pack.carried_forces()).collect();
+        let of = |(slot, member): (&MemberSlot, &Member)| {
+            let (pack, force) = (&self.members.packs[slot.pack], forces[slot.pack][slot.lane]);
+            let moduli = (0..pack.mesh().segments()).map(|segment| pack.segment(slot.lane, segment).moduli);
+            let held = moduli.flat_map(|moduli| (0..translations).map(move |i| (moduli.held[i], moduli.stiffness[i])));
+            let softest = held.filter(|(held, _)| *held > 0.0).fold(f64::INFINITY, |soft, (_, own)| soft.min(own));
+            force * force / (softest * member.length())
+        };
+        self.members.slots.iter().zip(&self.structure.members).map(of).collect()
+    }
+
+    /// Adds what rounding of members, held strains and the residual may have taken from the tangent.
     fn add_doubt(&mut self, bare: &[[[[f64; D]; D]; 2]]) {
         let active = self.pattern.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
+        let taken = self.taken_by_held_strains();
         for (index, bare) in bare.iter().enumerate() {
-            let ends = doubtful_ends(bare, translations);
+            let mut ends = doubtful_ends(bare, translations);
+            let taken = taken.get(index).copied().unwrap_or(0.0);
+            for i in 0..translations {
+                ends.k00[i][i] += taken;
+                ends.k01[i][i] -= taken;
+                ends.k11[i][i] += taken;
+            }
             let info = self.end_info(index, &[[0.0; 6]; 2]);
             let mut factor = self.tangent.releases[index];
             let reduced = reduce::reduce(&ends, &active, &info, Some(&mut factor));
