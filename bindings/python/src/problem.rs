@@ -122,7 +122,8 @@ fn refused(py: Python<'_>, network: &Network, error: &ProblemError) -> PyErr {
         ProblemError::Unsolvable(SolveError::Mechanism(motions)) => mechanism(py, &network.model, motions),
         other => {
             let (title, help) = problems::wrong(other);
-            crate::findings::unfit(py, &Message { title, help, ..Message::default() })
+            let name = other.name().map(str::to_owned);
+            crate::findings::unfit(py, &Message { title, help, name, ..Message::default() })
         }
     }
 }
