@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::findings::{finding, mechanism, refused, warnings, wrong};
-use crate::guard::{Listener, patient, quick};
+use crate::guard::{Listener, Wanted, patient_while, quick};
 use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::tree;
@@ -127,8 +127,8 @@ impl Network {
         Ok((table::checked(model), found))
     }
 
-    /// The solution, and the exception that ended the solve early, if one did.
-    #[pyo3(signature = (accuracy, threads, shapes, progress))]
+    /// The solution, and the exception that ended the solve early, if one did; `wanted` is asked now and then whether it goes on.
+    #[pyo3(signature = (accuracy, threads, shapes, progress, wanted = None))]
     fn solve(
         &self,
         py: Python<'_>,
@@ -136,9 +136,10 @@ impl Network {
         threads: Option<usize>,
         shapes: bool,
         progress: Listener,
+        wanted: Wanted,
     ) -> PyResult<(Solution, Option<PyErr>)> {
         let model = Model::clone(&self.model);
-        let (outcome, raised) = patient(py, &progress, |stop, observe| {
+        let (outcome, raised) = patient_while(py, &progress, &wanted, |stop, observe| {
             let options = Options { shapes, stop: Some(stop), ..Options::default() };
             pennate::solve(model, accuracy, threads, &options, observe)
         })?;
