@@ -6,6 +6,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pennate::diagnostics::Severity;
 use pennate::explain;
+use pennate::output::drawing::Drawing;
 use pennate::output::table;
 use pennate_models::{Document, InputErrors, Model};
 use pennate_solver::options::Options;
@@ -16,7 +17,7 @@ use pyo3::types::PyDict;
 use crate::findings::{finding, mechanism, refused, warnings, wrong};
 use crate::guard::{Listener, Wanted, patient_while, quick};
 use crate::problem::Problem;
-use crate::solution::Solution;
+use crate::solution::{Solution, drawn};
 use crate::tree;
 
 type Settings = Vec<(String, String)>;
@@ -125,6 +126,12 @@ impl Network {
             found.push(finding(py, Severity::Warning, &message, &model.sources)?);
         }
         Ok((table::checked(model), found))
+    }
+
+    /// Places, lines, and arrays by name of points and of lines, of the network as it is built.
+    fn drawing<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let model = &*self.model;
+        quick(py, || Drawing::as_built(model))?.map(|drawing| drawn(py, drawing)).transpose()
     }
 
     /// The solution, and the exception that ended the solve early, if one did; `wanted` is asked now and then whether it goes on.
