@@ -275,6 +275,9 @@ def test_values_that_are_given_away_may_be_changed(problem: pennate.Problem) -> 
         state["holding"] * 0.0
         np.testing.assert_allclose(state.values, expected, rtol=1e-8)
         assert "holding" in state and "x" not in state
+        # Nor are states gone through by the numbers of their probes.
+        with pytest.raises(KeyError, match="there is no probe 0; there are 'stroke@inflate', 'holding'"):
+            list(state)  # type: ignore[call-overload]
 
 
 def test_states_without_parameters_stay_where_they_are(dyad: pennate.Network) -> None:

@@ -281,3 +281,6 @@ def test_the_import_is_silent_and_takes_numpy_alone() -> None:
     check = "import sys, pennate; print([name for name in ('pyvista', 'matplotlib', 'xarray', 'dask') if name in sys.modules])"
     done = subprocess.run([sys.executable, "-W", "error", "-c", check], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")
+    # Python has had a reader of TOML since 3.11 alone.
+    check = "import sys; sys.modules['tomllib'] = sys.modules['tomli'] = None; import pennate"
+    subprocess.run([sys.executable, "-W", "error", "-c", check], check=True)

@@ -462,6 +462,13 @@ def test_what_takes_no_work_is_refused_before_any(dyad: pennate.Network, tmp_pat
         pennate.sweep(dyad, beta=[20], executor=wrong, output=tmp_path / "table")
     with pytest.raises(TypeError, match=wanted):
         pennate.optimize("nowhere.toml", tmp_path / "table", executor=wrong)
+    for given, message in (
+        ({"threads": "2"}, "threads: a whole number"),
+        ({"budget": "9"}, "budget: a number of designs"),
+        ({"progress": 3}, "progress: something that can be called"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            pennate.optimize("nowhere.toml", tmp_path / "table", **given)
     with pytest.raises(TypeError, match=wanted):
         dyad.problem(["beta"], ["stroke"]).on(wrong)
     with pytest.raises(TypeError, match=wanted):

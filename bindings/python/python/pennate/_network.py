@@ -14,7 +14,7 @@ import numpy.typing as npt
 from . import _arguments, _core
 from ._errors import Finding, Interrupted
 from ._flow import Flow
-from ._solution import Solution
+from ._solution import Solution, UnknownName
 from ._spectra import Buckling, Modes
 
 if TYPE_CHECKING:
@@ -507,7 +507,7 @@ def _merged(old: Any, new: Any) -> Any:
         for name, changes in new.items():
             if name not in places:
                 known = ", ".join(repr(each) for each in places if each) or "none with a name"
-                raise KeyError(f"there is no {name!r} to edit; there are {known}")
+                raise UnknownName(f"there is no {name!r} to edit; there are {known}")
             merged[places[name]] = _merged(merged[places[name]], changes)
         return [entry for entry in merged if entry is not None]
     if not (isinstance(old, Mapping) and isinstance(new, Mapping)):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _arguments, _core
 from ._errors import SolveError
-from ._solution import _place
+from ._solution import _named
 
 if TYPE_CHECKING:
     import concurrent.futures
@@ -206,7 +206,7 @@ class Live:
 
     def set(self, /, **parameters: float) -> Live:
         """Sets parameters to values that the next `solve` goes to."""
-        places = [_place(name, self.problem.parameters, "parameter") for name in parameters]
+        places = [_named(name, self.problem.parameters, "parameter") for name in parameters]
         values = [_arguments.real(value, f"parameter '{name}'") for name, value in parameters.items()]
         for place, value in zip(places, values):
             self._wanted[place] = value
@@ -252,7 +252,7 @@ class Live:
         raise TypeError("a live state can neither be copied nor pickled: make another one of its problem, and set that")
 
     def __getitem__(self, probe: str) -> float:
-        return float(self._core.now()[0][_place(probe, self.problem.probes, "probe")])
+        return float(self._core.now()[0][_named(probe, self.problem.probes, "probe")])
 
     def __contains__(self, probe: object) -> bool:
         return probe in self.problem.probes
@@ -287,7 +287,7 @@ class Lives:
         """Sets parameters, each by a number or by (n,) numbers, to values that the next `solve` goes to."""
         wanted = self._wanted.copy()
         for name, values in parameters.items():
-            place = _place(name, self.problem.parameters, "parameter")
+            place = _named(name, self.problem.parameters, "parameter")
             column = _arguments.numbers(values, f"parameter '{name}'")
             if column.shape not in ((), (1,), (len(self),)):
                 raise ValueError(
@@ -334,7 +334,7 @@ class Lives:
 
     def __getitem__(self, probe: str) -> Array:
         """(n,), a probe in all states."""
-        found: Array = self._core.now()[0][:, _place(probe, self.problem.probes, "probe")]
+        found: Array = self._core.now()[0][:, _named(probe, self.problem.probes, "probe")]
         return found.copy()
 
     def __contains__(self, probe: object) -> bool:

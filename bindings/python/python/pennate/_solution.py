@@ -594,11 +594,17 @@ class UnknownName(KeyError):
         return str(self.args[0])
 
 
+def _named(name: str, names: tuple[str, ...], what: str) -> int:
+    """The place of a name."""
+    if isinstance(name, str) and name in names:
+        return names.index(name)
+    raise _unknown(name, names, what)
+
+
 def _place(name: str | int, names: tuple[str, ...], what: str) -> int:
+    """The place of a name, or of a number, which may count from the end."""
     if isinstance(name, str):
-        if name in names:
-            return names.index(name)
-        raise _unknown(name, names, what)
+        return _named(name, names, what)
     try:
         return range(len(names))[operator.index(name)]
     except IndexError:

@@ -78,6 +78,9 @@ def optimize(
     """
     if executor is not None:
         _arguments.executor(executor)
+    if threads is not None:
+        _arguments.count(threads, "threads")
+    budget = _arguments.real(budget, "budget", "a number of designs")
     _arguments.listener(progress)
     found = study if isinstance(study, Study) else read(study, settings, seed, first)
     directory = Path(output)
