@@ -208,12 +208,12 @@ def test_ctrl_c_is_heard_while_a_call_waits_for_its_turn() -> None:
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_heard_at_once_however_many_designs_are_left() -> None:
     problem = pennate.scene("stage").problem(["beta", "L"], ["stroke"], threads=1)
-    designs = problem.middle * np.linspace(0.99, 1.01, 400000)[:, None]
+    designs = problem.middle * np.linspace(0.99, 1.01, 1000000)[:, None]
     for call in (problem, problem.gradient):
         finger = Finger(0.2)
         with pytest.raises(KeyboardInterrupt):
             call(designs)
-        assert finger.ago() < 0.2
+        assert finger.ago() < 0.4
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -242,7 +242,7 @@ def test_ctrl_c_is_heard_where_designs_take_longer_than_those_before() -> None:
     with pytest.raises(KeyboardInterrupt):
         problem(designs)
         problem(np.repeat(designs, 20, axis=0))
-    assert finger.ago() < 0.2
+    assert finger.ago() < 0.4
     # They are answered, too.
     assert np.isfinite(problem(designs)).all()
 
@@ -254,7 +254,7 @@ def test_ctrl_c_stops_a_sample_that_a_mesh_is_made_for() -> None:
     finger = Finger(0.2)
     with pytest.raises(KeyboardInterrupt):
         network.problem(["beta"], ["stroke"], sample=middle * np.linspace(0.9, 1.1, 3000)[:, None])
-    assert finger.ago() < 0.2
+    assert finger.ago() < 0.4
 
 
 def test_other_threads_run_while_rust_works() -> None:
