@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use pennate_analysis::fit::optimize::Method;
 use pennate_analysis::fit::{self, EndLength};
 use pennate_analysis::spectrum::{Question, Request};
@@ -266,9 +266,30 @@ impl Spectrum {
     }
 }
 
+/// Commands of the Python package alone, and what they do.
+const ELSEWHERE: [(&str, &str); 4] = [
+    ("optimize", "Look for designs: pennate optimize STUDY.toml -o DIR"),
+    ("plot", "Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)"),
+    ("view", "Show a network file as a page with sliders: pennate view FILE"),
+    ("report", "Write one page to send to a colleague: pennate report FILE -o report.html"),
+];
+
 /// Does what the arguments ask for, the name of the program first, and returns the exit status of the process.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> u8 {
-    let arguments = match Arguments::try_parse_from(joined(arguments)) {
+    let names = ELSEWHERE.map(|(name, _)| name).join(", ");
+    let more = format!("With the Python package also: {names}");
+    answer(Arguments::command().after_help(more), arguments)
+}
+
+/// The same for the Python package, which does more commands, and before they come here: help names them.
+pub fn run_in_package(arguments: impl Iterator<Item = OsString>) -> u8 {
+    let more = ELSEWHERE.map(|(name, what)| clap::Command::new(name).about(what));
+    answer(Arguments::command().subcommands(more), arguments)
+}
+
+fn answer(command: clap::Command, arguments: impl Iterator<Item = OsString>) -> u8 {
+    let matches = command.try_get_matches_from(joined(arguments));
+    let arguments = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => arguments,
         Err(error) => {
             // Nobody is left to be told that the output is closed.

@@ -31,12 +31,14 @@ pub struct Message {
     pub notes: Vec<String>,
     /// What would help.
     pub help: Option<String>,
+    /// The name that is to blame, where no place in the input is.
+    pub name: Option<String>,
 }
 
 impl From<&InputError> for Message {
     fn from(error: &InputError) -> Self {
-        let InputError { message, span, label, help } = error.clone();
-        Self { title: message, span, label, notes: Vec::new(), help }
+        let InputError { message, span, label, help, name } = error.clone();
+        Self { title: message, span, label, notes: Vec::new(), help, name }
     }
 }
 

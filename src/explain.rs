@@ -151,7 +151,7 @@ pub fn few_digits(model: &Model, history: &History) -> Option<Message> {
              next to a limit point or a bifurcation, ask for a state a little before or beyond it"
                 .to_owned(),
         ),
-        label: None,
+        ..Message::default()
     })
 }
 
@@ -282,7 +282,7 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
     if left > 0 {
         notes.push(format!("{left} later step{} not tried", if left == 1 { " was" } else { "s were" }));
     }
-    Message { title, span: model.steps.get(index).map(|step| step.span), notes, help, label: None }
+    Message { title, span: model.steps.get(index).map(|step| step.span), notes, help, ..Message::default() }
 }
 
 fn node_name(model: &Model, node: NodeId) -> String {

@@ -2,13 +2,11 @@
 
 use pennate_analysis::problem::{Problem, ProblemError, Reason};
 use pennate_analysis::solution::status_name;
+use pennate_models::input::suggest;
 use pennate_solver::error::SolveError;
 
 use crate::explain;
-use crate::output::text::{list, percent, shown};
-
-/// Names that are listed before the rest is counted.
-const NAMES: usize = 12;
+use crate::output::text::{percent, shown};
 
 /// Why a design has no answer, or not all of it: one sentence without a full stop.
 pub fn reason(problem: &Problem, reason: &Reason) -> String {
@@ -74,27 +72,27 @@ pub fn kind(reason: &Reason) -> &'static str {
 
 /// Why there is no problem, where neither the network nor a mechanism is to blame: what is wrong, and what would help.
 pub fn wrong(error: &ProblemError) -> (String, Option<String>) {
-    let known = |what: &str, known: &[String]| {
-        let names: Vec<String> = known.iter().map(|name| format!("'{}'", shown(name))).collect();
-        Some(if names.is_empty() {
-            format!("there are no {what}")
-        } else {
-            format!("known {what}: {}", list(&names, NAMES))
-        })
-    };
     match error {
-        ProblemError::UnknownParameter { name, known: names } => {
-            (format!("there is no parameter '{}'", shown(name)), known("parameters", names))
+        ProblemError::UnknownParameter { name, known } => {
+            (format!("there is no parameter '{}'", shown(name)), Some(likely(name, known, "parameters")))
         }
-        ProblemError::UnknownProbe { name, known: names } => {
-            (format!("there is no probe '{}'", shown(name)), known("probes", names))
+        ProblemError::UnknownProbe { name, known } => {
+            (format!("there is no probe '{}'", shown(name)), Some(likely(name, known, "probes")))
         }
-        ProblemError::UnknownStep { probe, step, known: names } => {
-            (format!("there is no step '{}' for the probe '{}'", shown(step), shown(probe)), known("steps", names))
-        }
+        ProblemError::UnknownStep { probe, step, known } => (
+            format!("there is no step '{}' for the probe '{}'", shown(step), shown(probe)),
+            Some(likely(step, known, "steps")),
+        ),
         ProblemError::Unsolvable(SolveError::Mechanism(_)) | ProblemError::Network(_) => (error.to_string(), None),
-        ProblemError::Twice { .. } | ProblemError::Counts { .. } | ProblemError::ChangesTopology { .. } => {
-            (error.to_string(), None)
-        }
+        ProblemError::Twice { .. }
+        | ProblemError::Counts { .. }
+        | ProblemError::ChangesTopology { .. }
+        | ProblemError::Interrupted => (error.to_string(), None),
     }
+}
+
+/// The names that may have been meant by one that there is not.
+pub fn likely(name: &str, known: &[String], plural: &str) -> String {
+    let known: Vec<String> = known.iter().map(|name| shown(name)).collect();
+    suggest(name, known.iter().map(String::as_str), plural)
 }

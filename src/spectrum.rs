@@ -12,7 +12,8 @@ use pennate_solver::options::{Options, Progress};
 use pennate_solver::spectral::unknowns::Family;
 
 use crate::diagnostics::Message;
-use crate::output::text::{list, shown};
+use crate::output::text::shown;
+use crate::problems::likely;
 use crate::{Input, clock, explain, on_threads, options, read};
 
 /// What to compute about which network.
@@ -67,9 +68,10 @@ pub fn answer(
 fn refused(why: NoSpectrum) -> NoAnswer {
     match why {
         NoSpectrum::NoStep(model, name) => {
-            let known: Vec<String> = model.step_names().iter().map(|name| format!("'{}'", shown(name))).collect();
+            let known: Vec<String> = model.step_names().into_iter().map(str::to_owned).collect();
             let error = InputError::new(format!("the network has no step '{}'", shown(&name)))
-                .help(format!("its steps are {}", list(&known, 12)));
+                .help(likely(&name, &known, "steps"))
+                .about(name);
             NoAnswer::Input(InputErrors { errors: vec![error], sources: model.sources })
         }
         NoSpectrum::Massless(model, members) => {

@@ -97,13 +97,13 @@ fn beyond(model: &Model, found: &[Strain], how: &str) -> Option<Message> {
     Some(Message {
         title,
         span: Some(member.span),
-        label: None,
         notes,
         help: Some(format!(
             "bare numbers are in {length}, {force} and {stress}: look at section, material and loads; if the strain is \
              meant, raise the limit with strain_limit = {:.1} beside format",
             (1.2 * 10.0 * worst.peak.value.abs()).ceil() / 10.0
         )),
+        ..Message::default()
     })
 }
 
@@ -126,13 +126,13 @@ fn unstable(model: &Model, found: &[Strain]) -> Option<Message> {
             when(model, worst)
         ),
         span: Some(member.span),
-        label: None,
         notes: vec![
             "a rod with shear stiffness GA below its axial stiffness EA becomes unstable at the strain 1/(EA/GA - 1): it \
              shears instead of being stretched; that is a property of linear shear, and no real bar does it"
                 .to_owned(),
         ],
         help: Some("give its section shear = false; or look at its units, if it should not be stretched so far".to_owned()),
+        ..Message::default()
     })
 }
 

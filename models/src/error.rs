@@ -46,12 +46,14 @@ pub struct InputError {
     pub label: Option<String>,
     /// What to do about it.
     pub help: Option<String>,
+    /// The name that is to blame, where no place in a file is.
+    pub name: Option<String>,
 }
 
 impl InputError {
     /// An error without place, to be completed by the methods below.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), span: None, label: None, help: None }
+        Self { message: message.into(), span: None, label: None, help: None, name: None }
     }
 
     /// The error with its place.
@@ -63,6 +65,12 @@ impl InputError {
     /// The error with a few words to stand under its place.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = Some(label.into());
+        self
+    }
+
+    /// The error with the name that is to blame.
+    pub fn about(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
         self
     }
 

@@ -59,6 +59,24 @@ pub enum ProblemError {
         /// Those of the file.
         known: Vec<String>,
     },
+    /// Nobody wanted to wait any longer.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl ProblemError {
+    /// The name that is to blame, if one is.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::UnknownParameter { name, .. }
+            | Self::Twice { name }
+            | Self::Counts { name }
+            | Self::ChangesTopology { name, .. }
+            | Self::UnknownProbe { name, .. }
+            | Self::UnknownStep { step: name, .. } => Some(name),
+            Self::Network(_) | Self::Unsolvable(_) | Self::Interrupted => None,
+        }
+    }
 }
 
 fn list(names: &[String]) -> String {

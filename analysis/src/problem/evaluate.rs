@@ -1,6 +1,8 @@
 //! Many designs at once.
 
+use std::iter::repeat_n;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 use pennate_solver::options::Options;
 use rayon::prelude::*;
@@ -24,6 +26,21 @@ pub struct Evaluation {
     pub stable: Vec<Option<bool>>,
 }
 
+impl Evaluation {
+    fn push(&mut self, answer: Answer) {
+        self.values.extend(answer.values);
+        self.reasons.push(answer.reason);
+        self.stable.push(answer.stable);
+    }
+
+    /// So many designs that nobody waited for: there may be millions.
+    fn push_interrupted(&mut self, designs: usize, outputs: usize) {
+        self.values.extend(repeat_n(f64::NAN, designs * outputs));
+        self.reasons.extend(repeat_n(Some(Reason::Interrupted), designs));
+        self.stable.extend(repeat_n(None, designs));
+    }
+}
+
 impl Problem {
     /// The outputs of some designs: `x` has one row of k values a design, the answer one row of m.
     ///
@@ -44,18 +61,26 @@ impl Problem {
         let rows = self.rows(x);
         // Groups follow the order of the rows alone.
         let each = |group: &[&[f64]]| {
+            if control.is_stopped() {
+                return Err(group.len());
+            }
             let mut workspace = self.workspaces.take();
             let answers = self.solve_group(group, control, &mut workspace);
             self.workspaces.give_back(workspace);
-            answers
+            Ok(answers)
         };
-        let groups: Vec<Vec<Answer>> = rows.par_chunks(TOGETHER).map(each).collect();
-        let answers: Vec<Answer> = groups.into_iter().flatten().collect();
-        let mut found = Evaluation { values: Vec::new(), reasons: Vec::new(), stable: Vec::new() };
-        for answer in answers {
-            found.values.extend(answer.values);
-            found.reasons.push(answer.reason);
-            found.stable.push(answer.stable);
+        let groups: Vec<Result<Vec<Answer>, usize>> = rows.par_chunks(TOGETHER).map(each).collect();
+        let (designs, outputs) = (rows.len(), self.outputs.len());
+        let mut found = Evaluation {
+            values: Vec::with_capacity(designs * outputs),
+            reasons: Vec::with_capacity(designs),
+            stable: Vec::with_capacity(designs),
+        };
+        for group in groups {
+            match group {
+                Ok(answers) => answers.into_iter().for_each(|answer| found.push(answer)),
+                Err(left) => found.push_interrupted(left, outputs),
+            }
         }
         found
     }
@@ -110,6 +135,7 @@ impl Problem {
 impl Control {
     /// Whether nobody wants to wait any longer.
     pub(super) fn is_stopped(&self) -> bool {
-        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+        let stopped = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        stopped || self.until.is_some_and(|until| Instant::now() >= until)
     }
 }

@@ -1,5 +1,7 @@
 //! Derivatives of the outputs by the parameters.
 
+use std::iter::repeat_n;
+
 use pennate_solver::base::{self, Followed};
 use pennate_solver::options::Options;
 use pennate_solver::packs;
@@ -32,6 +34,23 @@ pub(super) struct Row {
     pub stable: Option<bool>,
 }
 
+impl Derivatives {
+    fn push(&mut self, row: Row) {
+        self.values.extend(row.values);
+        self.jacobian.extend(row.jacobian);
+        self.reasons.push(row.reason);
+        self.stable.push(row.stable);
+    }
+
+    /// So many designs that nobody waited for: there may be millions.
+    fn push_interrupted(&mut self, designs: usize, outputs: usize, inputs: usize) {
+        self.values.extend(repeat_n(f64::NAN, designs * outputs));
+        self.jacobian.extend(repeat_n(f64::NAN, designs * outputs * inputs));
+        self.reasons.extend(repeat_n(Some(Reason::Interrupted), designs));
+        self.stable.extend(repeat_n(None, designs));
+    }
+}
+
 impl Problem {
     /// The outputs of some designs and their derivatives: `x` has one row of k values a design.
     ///
@@ -57,29 +76,33 @@ impl Problem {
         let rows = self.rows(x);
         // Groups follow the order of the rows alone.
         let each = |group: &[&[f64]]| {
+            if control.is_stopped() {
+                return Err(group.len());
+            }
             let mut workspace = self.workspaces.take();
             let found = self.gradients_of(group, control, &mut workspace);
             self.workspaces.give_back(workspace);
-            found
+            Ok(found)
         };
-        let groups: Vec<Vec<Row>> = rows.par_chunks(TOGETHER).map(each).collect();
-        let all = groups.into_iter().flatten();
-        let mut derivatives =
-            Derivatives { values: Vec::new(), jacobian: Vec::new(), reasons: Vec::new(), stable: Vec::new() };
-        for row in all {
-            derivatives.values.extend(row.values);
-            derivatives.jacobian.extend(row.jacobian);
-            derivatives.reasons.push(row.reason);
-            derivatives.stable.push(row.stable);
+        let groups: Vec<Result<Vec<Row>, usize>> = rows.par_chunks(TOGETHER).map(each).collect();
+        let (designs, outputs, inputs) = (rows.len(), self.outputs.len(), self.inputs.len());
+        let mut found = Derivatives {
+            values: Vec::with_capacity(designs * outputs),
+            jacobian: Vec::with_capacity(designs * outputs * inputs),
+            reasons: Vec::with_capacity(designs),
+            stable: Vec::with_capacity(designs),
+        };
+        for group in groups {
+            match group {
+                Ok(rows) => rows.into_iter().for_each(|row| found.push(row)),
+                Err(left) => found.push_interrupted(left, outputs, inputs),
+            }
         }
-        derivatives
+        found
     }
 
     /// Equilibria side by side, then the derivatives of one design after the other.
     fn gradients_of(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Row> {
-        if control.is_stopped() {
-            return rows.iter().map(|_| self.no_gradient(Reason::Interrupted)).collect();
-        }
         let designs: Vec<Result<Design, Reason>> = rows.iter().map(|row| self.design(row)).collect();
         let sound: Vec<&Design> = designs.iter().flatten().collect();
         let look = |step| match sound.first() {

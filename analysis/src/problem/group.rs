@@ -27,9 +27,6 @@ impl Problem {
     /// The answers of a group of designs, in order.
     pub(super) fn solve_group(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Answer> {
         let nothing = |reason| Answer::nothing(self.outputs.len(), reason);
-        if control.is_stopped() {
-            return rows.iter().map(|_| nothing(Reason::Interrupted)).collect();
-        }
         let designs: Vec<Result<Design, Reason>> = rows.iter().map(|row| self.design(row)).collect();
         let sound: Vec<&Design> = designs.iter().flatten().collect();
         let mut values = self.solve_together(&sound, control, workspace).into_iter();

@@ -450,7 +450,13 @@ impl Lives {
 
     /// Whether the present states are stable, as [`Live::stable`].
     pub fn stable(&mut self) -> Vec<Option<bool>> {
-        self.states.par_iter_mut().map(Live::stable).collect()
+        self.stable_while(&Control::default())
+    }
+
+    /// The same, which may be stopped on the way: what was not looked at is not known then.
+    pub fn stable_while(&mut self, control: &Control) -> Vec<Option<bool>> {
+        let stable = |state: &mut Live| if control.is_stopped() { None } else { state.stable() };
+        self.states.par_iter_mut().map(stable).collect()
     }
 
     /// The same, where it takes no time for all of them.

@@ -47,6 +47,7 @@ mod track;
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
 use pennate_models::{Document, InputErrors, Mesh, Model, Reading};
 use pennate_solver::options::Options;
@@ -98,15 +99,15 @@ impl Problem {
         probes: &[&str],
         accuracy: f64,
     ) -> Result<Self, ProblemError> {
-        Self::with_sample(document, settings, parameters, probes, accuracy, &[])
+        Self::with_sample(document, settings, parameters, probes, accuracy, &[], &Control::default())
     }
 
     /// The same with a mesh that also serves a sample of designs: rows of values of the parameters.
     ///
-    /// Designs of the sample that have no answer do not count.
+    /// Designs of the sample that have no answer do not count. It may be stopped on the way.
     ///
     /// # Errors
-    /// As [`Problem::new`].
+    /// As [`Problem::new`], and [`ProblemError::Interrupted`].
     pub fn with_sample(
         document: &Document,
         settings: &[(String, String)],
@@ -114,13 +115,17 @@ impl Problem {
         probes: &[&str],
         accuracy: f64,
         sample: &[f64],
+        control: &Control,
     ) -> Result<Self, ProblemError> {
         let (reading, middle) = document.reading(settings).map_err(ProblemError::Network)?;
         let inputs = inputs(&reading, parameters)?;
         let outputs = outputs::outputs(&middle, probes)?;
         topology::check(&reading, &middle, &inputs)?;
-        let solve = |model: Model| solve_for_mesh(model, accuracy);
-        let solution = solve(middle.clone()).map_err(|(_, error)| ProblemError::Unsolvable(error))?;
+        let solve = |model: Model| {
+            let solution = solve_for_mesh(model, accuracy, control);
+            if control.is_stopped() { Err(ProblemError::Interrupted) } else { Ok(solution) }
+        };
+        let solution = solve(middle.clone())?.map_err(|(_, error)| ProblemError::Unsolvable(error))?;
         let mut problem = Self {
             error: outputs::errors(&solution, &outputs),
             mesh: solution.mesh,
@@ -134,7 +139,7 @@ impl Problem {
         };
         for row in sample.chunks_exact(problem.inputs.len().max(1)) {
             let Ok(model) = problem.model(row) else { continue };
-            let Ok(solution) = solve(model) else { continue };
+            let Ok(solution) = solve(model)? else { continue };
             problem.mesh = mesh::finer(problem.mesh, solution.mesh.clone());
             outputs::join_errors(&mut problem.error, &outputs::errors(&solution, &problem.outputs));
         }
@@ -225,9 +230,13 @@ fn inputs(reading: &Reading, names: &[&str]) -> Result<Vec<(String, usize)>, Pro
     Ok(inputs)
 }
 
-fn solve_for_mesh(model: Model, accuracy: f64) -> Result<Solution, (Box<Model>, pennate_solver::error::SolveError)> {
-    let options = Options { estimate: true, ..Options::default() };
-    solve_to_accuracy(model, accuracy, &options, &mut |_| true)
+fn solve_for_mesh(
+    model: Model,
+    accuracy: f64,
+    control: &Control,
+) -> Result<Solution, (Box<Model>, pennate_solver::error::SolveError)> {
+    let options = Options { estimate: true, stop: control.stop.clone(), ..Options::default() };
+    solve_to_accuracy(model, accuracy, &options, &mut |_| !control.is_stopped())
 }
 
 /// What a caller may ask of an evaluation while it runs.
@@ -235,4 +244,6 @@ fn solve_for_mesh(model: Model, accuracy: f64) -> Result<Solution, (Box<Model>, 
 pub struct Control {
     /// Set from outside where nobody wants to wait any longer: designs that are not done have [`Reason::Interrupted`].
     pub stop: Option<Arc<AtomicBool>>,
+    /// The moment from which on nobody waits.
+    pub until: Option<Instant>,
 }

@@ -1,6 +1,8 @@
 //! Many designs at once against the same designs one by one.
 
-use pennate_analysis::problem::{Problem, Reason};
+use std::time::{Duration, Instant};
+
+use pennate_analysis::problem::{Control, Problem, ProblemError, Reason};
 use pennate_models::Document;
 
 const DYAD: &str = include_str!("../../../models/networks/dyad.toml");
@@ -203,6 +205,27 @@ fn answers_do_not_depend_on_the_number_of_threads() {
 }
 
 /// What is kept from one call to the next, for speed, moves no digit: a search that is stopped and gone on with writes the same bytes.
+#[test]
+fn designs_that_nobody_waits_for_are_told() {
+    let document = Document::from_text("dyad.toml", DYAD);
+    let over = Control { until: Some(Instant::now()), ..Control::default() };
+    let compiled = |sample: &[f64], control: &Control| {
+        Problem::with_sample(&document, &[], &["beta", "L"], &["stroke"], 1e-6, sample, control)
+    };
+    let problem = compiled(&[], &Control::default()).unwrap();
+    let rows = problem.middle().repeat(20);
+    assert!(matches!(compiled(&rows, &over), Err(ProblemError::Interrupted)));
+    let (found, slopes) = (problem.evaluate_while(&rows, &over), problem.gradient_while(&rows, &over));
+    for (reasons, stable) in [(&found.reasons, &found.stable), (&slopes.reasons, &slopes.stable)] {
+        assert_eq!((reasons.len(), stable.len()), (20, 20));
+        assert!(reasons.iter().all(|reason| matches!(reason, Some(Reason::Interrupted))));
+    }
+    assert_eq!([found.values.len(), slopes.values.len(), slopes.jacobian.len()], [20, 20, 40]);
+    assert!(found.values.iter().chain(&slopes.values).chain(&slopes.jacobian).all(|value| value.is_nan()));
+    let later = Control { until: Some(Instant::now() + Duration::from_secs(1000)), ..Control::default() };
+    assert_eq!(problem.evaluate_while(&rows, &later).values, problem.evaluate(&rows).values);
+}
+
 #[test]
 fn answers_do_not_depend_on_what_was_solved_before() {
     // Either member may be the stiffer way to the joint between them, which it then carries along.

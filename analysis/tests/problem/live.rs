@@ -174,7 +174,7 @@ fn a_way_that_is_stopped_ends_where_it_came_to() {
     let document = Document::from_text("dyad.toml", &text);
     let problem = Problem::new(&document, &[], &["p", "beta"], &["stroke@inflate", "holding", "both"], 1e-6).unwrap();
     let mut live = problem.live().unwrap();
-    let stopped = Control { stop: Some(Arc::new(AtomicBool::new(true))) };
+    let stopped = Control { stop: Some(Arc::new(AtomicBool::new(true))), ..Control::default() };
     let before = live.values().to_vec();
     live.set(0, 24.0);
     assert!(matches!(live.solve_while(&stopped), Err(Reason::Interrupted)));
@@ -194,7 +194,7 @@ fn a_way_that_is_stopped_ends_where_it_came_to() {
         });
         let wanted = [[14.0, 40.0], [24.0, 20.0]][usize::from(round % 2 == 0)];
         (0..2).for_each(|parameter| live.set(parameter, wanted[parameter]));
-        let went = live.solve_while(&Control { stop: Some(stop) });
+        let went = live.solve_while(&Control { stop: Some(stop), ..Control::default() });
         finger.join().unwrap();
         let solved = problem.evaluate(live.present()).values;
         for (index, (followed, solved)) in live.values().iter().zip(&solved).enumerate() {

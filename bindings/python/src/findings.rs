@@ -2,6 +2,7 @@
 
 use numpy::PyArray1;
 use pennate::diagnostics::{self, Message, Severity};
+use pennate::problems::likely;
 use pennate::{Refusal, explain};
 use pennate_models::error::Source;
 use pennate_models::{InputErrors, Model};
@@ -33,6 +34,7 @@ pub(crate) fn finding<'py>(
             (Some(source.name.as_str()), Some(line), Some(column), name)
         }
     };
+    let name = name.or(message.name.as_deref());
     let word = match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
@@ -115,6 +117,20 @@ pub(crate) fn unsolved(py: Python<'_>, messages: &[Message], sources: &[Source])
         class(py, "SolveError")?.call1((texts.join("\n\n"), found))
     };
     made().map_or_else(|error| error, PyErr::from_value)
+}
+
+/// A `NetworkError` of a name that there is not; `notes` say where it was given.
+#[pyfunction]
+pub(crate) fn unknown(
+    py: Python<'_>,
+    title: String,
+    name: String,
+    known: Vec<String>,
+    plural: &str,
+    notes: Vec<String>,
+) -> Py<PyAny> {
+    let help = Some(likely(&name, &known, plural));
+    unfit(py, &Message { title, notes, help, name: Some(name), ..Message::default() }).into_value(py).into_any()
 }
 
 /// A `NetworkError` of what does not fit the network, and has no place in its file.

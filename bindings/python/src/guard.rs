@@ -68,6 +68,8 @@ enum News<T> {
 
 /// Who hears of progress: called with the step, the number of steps and the fraction; stops the work by `False`.
 pub(crate) type Listener = Option<Py<PyAny>>;
+/// Who is asked now and then whether anybody waits for the work, on threads that no signal comes to; stops it by `False`.
+pub(crate) type Wanted = Option<Py<PyAny>>;
 
 /// Does work on a thread of its own, without the lock of the interpreter; what came of it, and the exception that a signal
 /// or the listener raised meanwhile: the work was stopped then, and holds what was done.
@@ -77,6 +79,19 @@ pub(crate) type Listener = Option<Py<PyAny>>;
 pub(crate) fn patient<T: Send>(
     py: Python<'_>,
     listener: &Listener,
+    work: impl FnOnce(Arc<AtomicBool>, &mut (dyn FnMut(&Progress) -> bool + Send)) -> T + Send,
+) -> PyResult<(T, Option<PyErr>)> {
+    patient_while(py, listener, &None, work)
+}
+
+/// The same, as long as it is wanted.
+///
+/// # Errors
+/// As [`patient`].
+pub(crate) fn patient_while<T: Send>(
+    py: Python<'_>,
+    listener: &Listener,
+    wanted: &Wanted,
     work: impl FnOnce(Arc<AtomicBool>, &mut (dyn FnMut(&Progress) -> bool + Send)) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
     let stop = Arc::new(AtomicBool::new(false));
@@ -103,6 +118,7 @@ pub(crate) fn patient<T: Send>(
             let heard = match news {
                 Ok(News::Done(outcome)) => return outcome.map_err(|message| broken(py, message)),
                 Ok(News::Progress(progress)) if raised.is_none() => tell(py, listener, &progress),
+                Err(RecvTimeoutError::Timeout) if raised.is_none() => ask(py, wanted),
                 Ok(News::Progress(_)) | Err(RecvTimeoutError::Timeout) => Ok(true),
                 Err(RecvTimeoutError::Disconnected) => {
                     return Err(broken(py, "the thread that solves is gone".to_owned()));
@@ -127,6 +143,11 @@ fn tell(py: Python<'_>, listener: &Listener, progress: &Progress) -> PyResult<bo
     let answer = listener.bind(py).call1((progress.step, progress.steps, progress.fraction))?;
     // `None` is what a function returns that says nothing.
     Ok(answer.is_none() || answer.is_truthy()?)
+}
+
+/// Whether the work is wanted still.
+fn ask(py: Python<'_>, wanted: &Wanted) -> PyResult<bool> {
+    wanted.as_ref().map_or(Ok(true), |wanted| wanted.bind(py).call0()?.is_truthy())
 }
 
 /// Panics, on a thread of its own: how the tests see what becomes of a panic.

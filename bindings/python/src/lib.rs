@@ -30,5 +30,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(program::scene, module)?)?;
     module.add_function(wrap_pyfunction!(program::scenes, module)?)?;
     module.add_function(wrap_pyfunction!(program::schema, module)?)?;
+    module.add_function(wrap_pyfunction!(findings::unknown, module)?)?;
     module.add_function(wrap_pyfunction!(guard::fail, module)?)
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pennate::diagnostics::Severity;
 use pennate::explain;
+use pennate::output::drawing::Drawing;
 use pennate::output::table;
 use pennate_models::{Document, InputErrors, Model};
 use pennate_solver::options::Options;
@@ -14,9 +15,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::findings::{finding, mechanism, refused, warnings, wrong};
-use crate::guard::{Listener, patient, quick};
+use crate::guard::{Listener, Wanted, patient_while, quick};
 use crate::problem::Problem;
-use crate::solution::Solution;
+use crate::solution::{Solution, drawn};
 use crate::tree;
 
 type Settings = Vec<(String, String)>;
@@ -127,8 +128,14 @@ impl Network {
         Ok((table::checked(model), found))
     }
 
-    /// The solution, and the exception that ended the solve early, if one did.
-    #[pyo3(signature = (accuracy, threads, shapes, progress))]
+    /// Places, lines, and arrays by name of points and of lines, of the network as it is built.
+    fn drawing<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let model = &*self.model;
+        quick(py, || Drawing::as_built(model))?.map(|drawing| drawn(py, drawing)).transpose()
+    }
+
+    /// The solution, and the exception that ended the solve early, if one did; `wanted` is asked now and then whether it goes on.
+    #[pyo3(signature = (accuracy, threads, shapes, progress, wanted = None))]
     fn solve(
         &self,
         py: Python<'_>,
@@ -136,9 +143,10 @@ impl Network {
         threads: Option<usize>,
         shapes: bool,
         progress: Listener,
+        wanted: Wanted,
     ) -> PyResult<(Solution, Option<PyErr>)> {
         let model = Model::clone(&self.model);
-        let (outcome, raised) = patient(py, &progress, |stop, observe| {
+        let (outcome, raised) = patient_while(py, &progress, &wanted, |stop, observe| {
             let options = Options { shapes, stop: Some(stop), ..Options::default() };
             pennate::solve(model, accuracy, threads, &options, observe)
         })?;

@@ -16,12 +16,14 @@ use pyo3::types::PyTuple;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::findings::{mechanism, unsolved, wrong};
-use crate::guard::{self, patient, quick};
+use crate::guard::{self, Wanted, patient, patient_while, quick};
 use crate::network::Network;
 use crate::turns::{Turn, Turns};
 
 /// Calls that take longer, in nanoseconds, are made where signals are heard: a person notices a tenth of a second.
 const LONG: u64 = 50_000_000;
+/// How long other calls may take.
+const PATIENCE: Duration = Duration::from_millis(100);
 /// The same of calls on what is kept: these may take some hundred times as long as those before.
 const BRIEF: u64 = 300_000;
 
@@ -106,8 +108,9 @@ pub(crate) fn compile(
     threads: usize,
 ) -> PyResult<Problem> {
     let [inputs, outputs] = [parameters, probes].map(|names| names.iter().map(String::as_str).collect::<Vec<&str>>());
-    let (made, raised) = patient(py, &None, |_, _| {
-        Compiled::with_sample(&network.document, &network.settings, &inputs, &outputs, accuracy, sample)
+    let (made, raised) = patient(py, &None, |stop, _| {
+        let control = Control { stop: Some(stop), ..Control::default() };
+        Compiled::with_sample(&network.document, &network.settings, &inputs, &outputs, accuracy, sample, &control)
     })?;
     match (made, raised) {
         (_, Some(raised)) => Err(raised),
@@ -122,34 +125,43 @@ fn refused(py: Python<'_>, network: &Network, error: &ProblemError) -> PyErr {
         ProblemError::Unsolvable(SolveError::Mechanism(motions)) => mechanism(py, &network.model, motions),
         other => {
             let (title, help) = problems::wrong(other);
-            crate::findings::unfit(py, &Message { title, help, ..Message::default() })
+            let name = other.name().map(str::to_owned);
+            crate::findings::unfit(py, &Message { title, help, name, ..Message::default() })
         }
     }
 }
 
 impl Problem {
-    /// Does work on many designs, where signals are heard if it may take long.
+    /// Does work on many designs, where signals are heard if it may take long. Work that takes longer than those before is begun
+    /// again there: what designs take says little of others.
     fn work<T: Send>(
         &self,
         py: Python<'_>,
         pace: &Pace,
         designs: usize,
-        work: impl FnOnce(&Compiled, &Control) -> T + Send,
+        wanted: &Wanted,
+        reasons: fn(&T) -> &[Option<Reason>],
+        work: impl Fn(&Compiled, &Control) -> T + Send + Sync,
     ) -> PyResult<T> {
         let begin = Instant::now();
         let compiled = &self.compiled;
-        let done = if pace.of(designs) < LONG {
-            let control = Control::default();
-            quick(py, || self.on_threads(designs, &control, || work(compiled, &control)))?
-        } else {
-            match patient(py, &None, |stop, _| {
-                let control = Control { stop: Some(stop) };
-                self.on_threads(designs, &control, || work(compiled, &control))
-            })? {
-                (_, Some(raised)) => return Err(raised),
-                (done, None) => done,
+        if pace.of(designs) < LONG {
+            let control = Control { until: Some(begin + PATIENCE), ..Control::default() };
+            let done = quick(py, || self.on_threads(designs, &control, || work(compiled, &control)))?;
+            let done = done.map_err(PyRuntimeError::new_err)?;
+            if !reasons(&done).iter().any(|reason| matches!(reason, Some(Reason::Interrupted))) {
+                pace.note(begin.elapsed(), designs);
+                return Ok(done);
             }
-        };
+        }
+        let begin = Instant::now();
+        let (done, raised) = patient_while(py, &None, wanted, |stop, _| {
+            let control = Control { stop: Some(stop), ..Control::default() };
+            self.on_threads(designs, &control, || work(compiled, &control))
+        })?;
+        if let Some(raised) = raised {
+            return Err(raised);
+        }
         pace.note(begin.elapsed(), designs);
         done.map_err(PyRuntimeError::new_err)
     }
@@ -184,8 +196,10 @@ impl Problem {
             ref shape => {
                 let names: Vec<&str> = self.compiled.parameters().collect();
                 let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+                // As Python writes it.
+                let comma = if shape.len() == 1 { "," } else { "" };
                 return Err(PyValueError::new_err(format!(
-                    "x has the shape ({}), but there are {width} parameters ({}): ({width},) or (n, {width}) expected",
+                    "x has the shape ({}{comma}), but there are {width} parameters ({}): ({width},) or (n, {width}) expected",
                     shape.join(", "),
                     names.join(", ")
                 )));
@@ -213,30 +227,35 @@ impl Problem {
         )
     }
 
-    /// (n, m) or (m,), the reasons of those without an answer, and whether they are stable.
+    /// (n, m) or (m,), the reasons of those without an answer, and whether they are stable; `wanted` is asked now and then whether
+    /// it goes on.
+    #[pyo3(signature = (x, wanted = None))]
     #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
         x: PyReadonlyArrayDyn<'py, f64>,
+        wanted: Wanted,
     ) -> PyResult<(Bound<'py, PyAny>, Vec<Why>, Vec<Option<bool>>)> {
         let (values, designs, alone) = self.rows(&x)?;
         if designs == 0 {
             return Ok((array(py, Vec::new(), &[0, self.compiled.outputs().len()])?, Vec::new(), Vec::new()));
         }
         let work = |problem: &Compiled, control: &Control| problem.evaluate_while(&values, control);
-        let answer = self.work(py, &self.values, designs, work)?;
+        let answer = self.work(py, &self.values, designs, &wanted, |answer| &answer.reasons, work)?;
         let outputs = self.compiled.outputs().len();
         let shape = if alone { vec![outputs] } else { vec![designs, outputs] };
         Ok((array(py, answer.values, &shape)?, self.why(&answer.reasons), answer.stable))
     }
 
     /// (n, m) and (n, m, k), or (m,) and (m, k), the reasons of those without an answer, and whether they are stable.
+    #[pyo3(signature = (x, wanted = None))]
     #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn gradient<'py>(
         &self,
         py: Python<'py>,
         x: PyReadonlyArrayDyn<'py, f64>,
+        wanted: Wanted,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<Why>, Vec<Option<bool>>)> {
         let (values, designs, alone) = self.rows(&x)?;
         let (outputs, inputs) = (self.compiled.outputs().len(), self.compiled.parameters().len());
@@ -245,7 +264,7 @@ impl Problem {
             return Ok((none, array(py, Vec::new(), &[0, outputs, inputs])?, Vec::new(), Vec::new()));
         }
         let work = |problem: &Compiled, control: &Control| problem.gradient_while(&values, control);
-        let answer = self.work(py, &self.gradients, designs, work)?;
+        let answer = self.work(py, &self.gradients, designs, &wanted, |answer| &answer.reasons, work)?;
         let lead = if alone { vec![] } else { vec![designs] };
         let shape = |rest: &[usize]| lead.iter().chain(rest).copied().collect::<Vec<usize>>();
         let y = array(py, answer.values, &shape(&[outputs]))?;
@@ -271,7 +290,7 @@ impl Problem {
     fn live(slf: &Bound<'_, Self>) -> PyResult<Live> {
         let problem = slf.get();
         // How long this takes is not known beforehand.
-        let made = problem.work(slf.py(), &Pace::unknown(), 1, Compiled::live_while)?;
+        let made = problem.work(slf.py(), &Pace::unknown(), 1, &None, |_| &[], Compiled::live_while)?;
         let state = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
         let seen = Seen::new(seen(slf.py(), facts(&state))?);
         Ok(Live { problem: slf.clone().unbind(), kept: Kept::new(state), seen })
@@ -280,8 +299,8 @@ impl Problem {
     /// So many of them, side by side.
     fn live_all(slf: &Bound<'_, Self>, count: usize) -> PyResult<Lives> {
         let problem = slf.get();
-        let made =
-            problem.work(slf.py(), &Pace::unknown(), 1, |compiled, control| compiled.live_all_while(count, control))?;
+        let all = |compiled: &Compiled, control: &Control| compiled.live_all_while(count, control);
+        let made = problem.work(slf.py(), &Pace::unknown(), 1, &None, |_| &[], all)?;
         let states = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
         let reasons = vec![None; count];
         let seen = Seen::new(all_seen(problem, slf.py(), (states.values(), states.judged()), &reasons)?);
@@ -347,7 +366,7 @@ impl<T: Send> Kept<T> {
             Some(turn) => (Some(quick(py, move || take(&turn, &Control::default()))?), None),
             None => patient(py, &None, |stop, _| {
                 let turn = self.turns.wait(&stop)?;
-                Some(take(&turn, &Control { stop: Some(stop) }))
+                Some(take(&turn, &Control { stop: Some(stop), ..Control::default() }))
             })?,
         };
         match (done, raised) {
@@ -455,7 +474,8 @@ impl Lives {
     /// Goes to rows of values, (n, k); gives the exception that ended the way early.
     fn go(&self, py: Python<'_>, x: PyReadonlyArrayDyn<'_, f64>) -> PyResult<Option<PyErr>> {
         let problem = self.problem.get();
-        let (rows, _, _) = problem.rows(&x)?;
+        // Without parameters a state is where it is.
+        let rows = if problem.compiled.parameters().len() == 0 { Vec::new() } else { problem.rows(&x)?.0 };
         let go = |states: &mut States, control: &Control| {
             states.set(&rows);
             let reasons = problem.on_threads(self.count, control, || states.solve_while(control))?;
@@ -475,8 +495,9 @@ impl Lives {
     /// Whether the states are stable, where that takes a look at vibrations.
     fn stable(&self, py: Python<'_>) -> PyResult<Vec<Option<bool>>> {
         let problem = self.problem.get();
-        let stable =
-            |states: &mut States, control: &Control| problem.on_threads(self.count, control, || states.stable());
+        let stable = |states: &mut States, control: &Control| {
+            problem.on_threads(self.count, control, || states.stable_while(control))
+        };
         let (_, stable, raised) = self.kept.work(py, &Pace::unknown(), self.count, stable)?;
         raised.map_or(Ok(stable), Err)
     }

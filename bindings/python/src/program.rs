@@ -14,7 +14,7 @@ use crate::guard::{broken, caught, quick};
 pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
     let arguments = std::iter::once(OsString::from("pennate")).chain(arguments);
     let arguments: Vec<OsString> = arguments.collect();
-    py.detach(|| caught(|| pennate::cli::run(arguments.into_iter()))).map_err(|message| broken(py, message))
+    py.detach(|| caught(|| pennate::cli::run_in_package(arguments.into_iter()))).map_err(|message| broken(py, message))
 }
 
 /// The network file of a scene.

@@ -186,15 +186,7 @@ impl Solution {
         step: Option<usize>,
         increment: usize,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(drawing) = quick(py, || Drawing::of(&self.solved, step, increment))? else { return Ok(None) };
-        let (points, lines) = (drawing.points.len() / 3, drawing.lines.len() / 2);
-        let found = PyDict::new(py);
-        found.set_item("points", drawing.points.into_pyarray(py).reshape([points, 3])?)?;
-        let ends: Vec<i64> = drawing.lines.into_iter().filter_map(|point| i64::try_from(point).ok()).collect();
-        found.set_item("lines", ends.into_pyarray(py).reshape([lines, 2])?)?;
-        found.set_item("point_data", arrays(py, drawing.point_data, points)?)?;
-        found.set_item("cell_data", arrays(py, drawing.cell_data, lines)?)?;
-        Ok(Some(found))
+        quick(py, || Drawing::of(&self.solved, step, increment))?.map(|drawing| drawn(py, drawing)).transpose()
     }
 
     /// Fractions of the increments of a step.
@@ -202,6 +194,18 @@ impl Solution {
         let step = self.solved.history.steps.get(step)?;
         Some(PyArray1::from_vec(py, step.increments.iter().map(|each| each.fraction).collect()))
     }
+}
+
+/// Places, lines, and arrays by name of points and of lines.
+pub(crate) fn drawn(py: Python<'_>, drawing: Drawing) -> PyResult<Bound<'_, PyDict>> {
+    let (points, lines) = (drawing.points.len() / 3, drawing.lines.len() / 2);
+    let found = PyDict::new(py);
+    found.set_item("points", drawing.points.into_pyarray(py).reshape([points, 3])?)?;
+    let ends: Vec<i64> = drawing.lines.into_iter().filter_map(|point| i64::try_from(point).ok()).collect();
+    found.set_item("lines", ends.into_pyarray(py).reshape([lines, 2])?)?;
+    found.set_item("point_data", arrays(py, drawing.point_data, points)?)?;
+    found.set_item("cell_data", arrays(py, drawing.cell_data, lines)?)?;
+    Ok(found)
 }
 
 fn arrays<'py>(py: Python<'py>, all: Vec<(String, Values)>, count: usize) -> PyResult<Bound<'py, PyDict>> {

@@ -124,6 +124,19 @@ def test_a_live_state_is_moved_by_derivatives_of_its_problem() -> None:
 
 def test_what_is_wrong_is_said() -> None:
     arm = br2.table(0)
+    for wrong, message in (
+        ({"moves": "15"}, "moves: a whole number expected, not '15'"),
+        ({"tolerance": "1"}, "tolerance: a length expected, not '1'"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            reach(Turned(), [0, 0, 0], **wrong)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="an arm, or a live state of a problem, expected, not 3"):
+        reach(3, [0, 0, 0])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="target: numbers expected"):
+        reach(Turned(), np.array([0, 0, 1j]))
+    for pair, error in ((5.0, ValueError), (("5", "9"), TypeError)):
+        with pytest.raises(error, match="the limits of 'beta'.* two finite numbers expected"):
+            control.Solved(pennate.scene("dyad"), {"beta": pair}, tip=("x", "y", "z"))  # type: ignore[dict-item]
     with pytest.raises(ValueError, match=r"target has the shape \(2,\)"):
         reach(arm, [1.0, 2.0])
     with pytest.raises(ValueError, match="are given with a live state alone"):

@@ -22,11 +22,34 @@ def test_every_error_of_a_file_has_its_place() -> None:
     first, second = caught.value.errors
     assert (first.file, first.line, first.column, first.name) == ("dyad.toml", 27, 39, "silicon")
     assert first.message == "member 'left' refers to muscle 'silicon', which is not defined"
-    assert first.help == "did you mean 'silicone'?" and second.line == 28
+    assert first.help == "did you mean 'silicone'? known muscles: 'silicone', 'silicone_soft', 'latex'"
+    assert second.line == 28
     assert str(caught.value).startswith(f"error: {first.message}\n  --> dyad.toml:27:39\n")
     assert "^^^^^^^^^ no such muscle" in str(caught.value)
     again = pickle.loads(pickle.dumps(caught.value))
     assert str(again) == str(caught.value) and again.errors == caught.value.errors
+
+
+def test_an_unknown_muscle_is_told_with_those_of_the_library() -> None:
+    text = DYAD[: DYAD.index("[muscles.silicone]")] + DYAD[DYAD.index("[members]") :]
+    with pytest.raises(pennate.NetworkError, match="known muscles: 'silicone', 'silicone_soft', 'latex'"):
+        pennate.loads(text.replace('"silicone"', '"silicon"'))
+    assert pennate.loads(text).solve().status == "converged"
+
+
+def test_help_names_all_commands() -> None:
+    def run(*arguments: str) -> tuple[int, str]:
+        done = subprocess.run([sys.executable, "-W", "error", "-m", "pennate", *arguments], capture_output=True, text=True)
+        return done.returncode, done.stdout + done.stderr
+
+    for arguments in (["--help"], ["-h"], ["help"], []):
+        text = run(*arguments)[1]
+        for command in ("solve", "help", "optimize", "plot", "view", "report"):
+            assert text.count(f"\n  {command} ") == 1, text
+    for command in ("optimize", "plot", "view", "report"):
+        assert run("help", command) == run(command, "--help")
+    status, text = run("polt")
+    assert status == 2 and "'plot'" in text
 
 
 def test_the_program_prints_the_same(tmp_path: pathlib.Path) -> None:
@@ -59,6 +82,12 @@ def test_parameters_are_checked(parameters: dict[str, object], error: type[Excep
 def test_what_is_no_network_is_refused(wrong: object) -> None:
     with pytest.raises((TypeError, ValueError)):
         pennate.Network(wrong)  # type: ignore[arg-type]
+
+
+def test_a_number_that_is_none_is_told_with_its_place() -> None:
+    for value in (float("nan"), np.array([0.0, np.inf])):
+        with pytest.raises(ValueError, match=r"nodes\.A\[1\]: a finite number expected"):
+            pennate.Network({"nodes": {"A": [0, value] if np.ndim(value) == 0 else value, "B": (1, 2)}})
 
 
 def test_a_file_that_is_not_there_is_an_error() -> None:

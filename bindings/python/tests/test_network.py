@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import pathlib
 import pickle
+import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -120,6 +123,57 @@ def test_modes_and_factors(dyad: pennate.Network, strut: pennate.Network) -> Non
     assert "factors" in repr(factors) and "factor" in str(factors)
     with pytest.raises(pennate.NetworkError, match="has no step 'deflate'"):
         dyad.modes(step="deflate")
+
+
+def test_a_notebook_shows_a_network_in_words_at_least(dyad: pennate.Network, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert dyad._repr_mimebundle_(include=None, exclude=None)["text/plain"] == repr(dyad)
+    # Without the library that draws.
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    for name in [name for name in sys.modules if name.startswith("pennate.pictures")]:
+        monkeypatch.delitem(sys.modules, name)
+    assert dyad._repr_mimebundle_() == {"text/plain": repr(dyad)}
+
+
+@pytest.mark.parametrize(
+    ("wanted", "error", "message"),
+    [
+        (lambda _: pennate.loads(3), TypeError, "text: a text expected, not 3"),
+        (lambda _: pennate.scene(3), TypeError, "scene: a text expected, not 3"),
+        (lambda network: network.edit(3), TypeError, "changes: a dictionary expected, not 3"),
+        (lambda network: network.set(beta=1j), TypeError, "parameter 'beta': a number or a text expected, not 1j"),
+        (lambda network: network.set(beta=np.array([22.0])), TypeError, "parameter 'beta': a number or a text expected"),
+        (lambda network: network.solve(threads="2"), TypeError, "threads: a whole number"),
+        (lambda network: network.solve(accuracy=None), TypeError, "accuracy: a number between 0 and 1"),
+        (lambda network: network.solve(progress=3), TypeError, "progress: something that can be called"),
+        (lambda network: network.modes("3"), TypeError, "count: a whole number"),
+        (lambda network: network.modes(step=1), TypeError, "step: a text expected, not 1"),
+        (lambda network: network.buckle(along=1), TypeError, "along: a text expected, not 1"),
+    ],
+)
+def test_arguments_are_checked(
+    dyad: pennate.Network, wanted: Callable[[pennate.Network], object], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        wanted(dyad)
+
+
+def test_whatever_is_public_says_what_it_is() -> None:
+    import pennate.control
+
+    silent = []
+    for module in (pennate, pennate.control):
+        for name in module.__all__:
+            try:
+                thing = getattr(module, name)
+            except ImportError:
+                # What needs an extra.
+                continue
+            parts = {name: thing}
+            if inspect.isclass(thing):
+                parts |= {f"{name}.{part}": what for part, what in vars(thing).items() if not part.startswith("_")}
+            asked = {name: what for name, what in parts.items() if callable(what) or isinstance(what, property)}
+            silent += [f"{module.__name__}.{name}" for name, what in asked.items() if not inspect.getdoc(what)]
+    assert silent == []
 
 
 def test_there_is_no_attribute_to_change(dyad: pennate.Network) -> None:

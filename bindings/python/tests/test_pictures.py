@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import pathlib
 
@@ -295,6 +296,37 @@ def test_a_solution_is_drawn_as_its_files_are() -> None:
     assert [step.name for step in run.steps] == list(solution.steps)
 
 
+@pytest.mark.parametrize("scene", [("dyad", {}), ("spiral", {"cells": 3}), ("stage", {})])
+def test_a_notebook_shows_a_network_as_it_is_built(scene: tuple[str, dict[str, int]]) -> None:
+    network = pennate.scene(scene[0], **scene[1])
+    bundle = network._repr_mimebundle_()
+    assert bundle["text/plain"] == repr(network)
+    image = np.asarray(Image.open(io.BytesIO(bundle["image/png"])).convert("RGB"))
+    assert (image < 250).any(axis=2).mean() > 0.01
+    # The lines are where those of a solution are, before anything acts.
+    run, solved = results.of_network(network), results.of(network.solve())
+    mine, other = (each.state_after(None).load() for each in (run, solved))
+    assert run.plane == solved.plane and run.nodes == solved.nodes and run.members == solved.members
+    for member in range(len(run.members)):
+        ends = [shape.points[shape.cells[shape.cell_data["member_id"] == member]] for shape in (mine, other)]
+        np.testing.assert_allclose(ends[0][[0, -1], [0, 1]], ends[1][[0, -1], [0, 1]], atol=1e-6 * network.lengths.max())
+    np.testing.assert_array_equal(mine.point_data["held"][: len(run.nodes)], other.point_data["held"][: len(run.nodes)])
+
+
+def test_what_cannot_be_solved_is_drawn_all_the_same() -> None:
+    loose = pennate.loads("""
+        format = "pennate/1"
+        nodes = { A = [0, 0], B = [50, 20] }
+        materials.steel = { youngs_modulus = 200000, poissons_ratio = 0.3 }
+        sections.wire = { circle = { radius = 0.75 } }
+        members.wire = { nodes = ["A", "B"], section = "wire", material = "steel", arc = { rise = 5 } }
+        supports = { A = "pinned" }
+    """)
+    with pytest.raises(pennate.MechanismError):
+        loose.solve()
+    assert loose._repr_mimebundle_()["image/png"][:4] == b"\x89PNG"
+
+
 def test_a_mesh_is_tubes_of_the_deformed_members() -> None:
     solution = pennate.scene("dyad").solve()
     mesh = solution.mesh(sides=12)
@@ -318,9 +350,14 @@ def test_one_command_goes_from_a_file_to_a_picture_and_a_film(
     with Image.open(tmp_path / "dyad.png") as picture:
         assert picture.size[0] > 100
     solution = pennate.load(network).solve()
+    with pytest.raises(results.PictureError, match="a picture is a .png"):
+        solution.plot(output=tmp_path / "dyad.bmp")
     solution.animate(tmp_path / "dyad.gif", frames=2, resolution=30)
     with Image.open(tmp_path / "dyad.gif") as moving:
         assert getattr(moving, "n_frames") >= 3
     assert main(["plot", str(network), "-o", str(tmp_path / "dyad.bmp")]) == 2
     assert main(["plot", str(network), "-o", str(tmp_path / "a.png"), "--field", "colour"]) == 2
     assert "there is no field 'colour'" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["plot", str(network), "-o", str(tmp_path / "a.png"), "--accuracy", "7"])
+    assert "argument --accuracy: a number between 0 and 1 expected" in capsys.readouterr().err

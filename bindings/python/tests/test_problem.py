@@ -8,6 +8,9 @@ import multiprocessing
 import pickle
 import resource
 import sys
+import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +19,29 @@ from conftest import DYAD
 import pennate
 
 PROBES = ["stroke@inflate", "holding"]
+
+
+class Frame:
+    """A table that names its columns, as those of pandas do."""
+
+    def __init__(self, columns: list[Any], rows: list[list[float]]) -> None:
+        self.columns, self.rows = columns, rows
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return np.array(self.rows, dtype=dtype)
+
+    def items(self) -> Any:
+        return zip(self.columns, np.array(self.rows).T)
+
+
+class Row:
+    """A row of a table, whose numbers have the names of its columns."""
+
+    def __init__(self, index: list[Any], values: list[float]) -> None:
+        self.index, self.values = index, values
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return np.array(self.values, dtype=dtype)
 
 
 @pytest.fixture(scope="module")
@@ -134,6 +160,139 @@ def test_shapes_are_checked(problem: pennate.Problem, shape: tuple[int, ...]) ->
 def test_names_are_checked(dyad: pennate.Network, parameters: list[str], probes: list[str], message: str) -> None:
     with pytest.raises(pennate.NetworkError, match=message):
         dyad.problem(parameters, probes)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "name", "help"),
+    [
+        (lambda network: network.problem(["bet"]), "bet", "did you mean 'beta'?"),
+        (lambda network: network.problem(["beta"], ["strok"]), "strok", "did you mean 'stroke'?"),
+        (lambda network: network.problem(["beta"], ["stroke@inflat"]), "inflat", "did you mean 'inflate'?"),
+        (lambda network: network.problem(["beta", "beta"]), "beta", ""),
+        (lambda network: network.set(bet=3), "bet", "did you mean 'beta'?"),
+        (lambda _: pennate.loads(DYAD, bet=3), "bet", "did you mean 'beta'?"),
+        (lambda _: pennate.scene("stag"), "stag", "did you mean 'stage'?"),
+        (lambda _: pennate.scene("stage", bet=3), "bet", "did you mean 'beta'?"),
+    ],
+)
+def test_a_name_that_there_is_not_is_data_too(
+    dyad: pennate.Network, wanted: Callable[[pennate.Network], object], name: str, help: str
+) -> None:
+    with pytest.raises(pennate.NetworkError) as caught:
+        wanted(dyad)
+    (error,) = caught.value.errors
+    assert error.name == name and help in (error.help or "")
+
+
+X = [[22.0, 25.0], [30.0, 20.0]]
+
+
+@pytest.mark.parametrize(
+    ("x", "error", "message"),
+    [
+        ([[22.0, 25.0], [30.0, 20.0 + 1j]], TypeError, r"x: numbers expected, not \(20\+1j\) in row 1 for 'pressure'"),
+        ([22.0, "25"], TypeError, "x: numbers expected, not '25' for 'pressure'"),
+        (np.array([[22.0, 25.0], [30.0, "psi"]], dtype=object), TypeError, "not 'psi' in row 1 for 'pressure'"),
+        ([[22.0, 25.0], [None, 20.0]], TypeError, "not None in row 1 for 'beta'"),
+        (np.array(["2020-01-01", "2020-01-02"], dtype="datetime64[D]"), TypeError, "x: numbers expected, not"),
+        ({"beta": 22.0}, TypeError, "x: numbers expected, not {'beta': 22.0}"),
+        ([[22.0, 25.0], [30.0]], ValueError, "x: rows of numbers expected, all of the same length"),
+        (Row(["pressure", "beta"], X[0]), ValueError, "x has the columns pressure, beta, but beta, pressure are expected"),
+        (Frame(["pressure", "beta"], X), ValueError, "x has the columns pressure, beta, but beta, pressure are expected"),
+    ],
+)
+def test_what_are_no_designs_is_refused_with_its_place(
+    problem: pennate.Problem, x: object, error: type[Exception], message: str
+) -> None:
+    for called in (problem, problem.gradient):
+        with warnings.catch_warnings(), pytest.raises(error, match=message):
+            warnings.simplefilter("error")
+            called(x)  # type: ignore[arg-type]
+
+
+def test_designs_may_be_arrays_of_any_kind(problem: pennate.Problem) -> None:
+    x = np.array(X)
+    y = problem(x)
+    fixed = x.copy()
+    fixed.flags.writeable = False
+    for same in (fixed, x.astype(np.float32), x.astype(int), x.astype(">f8"), x.astype(object), x[::-1][::-1], tuple(map(tuple, X))):
+        np.testing.assert_array_equal(problem(same), y)
+    for frame in (Frame(["beta", "pressure"], X), Frame([0, 1], X)):
+        np.testing.assert_array_equal(problem(frame), y)
+    np.testing.assert_array_equal(problem(Row(["beta", "pressure"], X[1])), y[1])
+    # What is masked is not a number, whatever lies below the mask.
+    masked = problem(np.ma.array(x, mask=[[False, True], [False, False]]))
+    assert np.isnan(masked[0]).all() and problem.reasons[0] is not None and problem.reasons[0].kind == "not_finite"
+    np.testing.assert_array_equal(masked[1], y[1])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"sample": [[22, 25], [22, np.nan]]}, ValueError, "sample: finite numbers expected, not nan in row 1 for 'pressure'"),
+        ({"sample": [[22, 25j]]}, TypeError, "sample: numbers expected, not 25j in row 0 for 'pressure'"),
+        ({"sample": [[22, 25, 3]]}, ValueError, r"sample has the shape \(1, 3\), but there are 2 parameters"),
+        ({"threads": "2"}, TypeError, "threads: a whole number, from 1 to 1000, expected, not '2'"),
+        ({"threads": 0}, ValueError, "threads: a whole number, from 1 to 1000, expected, not 0"),
+        ({"threads": np.nan}, ValueError, "threads: a whole number, from 1 to 1000, expected, not nan"),
+        ({"accuracy": "fine"}, TypeError, "accuracy: a number between 0 and 1, such as 1e-6, expected, not 'fine'"),
+        ({"probes": [3]}, TypeError, r"probes\[0\]: a name expected, not 3"),
+        ({"probes": 3}, TypeError, "probes: a list of names expected, not 3"),
+    ],
+)
+def test_arguments_are_checked(
+    dyad: pennate.Network, arguments: dict[str, object], error: type[Exception], message: str
+) -> None:
+    with warnings.catch_warnings(), pytest.raises(error, match=message):
+        warnings.simplefilter("error")
+        dyad.problem(["beta", "pressure"], **arguments)  # type: ignore[arg-type]
+
+
+def test_no_sample_is_a_sample_too(dyad: pennate.Network) -> None:
+    assert dyad.problem(["beta", "pressure"], PROBES, sample=[]).error.shape == (2,)
+
+
+def test_wrong_values_of_live_states_are_named(problem: pennate.Problem) -> None:
+    live, lives = problem.live(), problem.live(3)
+    assert isinstance(live, pennate.Live) and isinstance(lives, pennate.Lives)
+    for value in ("30", 30j, [30.0], None):
+        with pytest.raises(TypeError, match="parameter 'beta': a number expected, not"):
+            live.set(beta=value)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="parameter 'beta': numbers expected, not 'x' at index 1"):
+        lives.set(beta=[1, "x", 2])  # type: ignore[list-item]
+    with pytest.raises(ValueError, match=r"parameter 'beta' has the shape \(2,\), but there are 3 states"):
+        lives.set(beta=[1, 2])
+    for count, error in (("3", TypeError), (0, ValueError), (2.5, ValueError)):
+        with pytest.raises(error, match="count: a whole number, one or more, expected, not"):
+            problem.live(count)  # type: ignore[call-overload]
+    assert live.solve().present["beta"] == 22
+
+
+def test_values_that_are_given_away_may_be_changed(problem: pennate.Problem) -> None:
+    live, lives = problem.live(), problem.live(2)
+    for state, expected in ((live, problem(problem.middle)), (lives, problem([problem.middle] * 2))):
+        state.values[:] = 0.0
+        state["holding"] * 0.0
+        np.testing.assert_allclose(state.values, expected, rtol=1e-8)
+        assert "holding" in state and "x" not in state
+        # Nor are states gone through by the numbers of their probes.
+        with pytest.raises(KeyError, match="there is no probe 0; there are 'stroke@inflate', 'holding'"):
+            list(state)  # type: ignore[call-overload]
+
+
+def test_states_without_parameters_stay_where_they_are(dyad: pennate.Network) -> None:
+    problem = dyad.problem([], ["holding"])
+    lives = problem.live(3)
+    assert isinstance(lives, pennate.Lives)
+    np.testing.assert_allclose(lives.solve()["holding"], problem.live()["holding"], rtol=1e-12)
+    assert lives.reasons == [None] * 3
+
+
+def test_a_parameter_may_be_called_self() -> None:
+    network = pennate.loads(DYAD.replace("beta", "self"))
+    assert network.set(self=23).parameters["self"] == 23
+    live = network.problem(["self"], ["holding"]).live()
+    assert live.set(self=23).solve().present == {"self": 23.0}
 
 
 def test_a_parameter_that_changes_a_count_is_refused_by_name(dyad: pennate.Network) -> None:

@@ -82,19 +82,24 @@ def test_ctrl_c_stops_a_solve_and_keeps_what_converged() -> None:
 
 
 class Finger:
-    """Presses Ctrl-C after some seconds, and tells how long ago that was."""
+    """Presses Ctrl-C after some seconds, or as soon as an event is set, and tells how long ago that was."""
 
-    def __init__(self, after: float) -> None:
+    def __init__(self, after: float | threading.Event) -> None:
         self.at = float("inf")
-        self.timer = threading.Timer(after, self._press)
-        self.timer.start()
+        self.after = after
+        self.thread = threading.Thread(target=self._press)
+        self.thread.start()
 
     def _press(self) -> None:
+        if isinstance(self.after, threading.Event):
+            self.after.wait(60.0)
+        else:
+            time.sleep(self.after)
         self.at = time.perf_counter()
         os.kill(os.getpid(), signal.SIGINT)
 
     def ago(self) -> float:
-        self.timer.join()
+        self.thread.join()
         return time.perf_counter() - self.at
 
 
@@ -171,18 +176,85 @@ def test_calls_on_states_side_by_side_take_turns(dyad: pennate.Network) -> None:
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_heard_while_a_call_waits_for_its_turn() -> None:
     problem = pennate.scene("stage").problem(["beta"], ["stroke"], threads=1)
-    lives = problem.live(6000)
+    lives = problem.live(1000)
     assert isinstance(lives, pennate.Lives)
-    lives.set(beta=problem.middle[0] * 1.03)
-    other = threading.Thread(target=lives.solve)
-    other.start()
-    time.sleep(0.05)
-    finger = Finger(0.1)
+    works, waits, heard = (threading.Event() for _ in range(3))
+
+    def work() -> None:
+        times = 0
+        while not heard.is_set():
+            times += 1
+            lives.set(beta=problem.middle[0] * (1.03 if times % 2 else 1.0)).solve()
+            works.set()
+
+    # One of them always works, and others come before this thread.
+    others = [threading.Thread(target=work) for _ in range(4)]
+    for other in others:
+        other.start()
+    finger = Finger(waits)
+    assert works.wait(60.0)
     with pytest.raises(KeyboardInterrupt):
-        lives.solve()
-    assert finger.ago() < 0.5
-    other.join()
-    assert lives.reasons == [None] * len(lives)
+        waits.set()
+        while True:
+            lives.solve()
+    late = finger.ago()
+    heard.set()
+    for other in others:
+        other.join()
+    assert late < 0.5
+    assert lives.set(beta=problem.middle[0]).solve().reasons == [None] * len(lives)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_is_heard_at_once_however_many_designs_are_left() -> None:
+    problem = pennate.scene("stage").problem(["beta", "L"], ["stroke"], threads=1)
+    designs = problem.middle * np.linspace(0.99, 1.01, 1000000)[:, None]
+    for call in (problem, problem.gradient):
+        finger = Finger(0.2)
+        with pytest.raises(KeyboardInterrupt):
+            call(designs)
+        assert finger.ago() < 0.4
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_is_heard_where_designs_take_longer_than_those_before() -> None:
+    # Those that snap take twenty times as long as those that do not.
+    network = pennate.loads("""
+        format = "pennate/1"
+        parameters = { F = 1 }
+        nodes = { A = [-100, 0], B = [100, 0], C = [0, 10] }
+        materials.steel = { youngs_modulus = 200000, poissons_ratio = 0.3 }
+        sections.strip = { rectangle = { width = 10, height = 1 } }
+        members.left = { nodes = ["A", "C"], section = "strip", material = "steel" }
+        members.right = { nodes = ["B", "C"], section = "strip", material = "steel" }
+        supports = { A = "clamped", B = "clamped" }
+        dimension = "plane"
+        steps = [{ name = "press", method = "jump", force = { C = [0, "= -F"] } }]
+        probes.down = { node = "C", displacement = "uy" }
+    """)
+    problem = network.problem(["F"], ["down"], threads=1)
+    for _ in range(2):
+        begin = time.perf_counter()
+        problem(np.ones((50, 1)))
+        each = (time.perf_counter() - begin) / 50
+    designs = np.full((int(0.035 / each), 1), 1000.0)
+    finger = Finger(0.15)
+    with pytest.raises(KeyboardInterrupt):
+        problem(designs)
+        problem(np.repeat(designs, 20, axis=0))
+    assert finger.ago() < 0.4
+    # They are answered, too.
+    assert np.isfinite(problem(designs)).all()
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_stops_a_sample_that_a_mesh_is_made_for() -> None:
+    network = pennate.scene("stage")
+    middle = network.problem(["beta"], ["stroke"]).middle[0]
+    finger = Finger(0.2)
+    with pytest.raises(KeyboardInterrupt):
+        network.problem(["beta"], ["stroke"], sample=middle * np.linspace(0.9, 1.1, 3000)[:, None])
+    assert finger.ago() < 0.4
 
 
 def test_other_threads_run_while_rust_works() -> None:
@@ -209,3 +281,6 @@ def test_the_import_is_silent_and_takes_numpy_alone() -> None:
     check = "import sys, pennate; print([name for name in ('pyvista', 'matplotlib', 'xarray', 'dask') if name in sys.modules])"
     done = subprocess.run([sys.executable, "-W", "error", "-c", check], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")
+    # Python has had a reader of TOML since 3.11 alone.
+    check = "import sys; sys.modules['tomllib'] = sys.modules['tomli'] = None; import pennate"
+    subprocess.run([sys.executable, "-W", "error", "-c", check], check=True)

@@ -36,6 +36,36 @@ def test_arrays_have_the_steps_first(solution: pennate.Solution) -> None:
     assert left.pressure == 25.0
 
 
+def test_places_that_there_are_not_are_told(solution: pennate.Solution) -> None:
+    with pytest.raises(IndexError, match="there is no step number 5; there are 2: 'inflate', 'push back'"):
+        solution.step(5)
+    with pytest.raises(IndexError, match="there is no node number -4; there are 3: 'A', 'B', 'J'"):
+        solution.step(0).node(-4)  # type: ignore[arg-type]
+    for wrong in (1.5, None, [0]):
+        with pytest.raises(TypeError, match="step: a name or a number expected, not .*; there are 'inflate', 'push back'"):
+            solution.step(wrong)  # type: ignore[arg-type]
+    with pytest.raises(KeyError, match="there is no probe 0; there are 'stroke', 'holding'"):
+        solution[0]  # type: ignore[index]
+    with pytest.raises(KeyError, match="there is no step ''; there are 'inflate', 'push back'"):
+        solution["stroke@"]
+    assert solution["stroke @ inflate"] == solution["stroke@inflate"]
+
+
+def test_what_is_given_away_may_be_changed(solution: pennate.Solution) -> None:
+    def arrays() -> list[np.ndarray]:
+        names = ("displacement", "rotation", "reaction", "end_forces", "length", "axial_force", "pressure", "energy", "spring_force")
+        step = solution.step("inflate")
+        parts = [step.displacement, step.node("J").displacement, step.member("left").end_forces]
+        return [*(getattr(solution, name) for name in names), *parts, solution["stroke"], solution.history["stroke"]]
+
+    before = [array.copy() for array in arrays()]
+    for array in arrays():
+        array += 1.0
+    for array, old in zip(arrays(), before):
+        np.testing.assert_array_equal(array, old)
+    assert "stroke" in solution and "strike" not in solution and 0 not in solution
+
+
 def test_the_dictionary_is_what_the_program_writes(solution: pennate.Solution, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "dyad.toml"
     file.write_text(DYAD)

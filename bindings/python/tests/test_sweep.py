@@ -6,6 +6,9 @@ import concurrent.futures
 import multiprocessing
 import os
 import pickle
+import signal
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -181,6 +184,31 @@ def test_an_interrupt_keeps_what_was_answered(dyad: pennate.Network, whole: byte
     assert file.read_bytes() == whole and executor.calls == 4
 
 
+@pytest.mark.parametrize("method", ["solve", "problem"])
+def test_ctrl_c_does_not_wait_for_designs_under_way(method: str) -> None:
+    network = pennate.scene("spiral", cells=12)
+    tree = network.to_dict()
+    # One design takes some seconds.
+    slow = network.edit(steps=[{**step, "increments": 3000} for step in tree["steps"]])
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    pressed: list[float] = []
+
+    def press() -> None:
+        pressed.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    finger = threading.Timer(0.5, press)
+    try:
+        finger.start()
+        with pytest.raises(KeyboardInterrupt):
+            pennate.sweep(slow, H=slow.parameters["H"] * np.linspace(0.98, 1.02, 4), threads=2, method=method)
+        late = time.perf_counter() - pressed[0]
+    finally:
+        finger.join()
+        signal.signal(signal.SIGINT, before)
+    assert late < 0.5
+
+
 def test_more_values_solve_only_what_is_missing(dyad: pennate.Network, whole: bytes, tmp_path: Path) -> None:
     pennate.sweep(dyad, beta=[16, 20], pressure=PRESSURE, output=tmp_path)
     executor = Executor()
@@ -240,6 +268,26 @@ def test_a_list_of_designs_has_numbers(dyad: pennate.Network, tmp_path: Path) ->
     executor = Executor()
     pennate.sweep(dyad, designs=values, probes=["stroke@inflate"], output=tmp_path, executor=executor)
     assert executor.calls == 0
+
+
+def test_designs_may_be_a_table_with_columns(dyad: pennate.Network) -> None:
+    class Frame:
+        """As those of pandas."""
+
+        columns = ("beta", "pressure")
+
+        def items(self) -> Any:
+            return zip(self.columns, ([22.0, 30.5], np.array([15, 20])))
+
+        def __bool__(self) -> bool:
+            raise ValueError("the truth value is ambiguous")
+
+    found = pennate.sweep(dyad, designs=Frame())  # type: ignore[arg-type]
+    xarray.testing.assert_identical(found, pennate.sweep(dyad, designs=dict(Frame().items())))
+    with pytest.raises(TypeError, match="designs: a dictionary expected, not"):
+        pennate.sweep(dyad, designs=[22.0])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="vary: a dictionary expected, not"):
+        pennate.sweep(dyad, [22.0])  # type: ignore[arg-type]
 
 
 def test_a_chunk_that_was_lost_is_sent_again(dyad: pennate.Network, table: Any) -> None:
@@ -305,8 +353,6 @@ def test_an_answer_that_arrives_twice_is_taken_once(dyad: pennate.Network, table
             self.calls += 1
             return super().submit(late if self.calls <= 6 else fn, *args, **kwargs)
 
-    import threading
-
     late_by = threading.Event()
     seen: list[int] = []
     with Slow(12) as executor:
@@ -355,13 +401,23 @@ def test_another_version_on_a_worker_is_said(dyad: pennate.Network, monkeypatch:
     ("values", "error", "message"),
     [
         ({}, ValueError, "nothing to vary"),
-        ({"bet": [1]}, ValueError, "no parameter 'bet' to vary; its parameters: 'L', 'beta', 'pressure'"),
-        ({"beta": []}, ValueError, "'beta': one or more finite numbers"),
+        ({"bet": [1]}, pennate.NetworkError, r"(?s)no parameter 'bet' to vary.*did you mean 'beta'\?"),
+        ({"designs": {"bet": [1]}}, pennate.NetworkError, "'bet' is among the columns of designs="),
+        ({"beta": []}, ValueError, "'beta': one or more numbers in a row expected"),
+        ({"beta": [[1, 2]]}, ValueError, r"in a row expected, not an array of the shape \(1, 2\)"),
+        ({"beta": [1, 2, np.nan]}, ValueError, "'beta': finite numbers expected, not nan at index 2"),
+        ({"beta": [1, 2j]}, TypeError, "'beta': numbers expected, not"),
+        ({"beta": ["20 deg"]}, TypeError, "'beta': numbers expected, not '20 deg' at index 0"),
         ({"beta": [1, 1]}, ValueError, "'beta' has a value twice"),
         ({"beta": ["ten"]}, TypeError, "'beta': numbers expected"),
         ({"beta": [20], "method": "guess"}, ValueError, "'solve' or 'problem' expected"),
         ({"beta": [20], "chunk": 0}, ValueError, "chunk: a whole number"),
-        ({"beta": [20], "probes": ["strike"]}, pennate.NetworkError, "no probe 'strike'; the probes are stroke, holding"),
+        ({"beta": [20], "chunk": "8"}, TypeError, "chunk: a whole number, one or more, expected, not '8'"),
+        ({"beta": [20], "retries": "3"}, TypeError, "retries: a whole number"),
+        ({"beta": [20], "timeout": "3"}, TypeError, "timeout: a number of seconds"),
+        ({"beta": [20], "threads": "2"}, TypeError, "threads: a whole number, from 1 to 1000, expected, not '2'"),
+        ({"beta": [20], "progress": 3}, TypeError, "progress: something that can be called"),
+        ({"beta": [20], "probes": ["strike"]}, pennate.NetworkError, "(?s)no probe 'strike'.*'stroke', 'holding'"),
         ({"beta": [20], "probes": ["stroke@deflate"]}, pennate.NetworkError, "no step 'deflate'"),
         ({"beta": [20], "designs": {"L": [1]}}, ValueError, "either values to combine or designs="),
         ({"designs": {"L": [1], "beta": [1, 2]}}, ValueError, "of 'L' 1, 'beta' 2"),
@@ -370,6 +426,56 @@ def test_another_version_on_a_worker_is_said(dyad: pennate.Network, monkeypatch:
 def test_slips_are_refused(dyad: pennate.Network, values: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         pennate.sweep(dyad, **values)
+
+
+def test_parameters_that_are_called_as_the_table_is_are_refused_at_once(dyad: pennate.Network) -> None:
+    for name in ("status", "stable", "error", "reason"):
+        with pytest.raises(ValueError, match=f"a parameter called '{name}' cannot be varied"):
+            pennate.sweep(pennate.loads(dyad.text.replace("beta", name)), {name: [20]})
+    called = pennate.loads(dyad.text.replace("beta", "design"))
+    assert pennate.sweep(called, design=[20, 30]).design.values.tolist() == [20.0, 30.0]
+    with pytest.raises(ValueError, match="a parameter called 'design' cannot be varied"):
+        pennate.sweep(called, designs={"design": [20, 30]})
+
+
+def test_a_name_that_there_is_not_is_data_too(dyad: pennate.Network) -> None:
+    for probes, name, note, help in (
+        (["stroke", "strok@inflate"], "strok", "'strok@inflate' is number 2 of the probes asked for", "mean 'stroke'?"),
+        (["stroke@inflat"], "inflat", "'stroke@inflat' is number 1 of the probes asked for", "mean 'inflate'?"),
+    ):
+        with pytest.raises(pennate.NetworkError) as caught:
+            pennate.sweep(dyad, beta=[20], probes=probes)
+        (error,) = caught.value.errors
+        assert error.name == name and error.notes == [note] and help in (error.help or "")
+        assert str(caught.value) == str(error) and str(error).startswith("error: there is no ")
+    with pytest.raises(pennate.NetworkError) as caught:
+        pennate.sweep(dyad, bet=[20])
+    assert [(error.name, error.notes) for error in caught.value.errors] == [("bet", ["'bet' is among the values to combine"])]
+
+
+@pytest.mark.parametrize("wrong", [3, "threads", object()])
+def test_what_takes_no_work_is_refused_before_any(dyad: pennate.Network, tmp_path: Path, wrong: Any) -> None:
+    from pennate.control import Solved
+
+    wanted = r"executor: something with submit\(\)"
+    with pytest.raises(TypeError, match=wanted):
+        pennate.sweep(dyad, beta=[20], executor=wrong, output=tmp_path / "table")
+    with pytest.raises(TypeError, match=wanted):
+        pennate.optimize("nowhere.toml", tmp_path / "table", executor=wrong)
+    for given, message in (
+        ({"threads": "2"}, "threads: a whole number"),
+        ({"budget": "9"}, "budget: a number of designs"),
+        ({"progress": 3}, "progress: something that can be called"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            pennate.optimize("nowhere.toml", tmp_path / "table", **given)
+    with pytest.raises(TypeError, match=wanted):
+        dyad.problem(["beta"], ["stroke"]).on(wrong)
+    with pytest.raises(TypeError, match=wanted):
+        Solved(dyad, {"nothing": (0, 1)}, executor=wrong)
+    with pytest.raises(TypeError, match="a network expected, as pennate.load"):
+        pennate.sweep("dyad.toml", beta=[20])  # type: ignore[arg-type]
+    assert not (tmp_path / "table").exists()
 
 
 def test_a_problem_on_an_executor_gives_the_same_bits(dyad: pennate.Network) -> None:

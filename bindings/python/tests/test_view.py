@@ -10,6 +10,7 @@ import re
 import socket
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -195,6 +196,29 @@ def test_every_pressure_and_every_free_parameter_has_a_slider() -> None:
     assert (found[1].low, found[1].high) == (10.0, 60.0) and (found[2].low, found[2].high) == (0.0, 25.0)
     # The same network, with the same digits.
     np.testing.assert_allclose(moved.solve()["stroke"], stated.solve()["stroke"], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "error", "message"),
+    [
+        ({"bet": (0, 1)}, pennate.NetworkError, r"(?s)no parameter 'bet' to move.*did you mean 'beta'\?"),
+        ({"beta": (3, 1)}, ValueError, r"ranges\['beta'\]: the least and the greatest value expected, not \(3, 1\)"),
+        ({"beta": 3}, ValueError, "the least and the greatest value expected, not 3"),
+        ({"beta": "10:60"}, TypeError, r"ranges\['beta'\]: numbers expected, not '10:60'"),
+        ([3], TypeError, r"ranges: a dictionary expected, not \[3\]"),
+    ],
+)
+def test_limits_of_what_cannot_be_moved_are_refused(
+    dyad: pennate.Network, ranges: Any, error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        Session(dyad, ranges=ranges)
+
+
+def test_a_port_that_there_is_not_is_refused(dyad: pennate.Network) -> None:
+    for port, error in (("8080", TypeError), (-1, ValueError), (70000, ValueError)):
+        with pytest.raises(error, match="port: a .*number.* expected, not"):
+            Session(dyad, port=port)  # type: ignore[arg-type]
 
 
 def test_a_limit_is_shown_and_the_jump_is_played() -> None:

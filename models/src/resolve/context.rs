@@ -101,13 +101,26 @@ impl Names {
 
     /// Index of a name, or an error that says who refers to what is not there.
     pub(crate) fn find(&self, name: &str, span: Span, owner: impl Display, cx: &mut Context) -> Option<usize> {
+        self.find_or(name, span, owner, &[], cx)
+    }
+
+    /// The same, where the name may as well have been one of others.
+    pub(crate) fn find_or(
+        &self,
+        name: &str,
+        span: Span,
+        owner: impl Display,
+        others: &[&str],
+        cx: &mut Context,
+    ) -> Option<usize> {
         let found = self.get(name);
         if found.is_none() && !cx.has_many_errors() {
+            let others = others.iter().copied().filter(|other| self.get(other).is_none());
             cx.error(
                 InputError::new(format!("{owner} refers to {} '{name}', which is not defined", self.what))
                     .at(span)
                     .label(format!("no such {}", self.what))
-                    .help(suggest(name, self.iter(), &plural(self.what))),
+                    .help(suggest(name, self.iter().chain(others), &plural(self.what))),
             );
         }
         found

@@ -164,7 +164,7 @@ fn out_of_plane(span: Span, cx: &mut Context) -> Option<FlowInput> {
 fn muscle(data: &input::LoadFlow, mechanism: &Mechanism<'_>, cx: &mut Context) -> Option<(Option<usize>, f64)> {
     let properties = mechanism.properties;
     let index = match (&data.muscle, properties.muscles.len()) {
-        (Some(name), _) => properties.muscle_names.find(&name.value, name.span, OWNER, cx)?,
+        (Some(name), _) => properties.muscle(name, OWNER, cx)?,
         (None, 1) => 0,
         (None, _) => return Some((None, 0.0)),
     };

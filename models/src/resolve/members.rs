@@ -242,7 +242,7 @@ fn drafts(
                         .help("leave the material out; the muscle's table holds its modulus"),
                 );
             }
-            let index = properties.muscle_names.find(&muscle.value, muscle.span, owner, cx)?;
+            let index = properties.muscle(muscle, owner, cx)?;
             properties.muscles[index].as_ref()?;
             let parts = [SegmentLaw::MuscleEnd(index), SegmentLaw::MuscleMiddle(index), SegmentLaw::MuscleEnd(index)];
             Some((MemberKind::Muscle(index), parts.map(draft).into()))

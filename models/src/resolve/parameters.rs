@@ -59,11 +59,13 @@ impl Context {
                 }
                 None => {
                     let known = parameters.iter().map(|named| named.name.as_str());
-                    self.error(InputError::new(format!("there is no parameter '{name}' to set")).help(suggest(
-                        name,
-                        known,
-                        "parameters",
-                    )));
+                    self.error(
+                        InputError::new(format!("there is no parameter '{name}' to set")).about(name).help(suggest(
+                            name,
+                            known,
+                            "parameters",
+                        )),
+                    );
                 }
             }
         }

@@ -10,6 +10,7 @@ use super::muscles::MuscleData;
 use crate::error::{InputError, Span};
 use crate::input;
 use crate::input::read::{Map, Named, Spanned};
+use crate::library;
 use crate::section::{Shape, Stiffening, annulus, circle, rectangle};
 use crate::unit::Kind;
 
@@ -65,6 +66,12 @@ impl Properties {
             muscle_names: names("muscle", &network.muscles),
             muscles,
         }
+    }
+
+    /// Index of a muscle of the network, or an error that names those of the library too.
+    pub(crate) fn muscle(&self, name: &Spanned<String>, owner: impl Display, cx: &mut Context) -> Option<usize> {
+        let library: Vec<&str> = library::MUSCLES.iter().map(|muscle| muscle.name).collect();
+        self.muscle_names.find_or(&name.value, name.span, owner, &library, cx)
     }
 
     /// The stiffness of a section in a material, where both are known.

@@ -80,7 +80,8 @@ pub fn find(name: &str) -> Result<&'static Scene, InputErrors> {
     let found = SCENES.iter().find(|scene| scene.name == name);
     found.ok_or_else(|| {
         let known = SCENES.iter().map(|scene| scene.name);
-        let error = InputError::new(format!("there is no scene '{name}'")).help(suggest(name, known, "scenes"));
+        let error =
+            InputError::new(format!("there is no scene '{name}'")).about(name).help(suggest(name, known, "scenes"));
         InputErrors { errors: vec![error], sources: Vec::new() }
     })
 }

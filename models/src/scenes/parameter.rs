@@ -239,7 +239,7 @@ impl Settings {
         let Some(at) = self.parameters.iter().position(|parameter| parameter.name == name) else {
             let known = self.parameters.iter().map(|parameter| parameter.name);
             let message = format!("scene '{}' has no parameter '{name}'", self.scene);
-            return Err(Box::new(InputError::new(message).help(suggest(name, known, "parameters"))));
+            return Err(Box::new(InputError::new(message).about(name).help(suggest(name, known, "parameters"))));
         };
         self.values[at] = match self.parameters[at].default {
             Default::Quantity(_, dimension, range) => {

@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
+import importlib
 import signal
 import sys
 from collections.abc import Sequence
 
 from . import _core
 
-MORE = """
-With this package also:
-  optimize  Look for designs: pennate optimize STUDY.toml -o DIR
-  plot      Draw a network file, or the results of one: pennate plot FILE -o picture.png (or .gif, .mp4)
-  view      Show a network file as a page with sliders: pennate view FILE
-  report    Write one page to send to a colleague: pennate report FILE -o report.html
-"""
+# Commands that are done here, and the modules that do them; the program names them in its help.
+HERE = {"optimize": "_optimize", "plot": "pictures", "report": "_report", "view": "_view"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Does what the arguments ask for, and returns the exit status."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    if arguments[:1] == ["plot"]:
-        from .pictures.__main__ import main as plot
-
-        return plot(arguments[1:])
-    if arguments[:1] == ["view"]:
-        from ._view.__main__ import main as view
-
-        return view(arguments[1:])
-    if arguments[:1] == ["report"]:
-        from ._report.__main__ import main as report
-
-        return report(arguments[1:])
-    if arguments[:1] == ["optimize"]:
-        from ._optimize.__main__ import main as search
-
-        return search(arguments[1:])
+    if arguments[:1] == ["help"] and len(arguments) == 2 and arguments[1] in HERE:
+        arguments = [arguments[1], "--help"]
+    if arguments and arguments[0] in HERE:
+        command = importlib.import_module(f".{HERE[arguments[0]]}.__main__", __package__)
+        status: int = command.main(arguments[1:])
+        return status
     # The program listens for interrupts itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    status = _core.main(arguments)
-    if arguments in (["--help"], ["-h"], ["help"]):
-        print(MORE, end="")
-    return status
+    return _core.main(arguments)
 
 
 if __name__ == "__main__":

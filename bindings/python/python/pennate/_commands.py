@@ -7,6 +7,8 @@ import pathlib
 import sys
 from typing import TYPE_CHECKING
 
+from . import _arguments
+
 if TYPE_CHECKING:
     from ._network import Network
     from ._solution import Solution
@@ -26,7 +28,7 @@ def parser(command: str, description: str, examples: str, source: str = "a netwo
     add = found.add_argument
     add("source", type=pathlib.Path, help=source)
     add("--set", dest="settings", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a parameter")
-    add("--accuracy", type=float, default=1e-6, help="discretization error asked for")
+    add("--accuracy", type=relative, default=1e-6, help="discretization error asked for")
     return found
 
 
@@ -36,6 +38,14 @@ def setting(text: str) -> tuple[str, str]:
     if not (equals and name.strip() and value.strip()):
         raise argparse.ArgumentTypeError("NAME=VALUE expected, such as beta=30")
     return name.strip(), value.strip()
+
+
+def relative(text: str) -> float:
+    """A discretization error."""
+    try:
+        return _arguments.accuracy(float(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError("a number between 0 and 1 expected, such as 1e-6") from None
 
 
 def network(parsed: argparse.Namespace) -> Network:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _arguments, _core
 from ._errors import Finding, Interrupted
 from ._flow import Flow
-from ._solution import Solution
+from ._solution import Solution, UnknownName
 from ._spectra import Buckling, Modes
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ class Network:
 
     # Other networks.
 
-    def set(self, **parameters: Value) -> Network:
+    def set(self, /, **parameters: Value) -> Network:
         """The same network with other values of some parameters."""
         return Network._of(self._read.with_settings(self._set(parameters)))
 
@@ -203,7 +203,9 @@ class Network:
         Tables are merged, key by key; `None` takes a key away; lists and values are replaced whole. Steps may be named:
         `steps={"inflate": {"pressure": {"all": 20}}}`.
         """
-        tree = _merged(self.to_dict(), {**(changes or {}), **tables})
+        if changes is not None:
+            tables = {**_arguments.table(changes, "changes"), **tables}
+        tree = _merged(self.to_dict(), tables)
         _, name, directory, _, files = self._read.parts()
         name = name if name.endswith(EDITED) else name + EDITED
         return Network._of(_core.Network(_written(tree), name, directory, [], files))
@@ -233,7 +235,7 @@ class Network:
             MechanismError: The network can move without force.
             Interrupted: Ctrl-C; what converged is in its attribute `solution`.
         """
-        core, raised = self._read.solve(_accuracy(accuracy), _count(threads, "threads"), shapes, progress)
+        core, raised = self._read.solve(_arguments.accuracy(accuracy), _arguments.count(threads, "threads"), shapes, _arguments.listener(progress))
         solution = Solution(core, self)
         for finding in (*solution.warnings[len(self.warnings) :], *solution.failures):
             log.log(logging.WARNING if finding.severity == "warning" else logging.ERROR, "%s", finding)
@@ -274,13 +276,11 @@ class Network:
         """
         from ._problem import Problem
 
-        names = tuple(self.parameters) if parameters is None else _texts(parameters, "parameters")
-        wanted = tuple(self.probes) if probes is None else _texts(probes, "probes")
-        rows = np.zeros((0, len(names))) if sample is None else np.atleast_2d(np.asarray(sample, dtype=np.float64))
-        if rows.ndim != 2 or rows.shape[1] != len(names):
-            raise ValueError(f"sample has the shape {rows.shape}, but there are {len(names)} parameters")
-        count = os.cpu_count() or 1 if threads is None else _count(threads, "threads")
-        return Problem(self, names, wanted, _accuracy(accuracy), rows, count)
+        names = tuple(self.parameters) if parameters is None else _arguments.names(parameters, "parameters")
+        wanted = tuple(self.probes) if probes is None else _arguments.names(probes, "probes")
+        rows = _sample(() if sample is None else sample, names)
+        count = os.cpu_count() or 1 if threads is None else _arguments.count(threads, "threads")
+        return Problem(self, names, wanted, _arguments.accuracy(accuracy), rows, count)
 
     def modes(
         self,
@@ -293,7 +293,7 @@ class Network:
     ) -> Modes:
         """Natural frequencies and modes about the end of a step, the last one unless named."""
         answer = self._read.spectrum(
-            "modes", step, None, _count(count, "count"), _accuracy(accuracy), _count(threads, "threads"), progress
+            "modes", _arguments.name_or_none(step, "step"), None, _arguments.count(count, "count"), _arguments.accuracy(accuracy), _arguments.count(threads, "threads"), _arguments.listener(progress)
         )
         return Modes(*answer)
 
@@ -315,7 +315,7 @@ class Network:
         if step is not None and along is not None:
             raise ValueError("either 'step' or 'along', not both")
         answer = self._read.spectrum(
-            "buckling", step, along, _count(count, "count"), _accuracy(accuracy), _count(threads, "threads"), progress
+            "buckling", _arguments.name_or_none(step, "step"), _arguments.name_or_none(along, "along"), _arguments.count(count, "count"), _arguments.accuracy(accuracy), _arguments.count(threads, "threads"), _arguments.listener(progress)
         )
         return Buckling(*answer)
 
@@ -351,7 +351,7 @@ class Network:
             NetworkError: There is no `[load_flow]`, or what it names does not fit.
             MechanismError: The mechanism can move without force.
         """
-        text, report, picture, steps = self._read.flow(_count(threads, "threads"), progress)
+        text, report, picture, steps = self._read.flow(_arguments.count(threads, "threads"), _arguments.listener(progress))
         _, _, directory, _, files = self._read.parts()
         networks = [Network._of(_core.Network(step, name, directory, [], files)) for name, step in steps]
         return Flow(self, text, report, picture, networks)
@@ -372,6 +372,15 @@ class Network:
         if values := self.parameters:
             parts.append("parameters " + _short([f"{name}={value:.6g}" for name, value in values.items()]))
         return f"<Network {self.title or self.name!r}: {', '.join(parts)}>"
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        bundle: dict[str, Any] = {"text/plain": repr(self)}
+        try:
+            from .pictures import png
+        except ImportError:
+            return bundle
+        bundle["image/png"] = png(self)
+        return bundle
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Network) and self._read.parts() == other._read.parts()
@@ -409,7 +418,7 @@ def load(path: str | os.PathLike[str], /, **parameters: Value) -> Network:
     Raises:
         NetworkError: everything that is wrong, with its place.
     """
-    return Network._of(_core.Network.open(os.fspath(path), _settings(parameters)))
+    return Network._of(_core.Network.open(os.fsdecode(path), _settings(parameters)))
 
 
 def loads(
@@ -420,12 +429,13 @@ def loads(
     `name` stands in messages; files that the network refers to are looked for in `directory`. A parameter that is called
     `name` or `directory` is set by `loads(…).set(name=…)`.
     """
+    _arguments.text(text, "text")
     return Network._of(_core.Network(text, name, os.fspath(directory), _settings(parameters), []))
 
 
 def scene(scene: str, /, **parameters: Value) -> Network:
     """A network of the dissertation, by its name; see `scenes`."""
-    text = _core.scene(scene, _settings(parameters))
+    text = _core.scene(_arguments.text(scene, "scene"), _settings(parameters))
     return Network._of(_core.Network(text, f"{scene}.toml", "", [], []))
 
 
@@ -459,10 +469,7 @@ def _setting(name: str, value: object) -> str:
     if isinstance(value, int | np.integer) and not isinstance(value, bool):
         # Counts of scenes are whole.
         return str(int(value))
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise TypeError(f"parameter '{name}': a number or a text expected, not {value!r}") from None
+    number = _arguments.real(value, f"parameter '{name}'", "a number or a text")
     if not np.isfinite(number):
         raise ValueError(f"parameter '{name}': a finite number expected, not {number}")
     return repr(number)
@@ -475,24 +482,15 @@ def _number(text: str) -> Value:
         return text
 
 
-def _accuracy(value: float) -> float:
-    if not 0.0 < value < 1.0:
-        raise ValueError(f"accuracy: a number between 0 and 1 expected, such as 1e-6, not {value}")
-    return float(value)
-
-
-def _count(value: int, name: str) -> int:
-    if int(value) != value or not 1 <= value <= 1000:
-        raise ValueError(f"{name}: a whole number from 1 to 1000 expected, not {value}")
-    return int(value)
-
-
-def _texts(names: Iterable[str], what: str) -> tuple[str, ...]:
-    """Names, and not the letters of one."""
-    all_names = () if isinstance(names, str) else tuple(names)
-    if isinstance(names, str) or not all(isinstance(name, str) for name in all_names):
-        raise TypeError(f"{what}: a list of names expected, not {names!r}")
-    return all_names
+def _sample(given: npt.ArrayLike, parameters: tuple[str, ...]) -> npt.NDArray[np.float64]:
+    """(n, k), designs that a mesh has to serve."""
+    rows = _arguments.numbers(given, "sample", parameters)
+    if rows.shape == (0,):
+        return np.zeros((0, len(parameters)))
+    rows = np.atleast_2d(rows)
+    if rows.ndim != 2 or rows.shape[1] != len(parameters):
+        raise ValueError(f"sample has the shape {np.shape(given)}, but there are {len(parameters)} parameters")
+    return _arguments.finite(rows, "sample", parameters)
 
 
 def _short(parts: Sequence[str], most: int = 6) -> str:
@@ -509,7 +507,7 @@ def _merged(old: Any, new: Any) -> Any:
         for name, changes in new.items():
             if name not in places:
                 known = ", ".join(repr(each) for each in places if each) or "none with a name"
-                raise KeyError(f"there is no {name!r} to edit; there are {known}")
+                raise UnknownName(f"there is no {name!r} to edit; there are {known}")
             merged[places[name]] = _merged(merged[places[name]], changes)
         return [entry for entry in merged if entry is not None]
     if not (isinstance(old, Mapping) and isinstance(new, Mapping)):
@@ -523,6 +521,17 @@ def _merged(old: Any, new: Any) -> Any:
     return table
 
 
+def _not_finite(value: Any, place: str = "") -> str | None:
+    """Where a network has a number that is none, as `nodes.A[0]`."""
+    if isinstance(value, Mapping):
+        entries = [(f"{place}.{key}" if place else str(key), entry) for key, entry in value.items()]
+    elif isinstance(value, list | tuple | np.ndarray) and np.ndim(value) != 0:
+        entries = [(f"{place}[{index}]", entry) for index, entry in enumerate(value)]
+    else:
+        return place if isinstance(value, float | np.floating) and not np.isfinite(value) else None
+    return next((found for where, entry in entries if (found := _not_finite(entry, where)) is not None), None)
+
+
 def _written(network: Mapping[str, Any]) -> str:
     """A network as JSON, a line for each of its things, so that messages have a line to show."""
 
@@ -531,10 +540,16 @@ def _written(network: Mapping[str, Any]) -> str:
             return value.tolist()
         if isinstance(value, os.PathLike):
             return os.fspath(value)
-        raise TypeError(f"a network holds numbers, texts, lists and tables, not {value!r}")
+        raise TypeError(f"a network holds numbers, texts, lists and tables, not {_arguments.shown(value)}")
 
     def line(value: Any) -> str:
-        return json.dumps(value, ensure_ascii=False, default=plain, allow_nan=False)
+        try:
+            return json.dumps(value, ensure_ascii=False, default=plain, allow_nan=False)
+        except ValueError as error:
+            place = _not_finite(network)
+            if place is None:
+                raise
+            raise ValueError(f"{place}: a finite number expected, not nan or infinity") from error
 
     def block(value: Any, depth: int) -> str:
         pad = "  " * depth

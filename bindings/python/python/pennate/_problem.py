@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _arguments, _core
 from ._errors import SolveError
-from ._solution import _place
+from ._solution import _named
 
 if TYPE_CHECKING:
     import concurrent.futures
@@ -104,7 +104,7 @@ class Problem:
         Returns:
             (n, m) or (m,); not a number where there is no answer, and `reasons` says why.
         """
-        y, *self._last.answer = self._call.evaluate(np.asarray(x, dtype=np.float64))
+        y, *self._last.answer = self._call.evaluate(_arguments.numbers(x, "x", self._facts[0]))
         return y
 
     def gradient(self, x: npt.ArrayLike) -> tuple[Array, Array]:
@@ -116,7 +116,7 @@ class Problem:
         Returns:
             `y`, (n, m) or (m,), and `j`, (n, m, k) or (m, k); not a number where there is no answer, or no derivative.
         """
-        y, j, *self._last.answer = self._call.gradient(np.asarray(x, dtype=np.float64))
+        y, j, *self._last.answer = self._call.gradient(_arguments.numbers(x, "x", self._facts[0]))
         return y, j
 
     @property
@@ -174,9 +174,7 @@ class Problem:
         """
         if count is None:
             return Live(self)
-        if count < 1:
-            raise ValueError(f"a number of states expected, not {count}")
-        return Lives(self, count)
+        return Lives(self, _arguments.count(count, "count", None))
 
     def __repr__(self) -> str:
         title = self.network.title or self.network.name
@@ -206,10 +204,11 @@ class Live:
         self._core = problem._call.live()
         self._wanted = self._core.now()[1].tolist()
 
-    def set(self, **parameters: float) -> Live:
+    def set(self, /, **parameters: float) -> Live:
         """Sets parameters to values that the next `solve` goes to."""
-        places = [_place(name, self.problem.parameters, "parameter") for name in parameters]
-        for place, value in zip(places, [float(value) for value in parameters.values()]):
+        places = [_named(name, self.problem.parameters, "parameter") for name in parameters]
+        values = [_arguments.real(value, f"parameter '{name}'") for name, value in parameters.items()]
+        for place, value in zip(places, values):
             self._wanted[place] = value
         return self
 
@@ -231,7 +230,7 @@ class Live:
     @property
     def values(self) -> Array:
         """(m,), the probes in the present state."""
-        return self._core.now()[0]
+        return self._core.now()[0].copy()
 
     @property
     def present(self) -> dict[str, float]:
@@ -253,7 +252,10 @@ class Live:
         raise TypeError("a live state can neither be copied nor pickled: make another one of its problem, and set that")
 
     def __getitem__(self, probe: str) -> float:
-        return float(self.values[_place(probe, self.problem.probes, "probe")])
+        return float(self._core.now()[0][_named(probe, self.problem.probes, "probe")])
+
+    def __contains__(self, probe: object) -> bool:
+        return probe in self.problem.probes
 
     def __repr__(self) -> str:
         now = " ".join(f"{name}={value:.6g}" for name, value in self.present.items())
@@ -281,11 +283,18 @@ class Lives:
     def __len__(self) -> int:
         return len(self._wanted)
 
-    def set(self, **parameters: npt.ArrayLike) -> Lives:
+    def set(self, /, **parameters: npt.ArrayLike) -> Lives:
         """Sets parameters, each by a number or by (n,) numbers, to values that the next `solve` goes to."""
         wanted = self._wanted.copy()
         for name, values in parameters.items():
-            wanted[:, _place(name, self.problem.parameters, "parameter")] = values
+            place = _named(name, self.problem.parameters, "parameter")
+            column = _arguments.numbers(values, f"parameter '{name}'")
+            if column.shape not in ((), (1,), (len(self),)):
+                raise ValueError(
+                    f"parameter '{name}' has the shape {column.shape}, but there are {len(self)} states: "
+                    f"a number or ({len(self)},) expected"
+                )
+            wanted[:, place] = column
         self._wanted = wanted
         return self
 
@@ -304,7 +313,7 @@ class Lives:
     @property
     def values(self) -> Array:
         """(n, m), the probes in the present states."""
-        return self._core.now()[0]
+        return self._core.now()[0].copy()
 
     @property
     def stable(self) -> list[bool | None]:
@@ -325,8 +334,11 @@ class Lives:
 
     def __getitem__(self, probe: str) -> Array:
         """(n,), a probe in all states."""
-        found: Array = self.values[:, _place(probe, self.problem.probes, "probe")]
-        return found
+        found: Array = self._core.now()[0][:, _named(probe, self.problem.probes, "probe")]
+        return found.copy()
+
+    def __contains__(self, probe: object) -> bool:
+        return probe in self.problem.probes
 
     def __repr__(self) -> str:
         return f"<Lives: {len(self)} states of {self.problem!r}>"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import operator
 import os
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
@@ -73,10 +74,10 @@ class Values(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Any:
         if name in self._columns:
             return self._columns[name].copy()
-        probe, _, step = name.partition("@")
-        if step and probe in self._columns:
+        probe, at, step = (part.strip() for part in str(name).partition("@"))
+        if at and probe in self._columns:
             return float(self._columns[probe][_place(step, self._steps, "step")])
-        raise _unknown(probe, tuple(self._columns), "probe")
+        raise _unknown(probe if isinstance(name, str) else name, tuple(self._columns), "probe")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -111,7 +112,7 @@ class History(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name not in self._columns:
             raise _unknown(name, tuple(self._columns), "column")
-        return self._columns[name]
+        return self._columns[name].copy()
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -148,6 +149,7 @@ class Solution:
     def __init__(self, source: Source, network: Network) -> None:
         self._source, self.network = source, network
         self._facts = source.facts()
+        self._arrays: dict[str, Array] = {}
 
     # How it went.
 
@@ -233,6 +235,12 @@ class Solution:
 
     # Numbers.
 
+    def _array(self, name: str) -> Array:
+        """One of the arrays of the source, which nobody else changes."""
+        if name not in self._arrays:
+            self._arrays[name] = getattr(self._source, name)()
+        return self._arrays[name]
+
     @functools.cached_property
     def _probes(self) -> tuple[Values, Values]:
         values, errors = self._source.probes()
@@ -242,59 +250,58 @@ class Solution:
         """A probe over the steps, (steps,), or with `probe@step` its value at the end of that step."""
         return self._probes[0][probe]
 
+    def __contains__(self, probe: object) -> bool:
+        return probe in self.probes
+
     @property
     def error(self) -> Values:
         """Estimated discretization errors of the probes, in their units."""
         return self._probes[1]
 
-    @functools.cached_property
+    @property
     def displacement(self) -> Array:
         """(steps, nodes, 3), length."""
-        return self._source.displacement()
+        return self._array("displacement").copy()
 
-    @functools.cached_property
+    @property
     def rotation(self) -> Array:
         """(steps, nodes, 3), rotation vectors of norm at most π, radians."""
-        return self._source.rotation()
+        return self._array("rotation").copy()
 
-    @functools.cached_property
+    @property
     def reaction(self) -> Array:
         """(steps, nodes, 6), force and moment of what holds the node on the network."""
-        return self._source.reaction()
+        return self._array("reaction").copy()
 
-    @functools.cached_property
+    @property
     def end_forces(self) -> Array:
         """(steps, members, 2, 6), force and moment on the start and on the end of each member."""
-        return self._source.end_forces()
-
-    @functools.cached_property
-    def _member_values(self) -> Array:
-        return self._source.member_values()
+        return self._array("end_forces").copy()
 
     @property
     def length(self) -> Array:
         """(steps, members), deformed length along the centre line."""
-        return self._member_values[:, :, 0]
+        return self._array("member_values")[:, :, 0].copy()
 
     @property
     def axial_force(self) -> Array:
         """(steps, members), at the middle of the member, tension positive."""
-        return self._member_values[:, :, 1]
+        return self._array("member_values")[:, :, 1].copy()
 
     @property
     def pressure(self) -> Array:
         """(steps, members), of muscles in their pressure unit; the actuation of what is actuated."""
-        return self._member_values[:, :, 2]
+        return self._array("member_values")[:, :, 2].copy()
 
-    @functools.cached_property
+    @property
     def spring_force(self) -> Array:
         """(steps, springs), tension positive."""
-        return self._source.spring_forces()
+        return self._array("spring_forces").copy()
 
-    @functools.cached_property
+    @property
     def energy(self) -> Array:
         """(steps,), strain energy."""
-        return self._source.energy()
+        return self._array("energy").copy()
 
     @functools.cached_property
     def history(self) -> History:
@@ -431,10 +438,10 @@ class Stored:
         return self.drawings.get((step, increment))
 
 
-def part(array: Array, *places: int) -> Array:
-    """The part of an array at some places of its first axes."""
-    found: Array = array[places]
-    return found
+def part(solution: Solution, name: str, *places: int) -> Array:
+    """The part of an array of a solution at some places of its first axes."""
+    found: Array = solution._array(name)[places]
+    return found.copy()
 
 
 class Step:
@@ -469,22 +476,22 @@ class Step:
     @property
     def displacement(self) -> Array:
         """(nodes, 3), length."""
-        return part(self._solution.displacement, self.index)
+        return part(self._solution, "displacement", self.index)
 
     @property
     def rotation(self) -> Array:
         """(nodes, 3), radians."""
-        return part(self._solution.rotation, self.index)
+        return part(self._solution, "rotation", self.index)
 
     @property
     def reaction(self) -> Array:
         """(nodes, 6), force and moment."""
-        return part(self._solution.reaction, self.index)
+        return part(self._solution, "reaction", self.index)
 
     @property
     def energy(self) -> float:
         """Strain energy."""
-        return float(self._solution.energy[self.index])
+        return float(self._solution._array("energy")[self.index])
 
     def __getitem__(self, probe: str) -> float:
         """A probe at the end of the step."""
@@ -522,17 +529,17 @@ class Node:
     @property
     def displacement(self) -> Array:
         """(3,), length."""
-        return part(self._step.displacement, self.index)
+        return part(self._step._solution, "displacement", self._step.index, self.index)
 
     @property
     def rotation(self) -> Array:
         """(3,), rotation vector, radians."""
-        return part(self._step.rotation, self.index)
+        return part(self._step._solution, "rotation", self._step.index, self.index)
 
     @property
     def reaction(self) -> Array:
         """(6,), force and moment of what holds the node on the network."""
-        return part(self._step.reaction, self.index)
+        return part(self._step._solution, "reaction", self._step.index, self.index)
 
     def __repr__(self) -> str:
         return f"<Node {self.name!r} after {self._step.name!r}: displacement {self.displacement}>"
@@ -550,30 +557,34 @@ class Member:
     @property
     def end_forces(self) -> Array:
         """(2, 6), force and moment on the start and on the end of the member, in global axes."""
-        return part(self._step._solution.end_forces, self._step.index, self.index)
+        return part(self._step._solution, "end_forces", self._step.index, self.index)
 
     @property
     def length(self) -> float:
         """Deformed length along the centre line."""
-        return float(self._step._solution.length[self._step.index, self.index])
+        return float(self._step._solution._array("member_values")[self._step.index, self.index, 0])
 
     @property
     def axial_force(self) -> float:
         """At the middle of the member, tension positive."""
-        return float(self._step._solution.axial_force[self._step.index, self.index])
+        return float(self._step._solution._array("member_values")[self._step.index, self.index, 1])
 
     @property
     def pressure(self) -> float:
         """Of a muscle, in its pressure unit; the actuation of what is actuated."""
-        return float(self._step._solution.pressure[self._step.index, self.index])
+        return float(self._step._solution._array("member_values")[self._step.index, self.index, 2])
 
     def __repr__(self) -> str:
         return f"<Member {self.name!r} after {self._step.name!r}: axial force {self.axial_force:.7g}>"
 
 
 def _unknown(name: object, known: tuple[str, ...], what: str) -> KeyError:
+    return UnknownName(f"there is no {what} {name!r}; there are {_listed(known)}")
+
+
+def _listed(known: tuple[str, ...]) -> str:
     listed = ", ".join(repr(each) for each in known[:12]) + (f" and {len(known) - 12} more" if len(known) > 12 else "")
-    return UnknownName(f"there is no {what} {name!r}; there are {listed or 'none'}")
+    return listed or "none"
 
 
 class UnknownName(KeyError):
@@ -583,10 +594,21 @@ class UnknownName(KeyError):
         return str(self.args[0])
 
 
+def _named(name: str, names: tuple[str, ...], what: str) -> int:
+    """The place of a name."""
+    if isinstance(name, str) and name in names:
+        return names.index(name)
+    raise _unknown(name, names, what)
+
+
 def _place(name: str | int, names: tuple[str, ...], what: str) -> int:
+    """The place of a name, or of a number, which may count from the end."""
     if isinstance(name, str):
-        if name in names:
-            return names.index(name)
-        raise _unknown(name, names, what)
-    index = range(len(names))[name]
-    return index
+        return _named(name, names, what)
+    try:
+        return range(len(names))[operator.index(name)]
+    except IndexError:
+        raise IndexError(f"there is no {what} number {name}; there are {len(names)}: {_listed(names)}") from None
+    except TypeError:
+        raise TypeError(f"{what}: a name or a number expected, not {name!r}; there are {_listed(names)}") from None
+

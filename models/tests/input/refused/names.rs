@@ -46,7 +46,14 @@ fn unknown_names_show_what_is_defined() {
         24,
         "known nodes: 'A', 'B', 'C'",
     );
-    case("muscle = \"silicone\"", "muscle = \"laten\"", "member 'left' refers to muscle 'laten'", 22, 39, "'silicone'");
+    case(
+        "muscle = \"silicone\"",
+        "muscle = \"laten\"",
+        "member 'left' refers to muscle 'laten'",
+        22,
+        39,
+        "did you mean 'latex'?",
+    );
     case("material = \"abs\"", "material = \"steel\"", "member 'bar' refers to material 'steel'", 23, 59, "'abs'");
     case("A = \"clamped\"", "Z = \"clamped\"", "a support refers to node 'Z'", 25, 1, "'A'");
     case("A = \"clamped\"", "A = \"clampd\"", "'clampd' is not a support", 25, 5, "did you mean 'clamped'?");
@@ -99,4 +106,22 @@ fn a_muscle_that_the_library_lacks_is_named_with_those_it_has() {
 #[test]
 fn one_step_in_single_brackets_hints_at_two() {
     case("[[steps]]", "[steps]", "'steps' is a list", 26, 2, "[[steps]]");
+}
+
+#[test]
+fn an_unknown_muscle_shows_those_of_the_library_too() {
+    let help = |defined: &str, name: &str| {
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [0, 0], B = [130, 0] }}\nsupports = {{ A = \"clamped\" }}\n\
+             members.left = {{ nodes = [\"A\", \"B\"], muscle = \"{name}\" }}\n{defined}"
+        );
+        let errors = read_text("net.toml", &text, &[]).unwrap_err();
+        errors.errors[0].help.clone().unwrap()
+    };
+    let known = "known muscles: 'silicone', 'silicone_soft', 'latex'";
+    assert_eq!(help("", "silicone_sofd"), format!("did you mean 'silicone_soft'? {known}"));
+    assert_eq!(help("", "x"), known);
+    // A muscle of the file that is called like one of the library is one muscle.
+    let own = "muscles = { latex = { library = \"silicone\" }, thin = { library = \"latex\" } }";
+    assert_eq!(help(own, "x"), "known muscles: 'latex', 'thin', 'silicone', 'silicone_soft'");
 }

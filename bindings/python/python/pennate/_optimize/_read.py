@@ -12,16 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import _network
+from .. import _arguments, _network
 from .._errors import Finding, NetworkError
 from ._expression import Expression
 from ._reader import Reader, StudyError
 from ._study import Constraint, Named, Objective, Pick, Study, Target, Values, Variable, in_file
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:  # the same library, before it came with Python
-    import tomli as tomllib
 
 FORMAT = "pennate-study/1"
 METHODS = ("nsga2", "cma-es", "least-squares")
@@ -56,8 +51,8 @@ def read(
         raise
     reader = Reader(path, text)
     try:
-        tree = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        tree = _parsed(text)
+    except (ValueError, RecursionError) as error:
         line = re.search(r"line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else str(path)
         message = f"this is not TOML: {error}"
@@ -65,7 +60,25 @@ def read(
         shown = f"error: {message}\n --> {where}\nhelp: {help}"
         number = int(line[1]) if line else None
         raise StudyError(shown, [Finding("error", message, str(path), number, None, None, None, [], help, shown)]) from None
+    if settings is not None:
+        settings = {
+            name: _arguments.real(value, f"settings['{name}']")
+            for name, value in _arguments.table(settings, "settings").items()
+        }
     return _checked(reader, tree, dict(settings or {}), seed, first)
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    """What a text in TOML holds."""
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        # The same library, before it came with Python: who reads no study needs neither.
+        try:
+            import tomli as tomllib
+        except ImportError:
+            raise ImportError("studies need tomli before Python 3.11: pip install 'pennate[study]'") from None
+    return tomllib.loads(text)
 
 
 def _checked(

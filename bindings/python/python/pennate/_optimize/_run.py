@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import _arguments
 from . import _least, _search, _write
 from ._evaluate import Evaluator
 from ._front import front
@@ -75,6 +76,12 @@ def optimize(
         NetworkError: The network is wrong.
         KeyboardInterrupt: Ctrl-C; whole batches are kept, and written as if the search had ended there.
     """
+    if executor is not None:
+        _arguments.executor(executor)
+    if threads is not None:
+        _arguments.count(threads, "threads")
+    budget = _arguments.real(budget, "budget", "a number of designs")
+    _arguments.listener(progress)
     found = study if isinstance(study, Study) else read(study, settings, seed, first)
     directory = Path(output)
     table = Table(found, directory)

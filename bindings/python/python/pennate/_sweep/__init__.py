@@ -94,10 +94,14 @@ def sweep(
         WorkerError: Designs that no worker answered; its attribute `table` has the others, and so has the directory.
         KeyboardInterrupt: Ctrl-C; the same call with the same directory goes on.
     """
+    from .. import _arguments
+
     # Who does not sweep does not wait for what sweeps need.
     from ._run import run
 
-    if both := set(vary or ()) & set(values):
+    vary = {} if vary is None else _arguments.table(vary, "vary")
+    designs = None if designs is None else _arguments.table(designs, "designs")
+    if both := set(vary) & set(values):
         raise ValueError(f"'{min(both)}' is given values twice")
     wanted = Wanted(probes, accuracy, method, executor, threads, chunk, retries, timeout, output, overwrite, progress)
-    return run(network, {**(vary or {}), **values}, designs, wanted)
+    return run(network, {**vary, **values}, designs, wanted)

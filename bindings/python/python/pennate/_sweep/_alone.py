@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from .. import _core
@@ -27,16 +27,21 @@ class Row:
 
 
 def solved_alone(
-    network: Network, parameters: Sequence[str], row: Sequence[float], probes: Sequence[str], accuracy: float
+    network: Network,
+    parameters: Sequence[str],
+    row: Sequence[float],
+    probes: Sequence[str],
+    accuracy: float,
+    wanted: Callable[[], bool],
 ) -> Row:
     """Solves a network with values for some of its parameters, as `Network.set` takes them.
 
     `probes` are read at the ends of steps that converged with all before them: behind them the state is another one than the
-    name says.
+    name says. The solve is given up where it is not wanted any longer.
     """
     settings = network._set(dict(zip(parameters, row)))
     try:
-        solution, raised = network._read.with_settings(settings).solve(accuracy, 1, False, None)
+        solution, raised = network._read.with_settings(settings).solve(accuracy, 1, False, None, wanted)
     except MechanismError as error:
         motions = [str(motion) for motion in error.motions] or [each.message for each in error.errors]
         return _refused(probes, (motions or ["the network is a mechanism"])[0])

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._network import Network
-from ._plan import DESIGN
+from ._plan import DESIGN, TAKEN
 from ._table import Rows
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def dataset(network: Network, rows: Rows, probes: tuple[str, ...], made: Made) -
     plan = rows.plan
     dims = plan.parameters if plan.axes is not None else (DESIGN,)
     variables: dict[str, Any] = {}
-    taken = {*plan.parameters, DESIGN, "status", "stable", "error", "reason"}
+    taken = {*plan.parameters, DESIGN, *TAKEN}
     for column, probe in enumerate(probes):
         attributes: dict[str, Any] = {"units": network.probes[probe.partition("@")[0]]}
         if made.errors is not None:

@@ -187,11 +187,15 @@ class _Alone:
 
     def __call__(self, x: Array, is_stopped: Callable[[], bool]) -> Answers:
         begin = time.perf_counter()
-        rows: list[Row] = []
+        job, rows = self.job, list[Row]()
         for row in x.tolist():
             if is_stopped():
                 raise Stopped
-            rows.append(solved_alone(self.job.network, self.job.parameters, row, self.job.probes, self.job.accuracy))
+            rows.append(
+                solved_alone(job.network, job.parameters, row, job.probes, job.accuracy, lambda: not is_stopped())
+            )
+        if is_stopped():
+            raise Stopped
         return Answers(
             np.array([row.values for row in rows]).reshape(len(x), len(self.job.probes)),
             None,
@@ -213,10 +217,10 @@ class _Together:
         self.gradient = job.method == "gradient"
 
     def __call__(self, x: Array, is_stopped: Callable[[], bool]) -> Answers:
+        begin = time.perf_counter()
+        found = self._answered(x, lambda: not is_stopped())
         if is_stopped():
             raise Stopped
-        begin = time.perf_counter()
-        found = self._answered(x)
         kinds = {place: kind for place, (kind, _) in found.reasons.items()}
         status = ["converged"] * len(x)
         for place, kind in kinds.items():
@@ -233,26 +237,26 @@ class _Together:
             time.perf_counter() - begin,
         )
 
-    def _answered(self, x: Array) -> _Found:
+    def _answered(self, x: Array, wanted: Callable[[], bool]) -> _Found:
         try:
-            y, slopes = self._asked(x)
-            reasons = {place: (why.kind, str(why)) for place, why in enumerate(self.problem.reasons) if why is not None}
-            return _Found(y, slopes, self.problem.stable, reasons)
+            slopes: Array | None = None
+            if self.gradient:
+                y, slopes, why, stable = self.problem._call.gradient(x, wanted)
+            else:
+                y, why, stable = self.problem._call.evaluate(x, wanted)
+            return _Found(y, slopes, stable, {place: (kind, text) for place, kind, text in why})
         except Exception as error:
             if len(x) > TOGETHER:
-                return self._in_parts(x, TOGETHER)
+                return self._in_parts(x, TOGETHER, wanted)
             if len(x) > 1:
-                return self._in_parts(x, 1)
+                return self._in_parts(x, 1, wanted)
             # One design that the program breaks at: the others have their answers.
             shape = (1, len(self.problem.probes))
-            slopes = np.full((*shape, x.shape[1]), np.nan) if self.gradient else None
-            return _Found(np.full(shape, np.nan), slopes, [None], {0: (FAILED, _told(error))})
+            nothing = np.full((*shape, x.shape[1]), np.nan) if self.gradient else None
+            return _Found(np.full(shape, np.nan), nothing, [None], {0: (FAILED, _told(error))})
 
-    def _asked(self, x: Array) -> tuple[Array, Array | None]:
-        return self.problem.gradient(x) if self.gradient else (self.problem(x), None)
-
-    def _in_parts(self, x: Array, size: int) -> _Found:
-        parts = [(begin, self._answered(x[begin : begin + size])) for begin in range(0, len(x), size)]
+    def _in_parts(self, x: Array, size: int, wanted: Callable[[], bool]) -> _Found:
+        parts = [(begin, self._answered(x[begin : begin + size], wanted)) for begin in range(0, len(x), size)]
         slopes: Any = [part.slopes for _, part in parts]
         return _Found(
             np.concatenate([part.values for _, part in parts]),

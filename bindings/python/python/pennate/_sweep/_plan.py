@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments, _core
 from .._network import Network
 
 Array = npt.NDArray[np.float64]
@@ -16,6 +17,8 @@ Array = npt.NDArray[np.float64]
 MOST = 100_000_000
 # Column with the numbers of the designs of a list.
 DESIGN = "design"
+# What tables have beside parameters and probes.
+TAKEN = ("status", "stable", "error", "reason")
 # Corners of more parameters than this are too many to be solved for the mesh.
 CORNERS = 4
 
@@ -117,8 +120,10 @@ def plan(network: Network, vary: Mapping[str, npt.ArrayLike], designs: Mapping[s
     known = network.parameters
     for name in given:
         if name not in known:
-            have = ", ".join(repr(each) for each in known) or "none"
-            raise ValueError(f"the network has no parameter '{name}' to vary; its parameters: {have}")
+            where = f"'{name}' is among {'the values to combine' if designs is None else 'the columns of designs='}"
+            raise _core.unknown(f"the network has no parameter '{name}' to vary", name, list(known), "parameters", [where])
+        if name in (TAKEN if designs is None else (DESIGN, *TAKEN)):
+            raise ValueError(f"a parameter called '{name}' cannot be varied: the table has something of that name")
     columns = [_numbers(name, values) for name, values in given.items()]
     if designs is None:
         for name, column in zip(given, columns):
@@ -133,12 +138,10 @@ def plan(network: Network, vary: Mapping[str, npt.ArrayLike], designs: Mapping[s
 
 
 def _numbers(name: str, values: npt.ArrayLike) -> Array:
-    try:
-        column = np.atleast_1d(np.asarray(list(values) if isinstance(values, range) else values, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise TypeError(f"'{name}': numbers expected, in the unit of the parameter, not {values!r}") from None
-    if column.ndim != 1 or not len(column) or not np.isfinite(column).all():
-        raise ValueError(f"'{name}': one or more finite numbers in a row expected")
+    column = np.atleast_1d(_arguments.numbers(values, f"'{name}'"))
+    if column.ndim != 1 or not len(column):
+        raise ValueError(f"'{name}': one or more numbers in a row expected, not an array of the shape {column.shape}")
+    _arguments.finite(column, f"'{name}'")
     # -0 would be another row than 0.
     return column + 0.0
 

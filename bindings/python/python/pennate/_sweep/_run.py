@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments, _core
 from .._errors import NetworkError, WorkerError
-from .._network import Network, _accuracy, _count, _texts
+from .._network import Network
 from . import Wanted, _dataset, _plan, _table
 from ._job import TOGETHER, Job
 from ._plan import Plan
@@ -33,12 +34,13 @@ def run(
     network: Network, vary: Mapping[str, npt.ArrayLike], designs: Mapping[str, npt.ArrayLike] | None, wanted: Wanted
 ) -> xarray.Dataset:
     """A sweep."""
+    _check(network, wanted)
     _dataset.library()
     if wanted.method not in METHODS:
         raise ValueError(f"method: {' or '.join(map(repr, METHODS))} expected, not {wanted.method!r}")
     plan = _plan.plan(network, vary, designs)
-    made = _Sweep(network, plan, _probes(network, wanted.probes), _accuracy(wanted.accuracy), wanted.method)
-    count = os.cpu_count() or 1 if wanted.threads is None else _count(wanted.threads, "threads")
+    made = _Sweep(network, plan, _probes(network, wanted.probes), _arguments.accuracy(wanted.accuracy), wanted.method)
+    count = os.cpu_count() or 1 if wanted.threads is None else _arguments.count(wanted.threads, "threads")
     size = TOGETHER * -(-_size(wanted.chunk, plan, count if wanted.executor is None else None) // TOGETHER)
     table = None if wanted.output is None else made.table(Path(wanted.output))
     if table is not None:
@@ -54,6 +56,18 @@ def run(
         if table is not None:
             table.end()
     return made.dataset()
+
+
+def _check(network: Network, wanted: Wanted) -> None:
+    """Refuses what is of the wrong kind before any work."""
+    if not isinstance(network, Network):
+        raise TypeError(f"a network expected, as pennate.load(path) reads one, not {_arguments.shown(network)}")
+    if wanted.executor is not None:
+        _arguments.executor(wanted.executor)
+    _arguments.listener(wanted.progress)
+    _arguments.whole(wanted.retries, "retries")
+    if wanted.timeout is not None:
+        _arguments.real(wanted.timeout, "timeout", "a number of seconds")
 
 
 class _Sweep:
@@ -141,9 +155,7 @@ class _Threads:
 
 def _size(chunk: int | None, plan: Plan, threads: int | None) -> int:
     if chunk is not None:
-        if int(chunk) != chunk or chunk < 1:
-            raise ValueError(f"chunk: a whole number of designs expected, not {chunk}")
-        return int(chunk)
+        return _arguments.count(chunk, "chunk", None)
     # Threads of this process cost nothing to ask: each gets several chunks.
     return CHUNK if threads is None else max(1, min(CHUNK, plan.count // (4 * threads)))
 
@@ -152,13 +164,14 @@ def _probes(network: Network, probes: Sequence[str] | None) -> tuple[str, ...]:
     known, steps = list(network.probes), network.steps
     if probes is None:
         return tuple(known) if len(steps) == 1 else tuple(f"{probe}@{step}" for step in steps for probe in known)
-    wanted = tuple("@".join(part.strip() for part in name.split("@", 1)) for name in _texts(probes, "probes"))
-    for name in wanted:
+    wanted = tuple("@".join(part.strip() for part in name.split("@", 1)) for name in _arguments.names(probes, "probes"))
+    for place, name in enumerate(wanted):
         probe, at, step = name.partition("@")
+        where = [f"'{name}' is number {place + 1} of the probes asked for"]
         if probe not in known:
-            raise NetworkError(f"there is no probe '{probe}'; the probes are {', '.join(known) or 'none'}")
+            raise _core.unknown(f"there is no probe '{probe}'", probe, known, "probes", where)
         if at and step not in steps:
-            raise NetworkError(f"there is no step '{step}' for the probe '{probe}'; the steps are {', '.join(steps)}")
+            raise _core.unknown(f"there is no step '{step}' for the probe '{probe}'", step, steps, "steps", where)
     if len(set(wanted)) < len(wanted):
         raise ValueError("probes: one of them is named twice")
     return wanted

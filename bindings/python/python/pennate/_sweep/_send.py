@@ -19,6 +19,7 @@ from collections.abc import Generator, Iterable, Iterator
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
 from .._errors import WorkerError
 from . import _job
 from ._job import Answers, Failure, Job, Missing
@@ -69,7 +70,8 @@ class Sender:
     def __init__(
         self, executor: concurrent.futures.Executor, job: Job, *, retries: int = 3, timeout: float | None = None
     ) -> None:
-        self.executor, self.retries, self.timeout = executor, retries, timeout
+        self.executor, self.retries = executor, _arguments.whole(retries, "retries")
+        self.timeout = None if timeout is None else _arguments.real(timeout, "timeout", "a number of seconds")
         self.key, self.packed = job.packed()
         self._losses: collections.Counter[str] = collections.Counter()
         self.sent = self.answered = 0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
 from .._problem import Problem
 from ._job import TOGETHER, Job
 from ._send import Chunk, Sender
@@ -37,22 +38,22 @@ class Spread(Problem):
     ) -> None:
         network, parameters, probes, accuracy, sample, _ = self._made = problem._made
         self._call, self._facts, self._last = problem._call, problem._facts, problem._last
-        self.executor = executor
+        self.executor = _arguments.executor(executor)
         rows = tuple(map(tuple, sample.tolist()))
-        self._chunk = chunk
+        self._chunk = None if chunk is None else _arguments.count(chunk, "chunk", None)
         self._senders = {
             method: Sender(executor, Job(network, parameters, probes, accuracy, method, rows), retries=retries, timeout=timeout)
             for method in ("problem", "gradient")
         }
 
     def __call__(self, x: npt.ArrayLike) -> Array:
-        rows = np.asarray(x, dtype=np.float64)
+        rows = _arguments.numbers(x, "x", self.parameters)
         if self._is_small(rows):
             return super().__call__(rows)
         return np.concatenate([part.values for part in self._asked("problem", rows)])
 
     def gradient(self, x: npt.ArrayLike) -> tuple[Array, Array]:
-        rows = np.asarray(x, dtype=np.float64)
+        rows = _arguments.numbers(x, "x", self.parameters)
         if self._is_small(rows):
             return super().gradient(rows)
         parts = self._asked("gradient", rows)

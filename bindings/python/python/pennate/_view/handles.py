@@ -5,9 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from .. import _arguments, _core
 from .._errors import NetworkError
 from .._look.fields import ticks
 from .._network import Network
@@ -53,6 +56,26 @@ def moving(network: Network, ranges: Mapping[str, tuple[float, float]]) -> tuple
         label = pressures.get(name) or ", ".join(filter(None, (name, network.parameter_units[name])))
         found.append(Handle(name, label, min(low, value), max(high, value), value, name not in pressures))
     return network, found
+
+
+def limits(ranges: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Limits of sliders, each the least and the greatest value."""
+    found = {}
+    for name, pair in _arguments.table(ranges, "ranges").items():
+        both = _arguments.numbers(pair, f"ranges['{name}']")
+        if both.shape != (2,) or not np.isfinite(both).all() or both[0] >= both[1]:
+            raise ValueError(f"ranges['{name}']: the least and the greatest value expected, not {_arguments.shown(pair)}")
+        found[name] = (float(both[0]), float(both[1]))
+    return found
+
+
+def check_names(ranges: Mapping[str, tuple[float, float]], handles: Sequence[Handle]) -> None:
+    """Refuses limits of what cannot be moved."""
+    known = [handle.name for handle in handles]
+    for name in ranges:
+        if name not in known:
+            where = [f"limits of a slider are given for '{name}'"]
+            raise _core.unknown(f"there is no parameter '{name}' to move", name, known, "parameters", where)
 
 
 def derived(value: object) -> bool:

@@ -10,10 +10,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import viser
 
+from .. import _arguments
 from .._errors import Error
 from .._look import words
 from .._network import Network
-from . import films, save, verdicts
+from . import films, handles, save, verdicts
 from .curve import Curve
 from .display import Display, described, named
 from .follow import Follow, Now, Probe
@@ -34,6 +35,9 @@ APART = 0.1
 # For so long the equilibrium that is left is looked at before it snaps, in seconds.
 LEAVING = 0.25
 
+# The last port that there is.
+PORTS = 65535
+
 
 class Session:
     """One network, or one file, shown to whoever has the address."""
@@ -50,7 +54,10 @@ class Session:
         bind: str = LOOPBACK,
         hosts: Sequence[str] = (),
     ) -> None:
-        self.source, self.accuracy = Source(path, settings or {}, ranges or {}), accuracy
+        ranges = handles.limits(ranges or {})
+        if _arguments.whole(port, "port") > PORTS:
+            raise ValueError(f"port: a number up to {PORTS} expected, not {port}")
+        self.source, self.accuracy = Source(path, settings or {}, ranges), _arguments.accuracy(accuracy)
         self.lock, self.wake = threading.RLock(), threading.Condition()
         self.stopped, self.dirty, self.looked, self.moved = False, True, False, ""
         # What is asked for is counted, and what is answered.
@@ -58,7 +65,9 @@ class Session:
         self.actions: collections.deque[tuple[str, viser.ClientHandle | None]] = collections.deque()
         self.times: dict[str, float] = {}
         self.drawn_at = 0.0
-        self._take(*moving(network, self.source.ranges))
+        shown, found = moving(network, ranges)
+        handles.check_names(ranges, found)
+        self._take(shown, found)
         self.server = Server(port, self.name, bind, hosts)
         self.panel = Panel(self.server, self.name)
         self.panel.on_values, self.panel.on_step = self._values_moved, self._ask

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
+
 if TYPE_CHECKING:
     import concurrent.futures
 
@@ -58,6 +60,8 @@ class Solved:
             tip: Three probes, the coordinates of the tip.
             executor: Whose workers solve where many states are asked for at once, as in `pennate.sweep`.
         """
+        if executor is not None:
+            _arguments.executor(executor)
         self.names, self.lower, self.upper = _limits(inputs)
         probes = _three(tip)
         self.network = network
@@ -67,9 +71,11 @@ class Solved:
         """States whose derivatives were differences, as the problem had none."""
 
     def tip(self, inputs: Array) -> Array:
+        """(n, k) inputs to (n, 3) positions; not a number where there is no equilibrium."""
         return self.problem(inputs)
 
     def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        """(n, 3) positions and their derivatives by the inputs, (n, 3, k)."""
         tips, slopes = self.problem.gradient(inputs)
         missing = np.isnan(slopes).any(axis=(1, 2)) & ~np.isnan(tips).any(axis=1)
         if missing.any():
@@ -137,9 +143,11 @@ class Swivelled:
         self.upper = np.append(arm.upper, greatest)
 
     def tip(self, inputs: Array) -> Array:
+        """(n, k) inputs to (n, 3) positions; not a number where there is no equilibrium."""
         return _turned(self.arm.tip(inputs[:, :-1]), np.radians(inputs[:, -1]))
 
     def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        """(n, 3) positions and their derivatives by the inputs, (n, 3, k)."""
         tips, slopes = self.arm.jacobian(inputs[:, :-1])
         angles = np.radians(inputs[:, -1])
         tips = _turned(tips, angles)
@@ -171,10 +179,13 @@ def _turned(points: Array, angles: Array) -> Array:
 def _limits(inputs: Bounds) -> tuple[tuple[str, ...], Array, Array]:
     if not inputs:
         raise ValueError("inputs: at least one parameter with its limits expected, such as {'pressure': (0, 25)}")
-    for name, (low, high) in inputs.items():
+    for name, pair in inputs.items():
+        if np.shape(pair) != (2,):
+            raise ValueError(f"the limits of '{name}' are {pair!r}: two finite numbers expected, the lesser first")
+        low, high = (_arguments.real(limit, f"the limits of '{name}'", "two finite numbers") for limit in pair)
         if not low < high or not np.isfinite([low, high]).all():
             raise ValueError(
-                f"the limits of '{name}' are {low} and {high}: two finite numbers expected, the lesser first"
+                f"the limits of '{name}' are {low:g} and {high:g}: two finite numbers expected, the lesser first"
             )
     bounds = np.array(list(inputs.values()), dtype=np.float64)
     return tuple(inputs), bounds[:, 0].copy(), bounds[:, 1].copy()

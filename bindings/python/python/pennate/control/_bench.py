@@ -37,6 +37,7 @@ class Bench:
         return tips
 
     def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        """There is none."""
         raise NotImplementedError("nobody knows the derivatives of a physical arm: give `reach` a model")
 
 

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
 from ._arms import Arm, Array
 
 
 def rows(what: str, given: npt.ArrayLike, width: int) -> Array:
     """(n, width), finite numbers; one row alone may be given as it is."""
     try:
-        found = np.atleast_2d(np.asarray(given, dtype=np.float64))
+        found = np.atleast_2d(_arguments.numbers(given, what))
     except (TypeError, ValueError):
         raise ValueError(f"{what}: numbers expected, not {given!r}") from None
     if found.ndim != 2 or found.shape[1] != width:

@@ -29,6 +29,7 @@ class Leaning(Solved):
         self._place = [self.names.index(name) for name in ("Pb", "Pr")]
 
     def tip(self, inputs: Array) -> Array:
+        """(n, k) inputs to (n, 3) positions; not a number where there is no equilibrium."""
         tips = super().tip(inputs)
         either = self._either(inputs)
         if either.any():
@@ -36,6 +37,7 @@ class Leaning(Solved):
         return tips
 
     def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        """(n, 3) positions and their derivatives by the inputs, (n, 3, k)."""
         tips, slopes = super().jacobian(inputs)
         either = self._either(inputs)
         if either.any():

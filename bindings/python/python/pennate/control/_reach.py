@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
+from .._problem import Problem
 from . import _checks
 from ._arms import Arm, Array, Bounds, Followed
 
@@ -93,6 +95,8 @@ def reach(
         restarts: From so many other starts the model looks for a better way where the first ends short of the target.
     """
     moved = _adapted(arm, inputs, tip)
+    tolerance = _arguments.real(tolerance, "tolerance", "a length")
+    moves, restarts = _arguments.whole(moves, "moves"), _arguments.whole(restarts, "restarts")
     targets = _checks.rows("target", target, 3)
     alone = np.ndim(target) == 1
     if isinstance(moved, Followed) and len(targets) > 1:
@@ -302,6 +306,8 @@ def _adapted(arm: Arm | Live, inputs: Bounds | None, tip: Sequence[str]) -> Arm:
         if inputs is not None:
             raise ValueError("inputs: an arm has inputs already; they are given with a live state alone")
         return arm
+    if not isinstance(getattr(arm, "problem", None), Problem):
+        raise TypeError(f"an arm, or a live state of a problem, expected, not {_arguments.shown(arm)}")
     if inputs is None:
         raise ValueError("inputs: the parameters of the live state that may change, with their limits, are needed")
     return Followed(arm, inputs, tip)

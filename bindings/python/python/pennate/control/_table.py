@@ -73,9 +73,11 @@ class Table:
         return np.ascontiguousarray(stacked.reshape(-1, len(kinds), 3))
 
     def tip(self, inputs: Array) -> Array:
+        """(n, k) inputs to (n, 3) positions; not a number where there is no equilibrium."""
         return self._blocks(inputs, False)[0]
 
     def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        """(n, 3) positions and their derivatives by the inputs, (n, 3, k)."""
         return self._blocks(inputs, True)
 
     def _blocks(self, inputs: Array, derivatives: bool) -> tuple[Array, Array]:

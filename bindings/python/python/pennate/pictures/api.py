@@ -9,6 +9,8 @@ import pathlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from .._network import Network
+from .._solution import _place
 from . import colours, figure, film, paper, results, states, view
 
 if TYPE_CHECKING:
@@ -55,7 +57,7 @@ def options(
     def chosen(step: str | int) -> int | None:
         if step == "unloaded" and step not in place:
             return None
-        return run.step_named(step) if isinstance(step, str) else range(len(run.steps))[step]
+        return run.step_named(step) if isinstance(step, str) else _place(step, tuple(place), "step")
 
     return states.Options(
         theme=colours.DARK if dark else colours.LIGHT,
@@ -90,6 +92,8 @@ def plot(
         view: `xy`, `xz`, `yz`, `space`, or azimuth and elevation in degrees, `"-60,20"`.
         wishes: See `options`.
     """
+    if output is not None and pathlib.Path(output).suffix.lower() != ".png":
+        raise results.PictureError(f"{os.fspath(output)}: a picture is a .png, and a film, by animate(), a .gif or .mp4")
     run = results.of(solution)
     wanted = options(run, steps, **wishes)  # type: ignore[arg-type]
     sheet = states.make_sheet(run, wanted, direction(run, view))
@@ -133,9 +137,9 @@ def animate(
     film.draw(run, wanted, direction(run, view), target, seconds)
 
 
-def png(solution: Solution) -> bytes:
-    """The picture that a notebook shows."""
-    run = results.of(solution)
+def png(drawn: Solution | Network) -> bytes:
+    """The picture that a notebook shows: the ends of steps, or a network as it is built."""
+    run = results.of_network(drawn) if isinstance(drawn, Network) else results.of(drawn)
     wanted = dataclasses.replace(options(run), resolution=NOTEBOOK, width=NARROW)
     made = figure.make(states.make_sheet(run, wanted, direction(run, None)), wanted)
     buffer = io.BytesIO()

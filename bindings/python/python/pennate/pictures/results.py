@@ -21,6 +21,7 @@ import numpy.typing as npt
 import pyvista
 
 if TYPE_CHECKING:
+    from .._network import Network
     from .._solution import Solution
 
 Array = npt.NDArray[np.float64]
@@ -147,6 +148,23 @@ def of(solution: Solution) -> Run:
     return run_of(solution.to_dict(), tuple(states), pressure_unit(heads))
 
 
+def of_network(network: Network) -> Run:
+    """A network as it is built, which nobody has solved."""
+    length, force = UNITS[network.units]
+    return Run(
+        title=network.title,
+        length_unit=length,
+        force_unit=force,
+        pressure_unit="",
+        plane=network.dimension == "plane",
+        nodes=network.nodes,
+        members=network.members,
+        steps=(),
+        states=(State(None, 0.0, functools.partial(built, network)),),
+        mesh_error=0.0,
+    )
+
+
 def run_of(results: dict[str, Any], states: tuple[State, ...], pressures: str) -> Run:
     """A run from what `results.json` holds."""
     length, force = UNITS[results["units"]]
@@ -220,6 +238,14 @@ def load_file(file: pathlib.Path) -> Shape:
         point_data={name: np.asarray(mesh.point_data[name]) for name in mesh.point_data},
         cell_data={name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data},
     )
+
+
+def built(network: Network) -> Shape:
+    """The arrays of a network as it is built."""
+    drawing = network._read.drawing()
+    if drawing is None:
+        raise PictureError("there is nothing to draw")
+    return Shape(drawing["points"], drawing["lines"], drawing["point_data"], drawing["cell_data"])
 
 
 def shape_of(solution: Solution, step: int | None, increment: int) -> Shape:

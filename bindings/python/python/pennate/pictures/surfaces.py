@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 import pyvista
@@ -136,10 +137,14 @@ def add_disc(surface: Surface, ring: Array, normal: Array, colour: Array) -> Non
     surface.add(points, np.tile(normal, (len(points), 1)), colour, triangles)
 
 
+@functools.cache
 def sphere() -> tuple[Array, Integers]:
     """Directions and triangles of a sphere."""
     mesh = pyvista.Sphere(radius=1.0, theta_resolution=SIDES, phi_resolution=SIDES // 2)
-    return np.asarray(mesh.points, dtype=np.float64), mesh.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
+    directions, triangles = np.array(mesh.points, dtype=np.float64), mesh.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
+    # All balls share them.
+    directions.flags.writeable = triangles.flags.writeable = False
+    return directions, triangles
 
 
 def add_ball(surface: Surface, centre: Array, radius: float, colours: Array) -> None:
