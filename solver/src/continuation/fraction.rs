@@ -157,7 +157,10 @@ impl ByFraction {
     /// leads nearer to what is known, or else may go on so.
     fn shorten(&mut self, trial: &Trial, lost: &Lost, first: f64, tuning: &Tuning) -> Retry {
         self.length = tuning.shorter * trial.length;
-        self.foresees_buckling |= self.first_rate.is_none() && matches!(lost.why, Why::Unstable(_));
+        // What turns by more than half a turn is no extrapolation: it foresees nothing, and no more than that is to be tried.
+        let wild = first > HALF_A_TURN;
+        let tame = tuning.shorter * HALF_A_TURN / first * trial.length;
+        self.foresees_buckling |= self.first_rate.is_none() && !wild && matches!(lost.why, Why::Unstable(_));
         if let Why::Overheld(_) = lost.why {
             self.overheld = Some(lost.why);
         }
@@ -172,13 +175,13 @@ impl ByFraction {
                 if !self.is_extrapolated {
                     self.length *= tuning.shorter.powf(excess.min(9) as f64 / 4.0 - 0.25);
                 }
-                self.length = self.length.max(0.9 * tuning.bracket);
+                let length = self.length.max(0.9 * tuning.bracket);
+                self.length = if wild { length.min(tame) } else { length };
                 Retry::Nearer
             }
             why => {
-                if why == Why::Astray && first > HALF_A_TURN {
-                    let tame = tuning.shorter * HALF_A_TURN;
-                    self.length = self.length.min(tame / first * trial.length);
+                if why == Why::Astray && wild {
+                    self.length = self.length.min(tame);
                 }
                 self.failures += 1;
                 if self.length < tuning.shortest || self.failures > tuning.iterations {
