@@ -94,6 +94,36 @@ fn a_short_stiff_rod_keeps_its_mesh() {
     assert_eq!((solution.accuracy.rounds, &solution.mesh), (1, &Mesh::initial(&solution.model, 1e-6)));
 }
 
+/// A metre of nylon, straight between its pins, under its own weight: twenty thousand times its radius of gyration, so that the first
+/// increment turns its ends by many turns.
+#[test]
+fn a_straight_thread_hangs_by_its_ends() {
+    let (length, area, weight): (f64, f64, f64) = (1000.0, 0.01 * std::f64::consts::PI, 1.1e-9 * 9810.0);
+    let solution = solve(
+        "nodes = { A = [0, 0], B = [1000, 0] }
+         materials.nylon = { youngs_modulus = 2500, poissons_ratio = 0.35, density = 1.1e-9 }
+         sections.thread = { circle = { radius = 0.1 } }
+         members.thread = { nodes = ['A', 'B'], section = 'thread', material = 'nylon' }
+         supports = { A = 'pinned', B = 'pinned' }
+         steps = [{ name = 'hang', gravity = [0, -9810, 0] }]",
+        1e-6,
+    );
+    assert!(solution.accuracy.is_met());
+    let step = &solution.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)));
+    assert!(step.critical_points.is_empty());
+    // The elastic catenary, whose span is H S/EA + 2 H/w asinh(w S/2 H); bending takes less than a thousandth of the pull.
+    let line = weight * area;
+    let span = |pull: f64| pull * length / (2500.0 * area) + 2.0 * pull / line * (0.5 * line * length / pull).asinh();
+    let (mut low, mut high) = (1e-4, 1e-1);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *(if span(middle) < length { &mut low } else { &mut high }) = middle;
+    }
+    let pull = last_state(step).expect("a state").nodes[1].reaction_force[0];
+    assert!((pull / low - 1.0).abs() < 1e-3, "{pull} against {low}");
+}
+
 /// Half a millimetre of nylon between a muscle and its lever.
 #[test]
 fn a_thread_between_muscle_and_lever_is_resolved() {

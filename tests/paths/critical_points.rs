@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pennate_analysis::accuracy::{Verdict, solve_to_accuracy};
 use pennate_analysis::solution::Solution;
-use pennate_models::read;
+use pennate_models::{read, read_text};
 use pennate_solver::history::{Cause, CriticalKind, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::Formulation;
@@ -202,6 +202,55 @@ fn a_perfect_column_follows_its_stable_branch() {
         let expected = (2.0 / std::f64::consts::PI * complete_elliptic((0.5 * turned).sin())).powi(2);
         assert!((times / expected - 1.0).abs() < 1e-5, "{times} against {expected}");
     }
+}
+
+/// A round strut that can be neither sheared nor stretched, clamped at both ends and pressed by 1.2 times its critical load, as
+/// one member and as two: its plane of buckling is free, and no other motion is softer.
+#[test]
+fn a_round_clamped_strut_follows_its_stable_branch() {
+    let critical = 4.0 * std::f64::consts::PI.powi(2) / 100.0f64.powi(2);
+    let halves = "M = [50, 0]\n";
+    for (node, members) in [
+        ("", "m = { nodes = ['A', 'B'], section = 's' }"),
+        (halves, "a = { nodes = ['A', 'M'], section = 's' }\nb = { nodes = ['M', 'B'], section = 's' }"),
+    ] {
+        let text = format!(
+            "format = 'pennate/1'\n[nodes]\nA = [0, 0]\nB = [100, 0]\n{node}\n\
+             [sections.s]\nstiffness = {{ EI2 = 1, EI3 = 1, GJ = 0.8 }}\nstretch = false\nshear = false\n\
+             [members]\n{members}\n[supports]\nA = 'clamped'\nB = ['uy', 'uz', 'rx', 'ry', 'rz']\n\
+             [[steps]]\nforce = {{ B = [{}, 0] }}\n",
+            -1.2 * critical
+        );
+        let model = read_text("strut.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, e)| panic!("{e}"));
+        let step = &solution.history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{members}");
+        assert_load(1.2 * step.critical_points[0].fraction, 1.0);
+        // The elastica of a quarter: K(k) = L/4 sqrt(P/EI), and the ends come nearer by 2 L (1 - E/K).
+        let wanted = 0.25 * std::f64::consts::TAU * 1.2f64.sqrt();
+        let (mut low, mut high) = (0.0, 0.99);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            *(if complete_elliptic(middle) < wanted { &mut low } else { &mut high }) = middle;
+        }
+        let expected = -200.0 * (1.0 - second_elliptic(low) / wanted);
+        let [shortened, ..] = last_displacement(&solution, "B");
+        assert!((shortened / expected - 1.0).abs() < 1e-5, "{shortened} against {expected}");
+    }
+}
+
+/// E(k) by the arithmetic-geometric mean.
+fn second_elliptic(k: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
+    let (mut sum, mut power) = (0.5 * k * k, 0.5);
+    for _ in 0..40 {
+        let c = 0.5 * (a - b);
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        power *= 2.0;
+        sum += power * c * c;
+    }
+    (1.0 - sum) * complete_elliptic(k)
 }
 
 /// K(k) by the arithmetic-geometric mean.
