@@ -80,6 +80,41 @@ fn a_column_of_many_members_flutters_at_the_same_load() {
     }
 }
 
+/// A cantilever of unit stiffness and length under a follower load at its tip, with springs there across (0.714) and against rotation
+/// (6.95): its straight state is lost to divergence at 14.8 and found again at 29.0, with nothing bent in between. Clamped at 0 its
+/// deflections are A (cos kx - 1) + B (sin kx - kx).
+#[test]
+fn a_stiffness_that_a_follower_load_takes_and_gives_back_is_seen() {
+    let (across, against, load) = (0.714, 6.95, 34.6);
+    let text = format!(
+        "format = \"pennate/1\"\nunits = \"m-N-Pa\"\ndimension = \"plane\"\n\
+         nodes = {{ A = [0, 0], B = [1, 0] }}\n\
+         sections.rod = {{ stiffness = {{ EI3 = 1 }}, stretch = false, shear = false }}\n\
+         members.column = {{ nodes = [\"A\", \"B\"], section = \"rod\", elements = 8 }}\n\
+         supports.A = \"clamped\"\n\
+         springs.tip = {{ node = \"B\", stiffness = {{ uy = {across}, rz = {against} }} }}\n\
+         steps = [{{ name = \"push\", follower_force = {{ B = [-{load}, 0] }}, branch = \"primary\" }}]\n"
+    );
+    let step = network::solve(&text).step("push").clone();
+    let determinant = |load: f64| {
+        let k = load.sqrt();
+        let (sin, cos) = k.sin_cos();
+        let moment = [-k * k * cos - against * k * sin, -k * k * sin + against * k * (cos - 1.0)];
+        let shear = [k.powi(3) * sin - across * (cos - 1.0), -k.powi(3) * cos - across * (sin - k)];
+        moment[0] * shear[1] - moment[1] * shear[0]
+    };
+    assert_eq!(step.critical_points.len(), 2, "{:?}", step.critical_points);
+    for (point, [mut low, mut high]) in step.critical_points.iter().zip([[10.0, 20.0], [25.0, 33.0]]) {
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let is_beyond = (determinant(middle) > 0.0) == (determinant(high) > 0.0);
+            *(if is_beyond { &mut high } else { &mut low }) = middle;
+        }
+        let found = load * point.fraction;
+        assert!((found / low - 1.0).abs() < 2e-6, "{found} for {low}");
+    }
+}
+
 /// Under a load of which a small part alone follows it diverges, at π²/4 EI/L² as under a dead load.
 #[test]
 fn divergence_is_told_apart_from_flutter() {

@@ -72,6 +72,55 @@ impl<const D: usize> Continuation<'_, D> {
         None
     }
 
+    /// The part of an increment to the present state at which the determinant has the other sign, where the overall stiffness, which
+    /// was `before` at its beginning if that is known, falls towards a place between as if to pass zero there, and rises again.
+    ///
+    /// Loads without a potential take a stiffness away and give it back, on a straight column as well. The states looked at are
+    /// interpolated, and corrected once where they are out of balance.
+    pub(super) fn dipped_below(&mut self, run: &mut Run<'_>, [from, to]: [f64; 2], before: Option<f64>) -> Option<f64> {
+        self.system.save(&mut self.next);
+        let end = self.overall_stiffness()?;
+        let begin = match before {
+            Some(before) => before,
+            None => {
+                self.back_to_last(run.ramp, from);
+                run.effort.factorizations += 1;
+                self.overall_stiffness()?
+            }
+        };
+        let mut known = vec![(0.0, begin), (1.0, end)];
+        let (mut place, mut part) = (FIRST_PART, None);
+        for _ in 0..self.tuning.few() {
+            run.ramp.apply(&mut self.system, from + place * (to - from));
+            self.system.predict(&self.last, &self.next, place - 1.0);
+            let mut inertia = self.system.assemble(true);
+            run.effort.factorizations += 1;
+            if self.system.residual().largest() > self.tuning.near && self.system.advance(true).is_some() {
+                inertia = self.system.assemble(false);
+                run.effort.factorizations += 1;
+            }
+            if inertia.is_odd() != self.base.odd {
+                part = Some(place);
+                break;
+            }
+            known.push((place, self.overall_stiffness()?));
+            known.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let lowest = (1..known.len() - 1).min_by(|&a, &b| known[a].1.total_cmp(&known[b].1)).unwrap_or(1);
+            let Some((lower, least)) = lowest_of_parabola([known[lowest - 1], known[lowest], known[lowest + 1]]) else {
+                break;
+            };
+            // What is not halved on the way there does not vanish.
+            if least > 0.5 * known[lowest].1 || known.iter().any(|(known, _)| (known - lower).abs() <= self.tuning.near)
+            {
+                break;
+            }
+            place = lower;
+        }
+        self.on_to_next(run.ramp, to);
+        run.effort.factorizations += 1;
+        part
+    }
+
     /// The part of an increment to the present state at which the determinant has the other sign, if there is one: two
     /// singular points lie within.
     ///
@@ -95,6 +144,15 @@ impl<const D: usize> Continuation<'_, D> {
         run.effort.factorizations += 1;
         part
     }
+}
+
+/// Where the parabola through three points, one after the other, is lowest between the outer ones, and its value there; nothing where
+/// that is at one of these.
+fn lowest_of_parabola([(a, fa), (b, fb), (c, fc)]: [(f64, f64); 3]) -> Option<(f64, f64)> {
+    let (left, right) = ((fb - fa) / (b - a), (fc - fb) / (c - b));
+    let bend = (right - left) / (c - a);
+    let lowest = 0.5 * (a + b) - 0.5 * left / bend;
+    (bend > 0.0 && lowest > a && lowest < c).then(|| (lowest, fa + (lowest - a) * (left + bend * (lowest - b))))
 }
 
 /// Whether the present state may lie on another path than the one that led to the last: `moved` from there by parts of the

@@ -399,6 +399,14 @@ impl<const D: usize> Continuation<'_, D> {
             count = self.count(&again.inertia);
             found = Convergence { iterations: found.iterations, ..again };
         }
+        if !conservative
+            && !flipped
+            && step > tuning.bracket
+            && !self.system.hangs()
+            && let Some(part) = self.dipped_below(run, ends, by.stiffness)
+        {
+            return Judged::TooLong((part * step).max(0.9 * tuning.bracket));
+        }
         let before = predicted.then_some(&self.before);
         if guarded || torn || aside || doubtful && self.system.jumped(&self.last, before, &tuning) {
             let sideways = guarded && count.own <= self.base.own;

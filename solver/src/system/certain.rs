@@ -124,14 +124,14 @@ impl<const D: usize> System<D> {
     ///
     /// Costs two factorizations; the factors are those of the tangent again afterwards.
     pub(crate) fn not_certainly_positive(&mut self, bare: &[[[[f64; D]; D]; 2]]) -> usize {
-        let doubt = self.doubtful(bare);
+        let doubt = self.doubtful(bare, &[]);
         self.in_doubt(-1.0, &doubt, |_, pivots| pivots.negative + pivots.neutral)
     }
 
     /// What rounding and residual may change the value of [`super::Tangent::singular_test`] by at the last assembly.
     pub(crate) fn doubt(&mut self, b: &[f64]) -> Option<f64> {
         let here = self.tangent.singular_test(b)?;
-        let doubt = self.doubtful_stiffness();
+        let doubt = self.rounded_stiffness();
         let there = self.in_doubt(1.0, &doubt, |system, _| system.tangent.singular_test(b))?;
         Some(there - here)
     }
@@ -149,20 +149,32 @@ impl<const D: usize> System<D> {
         seen
     }
 
-    /// What rounding and the residual may have taken from the tangent, in the places of its values.
+    /// What rounding, held strains and the residual may have taken from the tangent, in the places of its values.
     pub(crate) fn doubtful_stiffness(&mut self) -> Vec<f64> {
-        let packs: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
-        let bare: Vec<_> = self.members.slots.iter().map(|slot| packs[slot.pack][slot.lane]).collect();
-        self.doubtful(&bare)
+        let taken = self.taken_by_held_strains();
+        let bare = self.bare_stiffness();
+        self.doubtful(&bare, &taken)
     }
 
-    /// The same, with the stiffness of both ends of every member whose other nodes are held.
-    fn doubtful(&mut self, bare: &[[[[f64; D]; D]; 2]]) -> Vec<f64> {
+    /// What rounding and the residual alone may have taken, where more than one stiffness of held strains is looked at.
+    pub(crate) fn rounded_stiffness(&mut self) -> Vec<f64> {
+        let bare = self.bare_stiffness();
+        self.doubtful(&bare, &[])
+    }
+
+    /// The stiffness of both ends of every member whose other nodes are held.
+    fn bare_stiffness(&self) -> Vec<[[[f64; D]; D]; 2]> {
+        let packs: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
+        self.members.slots.iter().map(|slot| packs[slot.pack][slot.lane]).collect()
+    }
+
+    /// What may have been taken from the tangent, with that stiffness and what held strains take of each member.
+    fn doubtful(&mut self, bare: &[[[[f64; D]; D]; 2]], taken: &[f64]) -> Vec<f64> {
         let zero = vec![0.0; self.tangent.linear.values.len()];
         let own: Vec<f64> = (0..self.tangent.linear.size()).map(|i| self.tangent.linear.diagonal(i).abs()).collect();
         let tangent = std::mem::replace(&mut self.tangent.linear.values, zero);
         self.tangent.linear.shift(LAST_PLACE, &own);
-        self.add_doubt(bare);
+        self.add_doubt(bare, taken);
         std::mem::replace(&mut self.tangent.linear.values, tangent)
     }
 
@@ -185,10 +197,9 @@ impl<const D: usize> System<D> {
     }
 
     /// Adds what rounding of members, held strains and the residual may have taken from the tangent.
-    fn add_doubt(&mut self, bare: &[[[[f64; D]; D]; 2]]) {
+    fn add_doubt(&mut self, bare: &[[[[f64; D]; D]; 2]], taken: &[f64]) {
         let active = self.pattern.equations.active;
         let translations = active.iter().filter(|component| **component < 3).count();
-        let taken = self.taken_by_held_strains();
         for (index, bare) in bare.iter().enumerate() {
             let mut ends = doubtful_ends(bare, translations);
             let taken = taken.get(index).copied().unwrap_or(0.0);
