@@ -78,14 +78,18 @@ impl<const D: usize> System<D> {
         let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
         let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
         let (mut softest, mut stiffest) = (f64::INFINITY, 0.0_f64);
+        let mut bends_less = false;
         for (member, own) in self.structure.members.iter().enumerate().take(self.members.count()) {
             let slot = &self.members.slots[member];
             let sections = (0..own.segments.len()).map(|segment| self.section(member, segment).section);
             let bending = sections.map(|section| if D == 3 { section.ei3 } else { section.ei2.min(section.ei3) });
-            softest = softest.min(bending.fold(f64::INFINITY, f64::min) / own.length().powi(3));
-            stiffest = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(stiffest, f64::max);
+            let bending = bending.fold(f64::INFINITY, f64::min) / own.length().powi(3);
+            let stiff = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(0.0, f64::max);
+            bends_less |= LAST_PLACE * stiff > CLEAR * bending;
+            (softest, stiffest) = (softest.min(bending), stiffest.max(stiff));
         }
-        LAST_PLACE * stiffest > CLEAR * softest
+        // Sums in twice the digits leave every member its own.
+        bends_less || !self.tangent.linear.is_wide() && LAST_PLACE * stiffest > CLEAR * softest
     }
 
     /// The largest part of the stiffness of a motion that may have been taken from it.
@@ -134,13 +138,12 @@ impl<const D: usize> System<D> {
 
     /// Looks at the factors of the tangent with so many times what may have been taken from it.
     fn in_doubt<R>(&mut self, times: f64, doubt: &[f64], look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
-        let values = self.tangent.linear.values.clone();
-        for (value, doubt) in self.tangent.linear.values.iter_mut().zip(doubt) {
-            *value += times * doubt;
-        }
-        let pivots = self.tangent.linear.factorize();
+        let linear = &mut self.tangent.linear;
+        let (values, low) = (linear.values.clone(), linear.low.clone());
+        doubt.iter().enumerate().for_each(|(position, doubt)| linear.add(position, times * doubt));
+        let pivots = linear.factorize();
         let seen = look(self, pivots);
-        self.tangent.linear.values = values;
+        (self.tangent.linear.values, self.tangent.linear.low) = (values, low);
         self.tangent.linear.factorize();
         seen
     }
@@ -157,8 +160,13 @@ impl<const D: usize> System<D> {
         let zero = vec![0.0; self.tangent.linear.values.len()];
         let own: Vec<f64> = (0..self.tangent.linear.size()).map(|i| self.tangent.linear.diagonal(i).abs()).collect();
         let tangent = std::mem::replace(&mut self.tangent.linear.values, zero);
-        self.tangent.linear.shift(LAST_PLACE, &own);
+        let low = std::mem::take(&mut self.tangent.linear.low);
+        // Sums in twice the digits are rounded by less than what they are made of.
+        if low.is_empty() {
+            self.tangent.linear.shift(LAST_PLACE, &own);
+        }
         self.add_doubt(bare);
+        self.tangent.linear.low = low;
         std::mem::replace(&mut self.tangent.linear.values, tangent)
     }
 
