@@ -14,6 +14,7 @@ use pennate_elements::small::norm;
 
 use super::System;
 use super::tangent::{Inertia, any};
+use crate::chain::MemberEnds;
 use crate::linear::Pivots;
 use crate::mechanism::NEAR;
 use crate::reduce;
@@ -23,6 +24,9 @@ const LAST_PLACE: f64 = f64::EPSILON;
 /// Pivot within a member, over the diagonal entry it came from, whose sign rounding may hide: the elimination of some ten
 /// elements leaves ten units in the last place in each of its ten operations.
 const HIDDEN: f64 = 100.0 * f64::EPSILON;
+
+/// Part of what is left of a stiffness that elements of the next order leave too, where the mesh tells that there is some.
+const LEFT: f64 = 0.5;
 
 /// Part of a motion's stiffness that rounding and the residual may have taken at most where they hide no sign: iterations that
 /// look for the motion of which they take most are near it, and not at it.
@@ -90,6 +94,39 @@ impl<const D: usize> System<D> {
         }
         // Sums in twice the digits leave every member its own.
         bends_less || !self.tangent.linear.is_wide() && LAST_PLACE * stiffest > CLEAR * softest
+    }
+
+    /// Whether elements of the next order, in the same state, leave no half of what is left of the stiffness here, of the network as a
+    /// whole or of a member whose ends are held: what they change once more may be all of it. Both are stable.
+    ///
+    /// A state that is about to lose stability within a member shows at its ends alone, which answer to each other by one over the
+    /// stiffness that is left. A motion that needs no force has none on any elements.
+    pub(crate) fn is_far_stiffer(&mut self, refined: &mut Self) -> bool {
+        let of_all = |system: &mut Self| system.tangent.singular_test_of_all(&system.pattern, system.size);
+        let whole = of_all(self).zip(of_all(refined)).is_some_and(|(own, other)| other < LEFT * own);
+        whole && self.hidden_signs() == 0
+            || (0..self.members.count()).any(|member| self.is_far_stiffer_within(refined, member))
+    }
+
+    /// The same of one member.
+    fn is_far_stiffer_within(&self, refined: &Self, member: usize) -> bool {
+        let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
+        let (own, other) = (self.members.condensed(member), refined.members.condensed(member));
+        // Moments on both ends for turns of either.
+        let turns = |ends: &MemberEnds<D>, [row, column]: [usize; 2]| match [row / D, column / D] {
+            [0, 0] => ends.k00[row][column],
+            [0, _] => ends.k01[row][column - D],
+            [_, 0] => ends.k01[column][row - D],
+            _ => ends.k11[row - D][column - D],
+        };
+        let rotations = || (0..2 * D).filter(|i| i % D >= translations);
+        rotations().any(|row| {
+            let entries = rotations().map(|column| [&own, &other].map(|ends| turns(ends, [row, column])));
+            let (changed, all) = entries.fold((0.0, 0.0), |(changed, all), [own, other]| {
+                (changed + f64::abs(own - other), all + f64::abs(other))
+            });
+            changed > (1.0 - LEFT) * all
+        })
     }
 
     /// The largest part of the stiffness of a motion that may have been taken from it.
