@@ -21,6 +21,7 @@ pub(crate) struct Double {
 }
 
 /// The sum of two numbers, and what its rounding left.
+#[inline(always)]
 pub(crate) fn two_sum(a: f64, b: f64) -> Double {
     let high = a + b;
     let part = high - a;
@@ -28,19 +29,23 @@ pub(crate) fn two_sum(a: f64, b: f64) -> Double {
 }
 
 /// The same where the first is the larger one.
+#[inline(always)]
 fn quick_sum(a: f64, b: f64) -> Double {
     let high = a + b;
     Double { high, low: b - (high - a) }
 }
 
-/// The product of two numbers, and what its rounding left (T. J. Dekker, Numer. Math. 18, 1971).
-fn two_product(a: f64, b: f64) -> Double {
+/// Halves of a number, products of which are exact (T. J. Dekker, Numer. Math. 18, 1971).
+#[inline(always)]
+fn halves(x: f64) -> [f64; 2] {
     const SPLITTER: f64 = 134_217_729.0;
-    let halves = |x: f64| {
-        let large = SPLITTER * x;
-        let first = large - (large - x);
-        [first, x - first]
-    };
+    let large = SPLITTER * x;
+    let first = large - (large - x);
+    [first, x - first]
+}
+
+/// The product of two numbers, and what its rounding left.
+fn two_product(a: f64, b: f64) -> Double {
     let high = a * b;
     let ([a1, a2], [b1, b2]) = (halves(a), halves(b));
     Double { high, low: ((a1 * b1 - high) + a1 * b2 + a2 * b1) + a2 * b2 }
@@ -53,19 +58,19 @@ impl Double {
         quick_sum(first.high, first.low + rest.low)
     }
 
-    pub(crate) fn times(self, other: Self) -> Self {
-        let product = two_product(self.high, other.high);
-        quick_sum(product.high, product.low + (self.high * other.low + self.low * other.high))
-    }
-
     pub(crate) fn times_number(self, other: f64) -> Self {
         let product = two_product(self.high, other);
         quick_sum(product.high, product.low + self.low * other)
     }
 
+    /// Less a product, to twice the digits of the larger of both.
+    #[inline(always)]
     fn minus_product(self, a: Self, b: Self) -> Self {
-        let product = a.times(b);
-        self.plus(Self { high: -product.high, low: -product.low })
+        let product = a.high * b.high;
+        let ([a1, a2], [b1, b2]) = (halves(a.high), halves(b.high));
+        let rest = (((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2) + (a.high * b.low + a.low * b.high);
+        let sum = two_sum(self.high, -product);
+        quick_sum(sum.high, sum.low + (self.low - rest))
     }
 
     fn over(self, other: Self) -> Self {
@@ -152,6 +157,14 @@ impl Wide {
                 let target = rows[k];
                 let scaled = factors[k].over(pivot);
                 let own = starts[target];
+                // The rows of this column from there on are among those of the other: where they are as many, they are the same.
+                if starts[target + 1] - own == end - k {
+                    let (before, after) = factors.split_at_mut(own);
+                    for (factor, &other) in after.iter_mut().zip(&before[k..end]) {
+                        *factor = factor.minus_product(scaled, other);
+                    }
+                    continue;
+                }
                 (own..starts[target + 1]).for_each(|place| place_of_row[rows[place]] = place);
                 for i in k..end {
                     let place = place_of_row[rows[i]];
