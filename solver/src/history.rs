@@ -167,8 +167,8 @@ pub enum Note {
     },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,
-    /// Elements of the next order lose stability where these do not, or the other way round: the end of a step is nearer to a
-    /// singular state than these can tell.
+    /// Elements of the next order lose stability where these do not, or the other way round, or lose most of the stiffness that is
+    /// left: the end of a step is nearer to a singular state than these can tell.
     TooCoarse,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,

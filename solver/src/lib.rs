@@ -31,6 +31,7 @@ mod split;
 mod spring;
 pub mod structure;
 pub mod system;
+mod wide;
 
 pub use pennate_chains as chain;
 

@@ -13,11 +13,15 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par, Side};
 
 use crate::blocks::Blocks;
+use crate::wide::{Double, Wide, two_sum};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding in an unloaded structure.
 pub(crate) const PIVOT_NOISE: f64 = 1e-12;
 /// The same where motions may be as soft as loads make them: a unit in the last place for each of a few operations.
 pub(crate) use pennate_chains::ROUNDING;
+
+/// The same of sums in twice the digits.
+const ROUNDING_IN_TWO: f64 = ROUNDING * f64::EPSILON;
 
 /// From this size on columns are factorized several at once: joints have six of them each, which pays even where there
 /// are few entries.
@@ -60,6 +64,10 @@ pub struct Symmetric {
     analysis: Arc<Analysis>,
     /// Lower triangle by columns.
     pub values: Vec<f64>,
+    /// What rounding takes from sums in `values`, where both are kept; else nothing.
+    pub(crate) low: Vec<f64>,
+    /// Factors of both.
+    wide: Option<Box<Wide>>,
     factor: Vec<f64>,
     memory: MemBuffer,
     room: Vec<f64>,
@@ -132,6 +140,8 @@ impl Symmetric {
         Self {
             values: vec![0.0; analysis.pattern.row_idx().len()],
             rest: vec![0.0; analysis.size],
+            low: Vec::new(),
+            wide: None,
             analysis,
             factor: vec![0.0; length],
             memory: MemBuffer::new(memory),
@@ -163,6 +173,40 @@ impl Symmetric {
 
     pub(crate) fn clear(&mut self) {
         self.values.fill(0.0);
+        self.low.fill(0.0);
+    }
+
+    /// Keeps sums and factors in twice the digits from the next assembly on, or no longer.
+    pub(crate) fn widen(&mut self, wide: bool) {
+        if wide == self.is_wide() || self.size() == 0 {
+            return;
+        }
+        self.factorized = false;
+        self.low.clear();
+        if wide && self.wide.is_none() {
+            let pattern = &self.analysis.pattern;
+            self.wide = Wide::of(pattern.col_ptr(), pattern.row_idx()).map(Box::new);
+        }
+        if wide && self.wide.is_some() {
+            self.low.resize(self.values.len(), 0.0);
+        }
+    }
+
+    /// Whether sums and factors are kept in twice the digits.
+    pub(crate) fn is_wide(&self) -> bool {
+        !self.low.is_empty()
+    }
+
+    /// Adds to an entry.
+    #[inline]
+    pub(crate) fn add(&mut self, position: usize, value: f64) {
+        if let Some(low) = self.low.get_mut(position) {
+            let sum = two_sum(self.values[position], value);
+            self.values[position] = sum.high;
+            *low += sum.low;
+        } else {
+            self.values[position] += value;
+        }
     }
 
     pub(crate) fn diagonal(&self, index: usize) -> f64 {
@@ -176,12 +220,7 @@ impl Symmetric {
         }
     }
 
-    /// y = K x
-    pub(crate) fn apply(&self, x: &[f64], y: &mut [f64]) {
-        self.apply_values(&self.values, x, y);
-    }
-
-    /// y = A x for the matrix of the same pattern with these values.
+    /// y = A x, for the matrix of the same pattern with these values.
     pub(crate) fn apply_values(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         let pattern = &self.analysis.pattern;
         let (starts, rows) = (pattern.col_ptr(), pattern.row_idx());
@@ -197,12 +236,34 @@ impl Symmetric {
         }
     }
 
+    /// xᵀ K x, for the matrix with these values.
+    pub(crate) fn energy(&self, values: &[f64], x: &[f64]) -> f64 {
+        if !self.is_wide() {
+            let mut product = vec![0.0; x.len()];
+            self.apply_values(values, x, &mut product);
+            return x.iter().zip(&product).map(|(x, k)| x * k).sum();
+        }
+        let pattern = &self.analysis.pattern;
+        let mut energy = Double::default();
+        for column in 0..self.size() {
+            for k in pattern.col_ptr()[column]..pattern.col_ptr()[column + 1] {
+                let row = pattern.row_idx()[k];
+                let times = if row == column { x[column] } else { 2.0 * x[column] };
+                let entry = two_sum(values[k], self.low[k]);
+                energy = energy.plus(entry.times_number(times).times_number(x[row]));
+            }
+        }
+        energy.high
+    }
+
     /// Factorizes; the pivots tell whether the result is of use.
     pub fn factorize(&mut self) -> Pivots {
-        self.factorized = match &self.analysis.symbolic {
-            Symbolic::Nothing => true,
-            Symbolic::Blocks(blocks) => blocks.factorize(&self.values, &mut self.factor),
-            Symbolic::Whole(symbolic) => {
+        let wide = self.wide.as_mut().filter(|_| !self.low.is_empty());
+        self.factorized = match (&self.analysis.symbolic, wide) {
+            (_, Some(wide)) => wide.factorize(&self.values, &self.low),
+            (Symbolic::Nothing, None) => true,
+            (Symbolic::Blocks(blocks), None) => blocks.factorize(&self.values, &mut self.factor),
+            (Symbolic::Whole(symbolic), None) => {
                 let matrix = SparseColMatRef::new(self.analysis.pattern.as_ref(), &self.values);
                 let outcome = symbolic.factorize_numeric_ldlt(
                     &mut self.factor,
@@ -224,6 +285,8 @@ impl Symmetric {
 
     fn read_pivots(&self) -> Pivots {
         let mut pivots = Pivots { smallest: f64::MAX, ..Pivots::default() };
+        let wide = self.wide.as_ref().filter(|_| self.is_wide());
+        let rounding = if wide.is_some() { ROUNDING_IN_TWO } else { ROUNDING };
         let mut count = |row: usize, pivot: f64| {
             let entry = self.diagonal(row).abs().max(self.rest[row]).max(f64::MIN_POSITIVE);
             let ratio = pivot.abs() / entry;
@@ -231,16 +294,17 @@ impl Symmetric {
                 pivots.smallest = if ratio.is_nan() { 0.0 } else { ratio };
             }
             pivots.idle += usize::from(ratio <= PIVOT_NOISE || ratio.is_nan());
-            if ratio <= ROUNDING || ratio.is_nan() {
+            if ratio <= rounding || ratio.is_nan() {
                 pivots.neutral += 1;
             } else if pivot < 0.0 {
                 pivots.negative += 1;
             }
         };
-        match &self.analysis.symbolic {
-            Symbolic::Nothing => return Pivots { smallest: 1.0, ..Pivots::default() },
-            Symbolic::Blocks(blocks) => blocks.pivots(&self.factor).for_each(|(row, pivot)| count(row, pivot)),
-            Symbolic::Whole(symbolic) => self.whole_pivots(symbolic, count),
+        match (&self.analysis.symbolic, wide) {
+            (_, Some(wide)) => wide.pivots().for_each(|(row, pivot)| count(row, pivot)),
+            (Symbolic::Nothing, None) => return Pivots { smallest: 1.0, ..Pivots::default() },
+            (Symbolic::Blocks(blocks), None) => blocks.pivots(&self.factor).for_each(|(row, pivot)| count(row, pivot)),
+            (Symbolic::Whole(symbolic), None) => self.whole_pivots(symbolic, count),
         }
         pivots
     }
@@ -271,15 +335,17 @@ impl Symmetric {
     /// Solves in place for `columns` right-hand sides, one after the other in `rhs`; false where there is no factor.
     pub(crate) fn solve(&mut self, rhs: &mut [f64], columns: usize) -> bool {
         let size = self.analysis.size;
-        match &self.analysis.symbolic {
-            Symbolic::Nothing => return true,
+        let wide = self.wide.as_mut().filter(|_| !self.low.is_empty());
+        match (&self.analysis.symbolic, wide) {
+            (Symbolic::Nothing, _) => return true,
             _ if !self.factorized => return false,
-            Symbolic::Blocks(blocks) => {
+            (_, Some(wide)) => rhs[..columns * size].chunks_exact_mut(size).for_each(|column| wide.solve(column)),
+            (Symbolic::Blocks(blocks), None) => {
                 for column in rhs[..columns * size].chunks_exact_mut(size) {
                     blocks.solve(&self.factor, column, &mut self.room);
                 }
             }
-            Symbolic::Whole(symbolic) => {
+            (Symbolic::Whole(symbolic), None) => {
                 let factor = LdltRef::new(symbolic, &self.factor);
                 for first in (0..columns).step_by(6) {
                     let count = (columns - first).min(6);
@@ -317,7 +383,7 @@ mod tests {
         assert_eq!((pivots.negative, pivots.neutral), (negative.len(), 0));
         let x: Vec<f64> = (0..size).map(|i| (i as f64).sin()).collect();
         let mut b = vec![0.0; size];
-        k.apply(&x, &mut b);
+        k.apply_values(&k.values, &x, &mut b);
         assert!(k.solve(&mut b, 1));
         let error = x.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-12, "{error}");

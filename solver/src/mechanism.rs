@@ -26,7 +26,7 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
     let mut motions = released(system);
     let size = system.tangent.linear.size();
     let original = system.tangent.linear.values.clone();
-    let doubt = system.doubtful_stiffness();
+    let doubt = system.rounded_stiffness();
     let diagonal: Vec<f64> = (0..size).map(|i| system.tangent.linear.diagonal(i).abs()).collect();
     let largest = diagonal.iter().fold(0.0f64, |a, &b| a.max(b));
     let weight: Vec<f64> = diagonal.iter().map(|d| d.max(1e-14 * largest).max(f64::MIN_POSITIVE)).collect();
@@ -44,14 +44,11 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
             system.tangent.linear.solve(&mut x, 1);
             orthogonalize(&mut x, &found, &weight);
         }
-        let mut product = vec![0.0; size];
-        let mut stiffness_in = |values: &[f64]| -> f64 {
-            system.tangent.linear.apply_values(values, &x, &mut product);
-            x.iter().zip(&product).map(|(a, b)| a * b).sum()
-        };
-        let (stiffness, rounding) = (stiffness_in(&original), stiffness_in(&doubt));
+        let linear = &system.tangent.linear;
+        let (stiffness, rounding) = (linear.energy(&original, &x), energy_in_doubt(system, &doubt, &x));
         let norm: f64 = x.iter().zip(&weight).map(|(a, w)| a * a * w).sum();
-        if !(stiffness.abs() <= (FREE * norm).max(rounding)) {
+        let components = if linear.is_wide() { rounding / f64::EPSILON } else { norm };
+        if !(stiffness.abs() <= (FREE * components).max(rounding)) {
             break;
         }
         found.push(x);
@@ -61,11 +58,29 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
     motions
 }
 
+/// What rounding may have taken from the stiffness of a motion.
+fn energy_in_doubt<const D: usize>(system: &System<D>, doubt: &[f64], x: &[f64]) -> f64 {
+    let mut product = vec![0.0; x.len()];
+    system.tangent.linear.apply_values(doubt, x, &mut product);
+    x.iter().zip(&product).map(|(a, b)| a * b).sum()
+}
+
 /// The softest motion at the last assembly and factorization, where it is nearly free.
 pub(crate) fn near_motion<const D: usize>(system: &mut System<D>) -> Option<NearMotion> {
-    let stiffness = system.tangent.softest_stiffness(&system.pattern, system.size);
+    let mut stiffness = system.tangent.softest_stiffness(&system.pattern, system.size);
     if stiffness.abs() >= NEAR {
         return None;
+    }
+    // In twice the digits what members are as a whole is not lost in their sum: what counts is how much of each is left.
+    if system.tangent.linear.is_wide() {
+        let softest = system.tangent.softest_motion(&system.pattern, system.size);
+        let doubt = system.doubtful_stiffness();
+        let linear = &system.tangent.linear;
+        let rounding = energy_in_doubt(system, &doubt, &softest);
+        stiffness = f64::EPSILON * linear.energy(&linear.values, &softest) / rounding.max(f64::MIN_POSITIVE);
+        if stiffness.abs() >= NEAR {
+            return None;
+        }
     }
     let softest = system.tangent.softest_motion(&system.pattern, system.size);
     let motion = describe(system, &flat(system, &system.pattern.motions_of(&softest)));

@@ -243,6 +243,15 @@ pub(crate) fn is_stiff(state: &SectionState, lengths: [f64; 2]) -> bool {
     own.into_iter().zip(beside(section.ei2, section.ei3)).any(is_stiff)
 }
 
+/// Stiffness of a member of one section against stretch, as held by [`AUXILIARY`] where it is no less, and EI/L³ of its softest axis.
+pub(crate) fn stretch_and_bending(state: &SectionState, length: f64, turn: &Turn, in_plane: bool) -> [f64; 2] {
+    let section = &state.section;
+    let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
+    let held = AUXILIARY.of_bending(ei2.max(ei3), [length; 2]);
+    let softest = if in_plane { ei3 } else { ei2.min(ei3) };
+    [section.ea.min(held) / length, softest / length.powi(3)]
+}
+
 /// Stiffness, rest strains and multipliers of a section for elements of one length; `lengths` are those of the element and
 /// of the member, which carries the force `carried`.
 ///

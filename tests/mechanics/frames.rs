@@ -65,6 +65,53 @@ fn any_mesh_that_is_fine_enough_finds_the_same_critical_load() {
     }
 }
 
+/// However much stiffer the beams are than their columns, by more digits than a number has: what sways is as soft as the columns, and
+/// so it is where the beam is of two members, or the frame lies across the axes.
+#[test]
+fn a_beam_of_any_stiffness_sways_as_softly_as_its_columns() {
+    for stiffer in [1e2, 1e3, 1e5, 1e6, 1e8] {
+        let portal = Frame::portal(f64::INFINITY);
+        let frame = Frame { beams: vec![1e4 * stiffer], clamped: true, ..portal };
+        for times in [1.00001, 1.2] {
+            assert_critical(&frame, times, "");
+        }
+        let storeys = Frame {
+            heights: vec![100.0, 80.0],
+            widths: vec![120.0, 100.0],
+            columns: vec![1e4, 2e4],
+            beams: vec![1e4 * stiffer, 2e4],
+            loads: vec![1.0, 1.0],
+            clamped: false,
+            ..frame
+        };
+        assert_critical(&storeys, 1.2, "");
+    }
+}
+
+/// A portal whose beam is of two members and lies across the axes.
+#[test]
+fn a_stiff_beam_across_the_axes_sways_as_softly_as_its_columns() {
+    for stiffer in [1.0, 1e4, 1e7] {
+        let bending = 1e4 * stiffer;
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"plane\"\n\
+            nodes = {{ A = [0, 0], B = [-60, 80], M = [-20, 110], C = [20, 140], D = [80, 60] }}\n\
+            sections.c = {{ stiffness = {{ EI3 = 1e4 }}, stretch = false }}\n\
+            sections.b = {{ stiffness = {{ EI3 = {bending} }}, stretch = false }}\n\
+            supports = {{ A = \"clamped\", D = \"clamped\" }}\n\
+            [members]\nab = {{ nodes = [\"A\", \"B\"], section = \"c\" }}\nbm = {{ nodes = [\"B\", \"M\"], section = \"b\" }}\n\
+            mc = {{ nodes = [\"M\", \"C\"], section = \"b\" }}\ndc = {{ nodes = [\"D\", \"C\"], section = \"c\" }}\n\
+            [[steps]]\nforce = {{ B = [7.2, -9.6], C = [7.2, -9.6] }}\n"
+        );
+        let frame = Frame { beams: vec![bending], clamped: true, ..Frame::portal(f64::INFINITY) };
+        let exact = frame.critical_factor();
+        let solution = solve(&text);
+        let points = &solution.history.steps[0].critical_points;
+        let found = 12.0 * points.first().unwrap_or_else(|| panic!("no point: {stiffer}")).fraction;
+        assert!((found / exact - 1.0).abs() <= 1e-7, "{stiffer}: {found} instead of {exact}");
+    }
+}
+
 #[test]
 fn random_frames_buckle_at_the_loads_of_stability_functions() {
     let mut rng = fastrand::Rng::with_seed(11);

@@ -364,6 +364,19 @@ fn stiff_beams_on_columns_that_cannot_be_stretched_do_not_hide_the_factor() {
     }
 }
 
+/// The frame sways under a beam that is stiffer than its columns by more digits than a number has.
+#[test]
+fn a_beam_of_any_stiffness_leaves_the_factor_of_its_columns() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for stiffer in [1e3, 1e5, 1e7] {
+        let frame = Frame { beams: vec![1e4 * stiffer], clamped: true, ..Frame::portal(f64::INFINITY) };
+        let exact = frame.critical_factor();
+        let (found, stated) = first_factor(&directory, &frame, 0.5 * exact, &[]);
+        let error = (found / exact - 1.0).abs();
+        assert!(error <= 1e-7 && error <= 10.0 * stated, "{stiffer}: {error:.1e} off, {stated:.1e} stated");
+    }
+}
+
 /// Who asks for more does not get less.
 #[test]
 fn a_higher_accuracy_is_no_larger_error() {

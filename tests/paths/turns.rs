@@ -103,6 +103,32 @@ fn a_column_right_beyond_its_critical_load_is_not_called_straight() {
     assert!(!step.notes.contains(&Note::TooCoarse) && step.stable == Some(true));
 }
 
+/// A verdict right beside that load is right or none, on elements that are chosen and on two that are given: within a part of 1e-6
+/// of it rounding may hide it.
+#[test]
+fn a_column_is_judged_right_beside_its_critical_load() {
+    let critical = 4.0 * PI * PI;
+    for elements in ["", ", elements = 2"] {
+        for part in [1e-8, 1e-7, 1e-6, 3e-6, 1e-5, -1e-8, -1e-7, -1e-6, -1e-5] {
+            let load = -(1.0 + part) * critical;
+            let text = format!(
+                "format = \"pennate/1\"\ndimension = \"plane\"\nnodes = {{ A = [0, 0], B = [0, 1] }}\n\
+                sections.s = {{ stiffness = {{ EI3 = 1 }}, stretch = false }}\n\
+                members.m = {{ nodes = [\"A\", \"B\"], section = \"s\"{elements} }}\n\
+                supports = {{ A = \"clamped\", B = [\"ux\", \"rz\"] }}\n[[steps]]\nforce.B = [0, {load}]\n"
+            );
+            let solution = solve(&text);
+            let step = &solution.history.steps[0];
+            let found = (step.stable, step.critical_points.len());
+            assert!(part < 0.0 || found != (Some(true), 0), "{part} beyond{elements}: {found:?}");
+            assert!(part > 0.0 || found.0 != Some(false), "{part} beyond{elements}: {found:?}");
+            if elements.is_empty() && part.abs() >= 1e-6 {
+                assert_eq!(found, (Some(true), usize::from(part > 0.0)), "{part} beyond");
+            }
+        }
+    }
+}
+
 /// The moment of a beam-column is greatest beside its end: (a² + b²)½ of a cos kx + b sin kx.
 #[test]
 fn a_moment_that_is_greatest_beside_a_pin_is_found() {

@@ -455,12 +455,17 @@ impl<'a, const D: usize> Continuation<'a, D> {
         self.system.members.chains().map(|(pack, lane)| chain::variations(pack, lane)).collect()
     }
 
-    /// Notes where elements of the next order, whose state has just been found with so many negative pivots, have another verdict. What
-    /// a plane network does out of its plane is not asked.
+    /// Notes where elements of the next order, whose state has just been found with so many negative pivots, have another verdict, or
+    /// would have if what they change once more is taken away. What a plane network does out of its plane is not asked.
     fn note_other_verdict(&mut self, record: &mut StepHistory, other: usize) {
         let own = self.base.own;
-        let Some(refined) = self.refined.as_mut().filter(|_| record.stable.is_some() && own != other) else { return };
-        if self.base.potential && (other < own || refined.certain_negative() > own) {
+        let Some(refined) = self.refined.as_mut().filter(|_| record.stable.is_some() && self.base.potential) else {
+            return;
+        };
+        let differs = own != other && (other < own || refined.certain_negative() > own);
+        // A step that ends at a singular point says so.
+        let near = !differs && own == other && record.stable == Some(true) && record.status == Status::Converged;
+        if differs || near && self.system.is_far_stiffer(refined) {
             record.stable = None;
             record.notes.push(Note::TooCoarse);
         }

@@ -17,6 +17,7 @@ use pennate_elements::small::norm;
 use super::System;
 use super::members::MemberSlot;
 use super::tangent::{Inertia, any};
+use crate::chain::MemberEnds;
 use crate::linear::Pivots;
 use crate::mechanism::NEAR;
 use crate::reduce;
@@ -27,6 +28,9 @@ const LAST_PLACE: f64 = f64::EPSILON;
 /// Pivot within a member, over the diagonal entry it came from, whose sign rounding may hide: the elimination of some ten
 /// elements leaves ten units in the last place in each of its ten operations.
 const HIDDEN: f64 = 100.0 * f64::EPSILON;
+
+/// Part of what is left of a stiffness that elements of the next order leave too, where the mesh tells that there is some.
+const LEFT: f64 = 0.5;
 
 /// Part of a motion's stiffness that rounding and the residual may have taken at most where they hide no sign: iterations that
 /// look for the motion of which they take most are near it, and not at it.
@@ -82,14 +86,51 @@ impl<const D: usize> System<D> {
         let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
         let bare: Vec<_> = self.members.packs.iter().map(|pack| pack.bare_stiffness()).collect();
         let (mut softest, mut stiffest) = (f64::INFINITY, 0.0_f64);
+        let mut bends_less = false;
         for (member, own) in self.structure.members.iter().enumerate().take(self.members.count()) {
             let slot = &self.members.slots[member];
             let sections = (0..own.segments.len()).map(|segment| self.section(member, segment).section);
             let bending = sections.map(|section| if D == 3 { section.ei3 } else { section.ei2.min(section.ei3) });
-            softest = softest.min(bending.fold(f64::INFINITY, f64::min) / own.length().powi(3));
-            stiffest = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(stiffest, f64::max);
+            let bending = bending.fold(f64::INFINITY, f64::min) / own.length().powi(3);
+            let stiff = (0..translations).map(|i| bare[slot.pack][slot.lane][1][i][i].abs()).fold(0.0, f64::max);
+            bends_less |= LAST_PLACE * stiff > CLEAR * bending;
+            (softest, stiffest) = (softest.min(bending), stiffest.max(stiff));
         }
-        LAST_PLACE * stiffest > CLEAR * softest
+        // Sums in twice the digits leave every member its own.
+        bends_less || !self.tangent.linear.is_wide() && LAST_PLACE * stiffest > CLEAR * softest
+    }
+
+    /// Whether elements of the next order, in the same state, leave no half of what is left of the stiffness here, of the network as a
+    /// whole or of a member whose ends are held: what they change once more may be all of it. Both are stable.
+    ///
+    /// A state that is about to lose stability within a member shows at its ends alone, which answer to each other by one over the
+    /// stiffness that is left. A motion that needs no force has none on any elements.
+    pub(crate) fn is_far_stiffer(&mut self, refined: &mut Self) -> bool {
+        let of_all = |system: &mut Self| system.tangent.singular_test_of_all(&system.pattern, system.size);
+        let whole = of_all(self).zip(of_all(refined)).is_some_and(|(own, other)| other < LEFT * own);
+        whole && self.hidden_signs() == 0
+            || (0..self.members.count()).any(|member| self.is_far_stiffer_within(refined, member))
+    }
+
+    /// The same of one member.
+    fn is_far_stiffer_within(&self, refined: &Self, member: usize) -> bool {
+        let translations = self.pattern.equations.active.iter().filter(|component| **component < 3).count();
+        let (own, other) = (self.members.condensed(member), refined.members.condensed(member));
+        // Moments on both ends for turns of either.
+        let turns = |ends: &MemberEnds<D>, [row, column]: [usize; 2]| match [row / D, column / D] {
+            [0, 0] => ends.k00[row][column],
+            [0, _] => ends.k01[row][column - D],
+            [_, 0] => ends.k01[column][row - D],
+            _ => ends.k11[row - D][column - D],
+        };
+        let rotations = || (0..2 * D).filter(|i| i % D >= translations);
+        rotations().any(|row| {
+            let entries = rotations().map(|column| [&own, &other].map(|ends| turns(ends, [row, column])));
+            let (changed, all) = entries.fold((0.0, 0.0), |(changed, all), [own, other]| {
+                (changed + f64::abs(own - other), all + f64::abs(other))
+            });
+            changed > (1.0 - LEFT) * all
+        })
     }
 
     /// The largest part of the stiffness of a motion that may have been taken from it.
@@ -138,13 +179,12 @@ impl<const D: usize> System<D> {
 
     /// Looks at the factors of the tangent with so many times what may have been taken from it.
     fn in_doubt<R>(&mut self, times: f64, doubt: &[f64], look: impl FnOnce(&mut Self, Pivots) -> R) -> R {
-        let values = self.tangent.linear.values.clone();
-        for (value, doubt) in self.tangent.linear.values.iter_mut().zip(doubt) {
-            *value += times * doubt;
-        }
-        let pivots = self.tangent.linear.factorize();
+        let linear = &mut self.tangent.linear;
+        let (values, low) = (linear.values.clone(), linear.low.clone());
+        doubt.iter().enumerate().for_each(|(position, doubt)| linear.add(position, times * doubt));
+        let pivots = linear.factorize();
         let seen = look(self, pivots);
-        self.tangent.linear.values = values;
+        (self.tangent.linear.values, self.tangent.linear.low) = (values, low);
         self.tangent.linear.factorize();
         seen
     }
@@ -173,8 +213,13 @@ impl<const D: usize> System<D> {
         let zero = vec![0.0; self.tangent.linear.values.len()];
         let own: Vec<f64> = (0..self.tangent.linear.size()).map(|i| self.tangent.linear.diagonal(i).abs()).collect();
         let tangent = std::mem::replace(&mut self.tangent.linear.values, zero);
-        self.tangent.linear.shift(LAST_PLACE, &own);
+        let low = std::mem::take(&mut self.tangent.linear.low);
+        // Sums in twice the digits are rounded by less than what they are made of.
+        if low.is_empty() {
+            self.tangent.linear.shift(LAST_PLACE, &own);
+        }
         self.add_doubt(bare, taken);
+        self.tangent.linear.low = low;
         std::mem::replace(&mut self.tangent.linear.values, tangent)
     }
 

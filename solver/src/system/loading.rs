@@ -3,6 +3,7 @@
 use pennate_elements::small::{V3, add, norm, scale, sub};
 
 use super::members::Members;
+use super::parts::Parts;
 use crate::chain::{MOST_LANES, Pack};
 use crate::packs::{self, Auxiliary};
 use crate::structure::{Drive, Member, MemberId, NodeId, SectionState, Spring, Structure};
@@ -38,6 +39,9 @@ pub struct Fading {
     pub moment: V3<f64>,
 }
 
+/// Part of what bends the softest member as a whole that the rounding of a sum with others may take.
+const BENDS: f64 = 1e-5;
+
 /// What the section stiffness and the load of a member follow from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MadeOf {
@@ -61,6 +65,8 @@ struct Sections {
     slenderness: f64,
     /// Whether a strain that is not held is stiffer than what holds others.
     is_stiff: bool,
+    /// Stiffness of the member against stretch, as held by [`packs::AUXILIARY`] where it is no less, and EI/L³.
+    stretch_and_bending: [f64; 2],
 }
 
 /// How far loads, pressures and prescribed motions are, and what that makes of sections and nodes.
@@ -87,6 +93,8 @@ pub struct Loading {
     /// Force and moment that rounding alone may leave: 1e-10 of the stiffness.
     noise: [f64; 2],
     slenderness: f64,
+    /// Stiffness against stretch and EI/L³, the largest and the least of every part.
+    extremes: Vec<[f64; 2]>,
     holds_strains: bool,
 }
 
@@ -120,6 +128,7 @@ impl Loading {
             sections: vec![Sections::default(); structure.members.len()],
             noise: [0.0; 2],
             slenderness: 0.0,
+            extremes: Vec::new(),
             holds_strains: false,
         }
     }
@@ -182,13 +191,24 @@ impl Loading {
         self.slenderness
     }
 
+    /// Whether members of one part are so much stiffer than others that a sum of both in one number costs digits of what these bear.
+    pub(super) fn is_diverse(&self) -> bool {
+        self.extremes.iter().any(|[stretch, bending]| f64::EPSILON * stretch > BENDS * bending)
+    }
+
     /// Force that is rounding of the stiffness alone.
     pub(crate) fn rounding(&self) -> f64 {
         1e-6 * self.noise[0]
     }
 
     /// Brings loads on nodes, sections and loads along members up to date with the drives; `size` is that of the network.
-    pub(super) fn apply<const D: usize>(&mut self, structure: &Structure, members: &mut Members<D>, size: f64) {
+    pub(super) fn apply<const D: usize>(
+        &mut self,
+        structure: &Structure,
+        members: &mut Members<D>,
+        parts: &Parts,
+        size: f64,
+    ) {
         let mut gravity = [0.0; 3];
         let mut along: Vec<(MemberId, V3<f64>)> = Vec::new();
         self.nodes.fill(NodeLoad::default());
@@ -223,6 +243,8 @@ impl Loading {
             line[member] = add(line[member], load);
         }
         (self.noise, self.slenderness) = ([0.0; 2], 0.0);
+        self.extremes.clear();
+        self.extremes.resize(parts.count, [0.0, f64::INFINITY]);
         for pack in 0..members.packs.len() {
             let forces = self.carried_forces(members.packs[pack].as_ref());
             for lane in 0..members.packs[pack].mesh().members.len() {
@@ -239,6 +261,9 @@ impl Loading {
                     *noise = noise.max(own);
                 }
                 self.slenderness = self.slenderness.max(self.sections[member].slenderness);
+                let [stretch, bending] = self.sections[member].stretch_and_bending;
+                let [most, least] = &mut self.extremes[parts.members[member]];
+                (*most, *least) = (most.max(stretch), least.min(bending));
             }
         }
     }
@@ -304,6 +329,10 @@ impl MadeOf {
             let stiffest = forces.into_iter().filter(|force| force.is_finite()).fold(0.0, f64::max);
             let bending = if D == 3 { third } else { second.min(third) };
             sections.slenderness = sections.slenderness.max(description.length() * (stiffest / bending).sqrt());
+            let [stretch, bends] = packs::stretch_and_bending(&section, description.length(), &slot.turn, D == 3);
+            sections.stretch_and_bending[0] = sections.stretch_and_bending[0].max(stretch);
+            let least = sections.stretch_and_bending[1];
+            sections.stretch_and_bending[1] = if segment == 0 { bends } else { least.min(bends) };
             let weighs = self.gravity != [0.0; 3];
             let weight = if weighs { scale(section.section.mass_per_length, self.gravity) } else { [0.0; 3] };
             chain.set_segment(slot.lane, segment, &moduli, add(self.line, weight));

@@ -107,7 +107,7 @@ impl<const D: usize> System<D> {
         let symmetric = 0.5 * (small + small.transpose());
         let keeps = self.tangent.keeps_matrix;
         for &(i, j, position) in self.pattern.scatters.joints[joint].entries.iter().filter(|_| !keeps) {
-            self.tangent.linear.values[position as usize] += symmetric[(i as usize, j as usize)];
+            self.tangent.linear.add(position as usize, symmetric[(i as usize, j as usize)]);
         }
         let rest = small - symmetric;
         // Directions of turned supports round, and what is left of large terms may be small.

@@ -168,7 +168,7 @@ impl<const D: usize> System<D> {
 
     /// Brings sections, loads along members and loads on nodes up to date with the drives.
     pub fn apply_drives(&mut self) {
-        self.loading.apply(&self.structure, &mut self.members, self.size);
+        self.loading.apply(&self.structure, &mut self.members, &self.pattern.parts, self.size);
     }
 
     /// Eases stiff strains from here on, where there are any: see [`crate::packs::Auxiliary::easing`].
@@ -256,7 +256,7 @@ impl<const D: usize> System<D> {
         }
         // What is still pending moves each part in its own way.
         let moves = pending && self.pattern.equations.pending.iter().flatten().any(|&x| x != 0.0);
-        let side = self.pattern.side.clone().filter(|_| !moves);
+        let side = self.pattern.side.clone().filter(|_| !moves && !self.tangent.linear.is_wide());
         self.take_end_forces();
         if let Some(side) = &side {
             self.assemble_side(side);
@@ -304,6 +304,9 @@ impl<const D: usize> System<D> {
     /// Brings the equations up to date with the state, and empties matrix and forces before an assembly.
     pub(crate) fn begin(&mut self) {
         self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction);
+        if !self.tangent.keeps_matrix {
+            self.tangent.linear.widen(self.loading.is_diverse());
+        }
         self.tangent.clear();
     }
 
@@ -321,7 +324,7 @@ impl<const D: usize> System<D> {
         }
         let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
         let scatter = &self.pattern.scatters.members[index];
-        add_local(&self.pattern.equations, reduced, &joints, scatter, &mut self.tangent.linear.values);
+        add_local(&self.pattern.equations, reduced, &joints, scatter, &mut self.tangent.linear);
     }
 
     /// Adds springs, loads and the curvature of constraints, those of the plane system included.
@@ -443,8 +446,15 @@ impl<const D: usize> System<D> {
             self.tangent.stiffness[joints[0]][active[i]] += ends.k00[i][i];
             self.tangent.stiffness[joints[1]][active[i]] += ends.k11[i][i];
         }
-        let values = &mut self.tangent.linear.values;
         let blocks = [ends.k00.as_flattened(), ends.k01.as_flattened(), ends.k11.as_flattened()];
+        let linear = &mut self.tangent.linear;
+        if linear.is_wide() {
+            for (block, places) in blocks.into_iter().zip(&self.pattern.scatters.members[index].plain) {
+                places.iter().for_each(|&(place, position)| linear.add(position as usize, block[usize::from(place)]));
+            }
+            return;
+        }
+        let values = &mut linear.values;
         for (kind, places) in self.pattern.scatters.members[index].plain.iter().enumerate() {
             let block = blocks[kind];
             for &(place, position) in places {

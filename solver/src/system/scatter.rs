@@ -131,12 +131,12 @@ pub(super) fn add_local<const D: usize>(
     reduced: &Reduced,
     joints: &[usize],
     scatter: &Scatter,
-    values: &mut [f64],
+    linear: &mut Symmetric,
 ) {
     if !scatter.direct.is_empty() {
         let stiffness = reduced.stiffness.as_flattened();
         for &(place, position) in &scatter.direct {
-            values[position as usize] += stiffness[usize::from(place)];
+            linear.add(position as usize, stiffness[usize::from(place)]);
         }
         return;
     }
@@ -167,6 +167,6 @@ pub(super) fn add_local<const D: usize>(
     }
     for &(i, j, position) in &scatter.entries {
         let sum: f64 = (0..n).map(|c| half[i as usize][c] * basis[j as usize][c]).sum();
-        values[position as usize] += sum;
+        linear.add(position as usize, sum);
     }
 }

@@ -70,7 +70,7 @@ impl<const D: usize> System<D> {
     fn scatter_spring(&mut self, index: usize, reduced: &Reduced, joints: &[usize]) {
         if !self.tangent.keeps_matrix {
             let scatter = &self.pattern.scatters.springs[index];
-            add_local(&self.pattern.equations, reduced, joints, scatter, &mut self.tangent.linear.values);
+            add_local(&self.pattern.equations, reduced, joints, scatter, &mut self.tangent.linear);
         }
     }
 

@@ -336,9 +336,7 @@ impl<const D: usize> Tangent<D> {
     /// in the motion.
     pub(crate) fn softest_stiffness(&mut self, pattern: &Pattern<D>, size: f64) -> f64 {
         let x = self.softest_motion(pattern, size);
-        let mut kx = vec![0.0; x.len()];
-        self.linear.apply(&x, &mut kx);
-        let stiffness: f64 = x.iter().zip(&kx).map(|(x, k)| x * k).sum();
+        let stiffness = self.linear.energy(&self.linear.values, &x);
         let weight = |i: usize| self.linear.diagonal(i).abs().max(self.linear.rest[i]);
         let apart: f64 = x.iter().enumerate().map(|(i, x)| x * x * weight(i)).sum();
         if apart > 0.0 { stiffness / apart } else { 1.0 }
