@@ -399,7 +399,10 @@ impl<const D: usize> Continuation<'_, D> {
             count = self.count(&again.inertia);
             found = Convergence { iterations: found.iterations, ..again };
         }
+        // Increments are long where hardly anything moves, however much loads take of the stiffness.
+        let still = moved.iter().all(|moved| moved.largest() <= tuning.miss);
         if !conservative
+            && still
             && !flipped
             && step > tuning.bracket
             && !self.system.hangs()
