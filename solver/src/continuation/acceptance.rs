@@ -152,7 +152,7 @@ fn lowest_of_parabola([(a, fa), (b, fb), (c, fc)]: [(f64, f64); 3]) -> Option<(f
     let (left, right) = ((fb - fa) / (b - a), (fc - fb) / (c - b));
     let bend = (right - left) / (c - a);
     let lowest = 0.5 * (a + b) - 0.5 * left / bend;
-    (bend > 0.0 && lowest > a && lowest < c).then(|| (lowest, fa + (lowest - a) * (left + bend * (lowest - b))))
+    (bend > 0.0 && lowest > a && lowest < c).then_some((lowest, fa + (lowest - a) * (left + bend * (lowest - b))))
 }
 
 /// Whether the present state may lie on another path than the one that led to the last: `moved` from there by parts of the
