@@ -113,12 +113,12 @@ pub fn vibrations_tell<const D: usize>(system: &System<D>) -> bool {
 /// What small vibrations about a state in space do; nothing where that cannot be said. The verdict on a state whose loads have no
 /// potential.
 pub fn vibration_in_space(space: &System<6>, _: Dimension) -> Option<Vibration> {
-    vibrations_tell(space).then(|| flutter::judge(&|enrich| of_space(space, enrich)))?
+    vibrations_tell(space).then(|| flutter::judge(&space.structure, &|enrich| of_space(space, enrich)))?
 }
 
 /// The same about a state in the plane, in the plane alone or out of it too.
 pub fn vibration_in_plane(plane: &System<3>, stability: Dimension) -> Option<Vibration> {
-    vibrations_tell(plane).then(|| flutter::judge(&|enrich| of_plane(plane, stability, enrich)))?
+    vibrations_tell(plane).then(|| flutter::judge(&plane.structure, &|enrich| of_plane(plane, stability, enrich)))?
 }
 
 /// Whether every step of a history reached its end.

@@ -17,6 +17,7 @@ use crate::base::{Base, Reach};
 use crate::continuation::mesh_size;
 use crate::history::{Growth, Vibration};
 use crate::modes::Shifted;
+use crate::packs::HIGHEST;
 use crate::spectral::factor::Analyzed;
 use crate::spectral::operators::{Assembled, dot, matrix, multiply};
 use crate::spectral::pencil::Pencil;
@@ -27,7 +28,7 @@ use crate::system::System;
 /// Unknowns of a mesh up to which vibrations are looked at: those of 5,000 take two seconds.
 const MOST: usize = 5000;
 /// By how much the orders of elements are raised; those beyond the highest are that.
-const RAISED: [usize; 2] = [1, 4];
+const RAISED: usize = 4;
 /// Modes of the symmetric part in the space, and in the smaller one.
 const MODES: [usize; 2] = [32, 20];
 /// Responses to a force: the static one, and so many times the one to the inertia of the last.
@@ -73,10 +74,34 @@ pub(crate) fn may_judge<const D: usize>(system: &System<D>) -> bool {
 ///
 /// `state` gives the state on elements of an order higher by so much. A mesh that is fine enough for an equilibrium may be too
 /// coarse for its vibrations: they are those of the highest order, and those of a lower one must do the same.
-pub(crate) fn judge(state: &dyn Fn(usize) -> Option<Base>) -> Option<Vibration> {
-    let [coarse, fine] = RAISED.map(|enrich| state(enrich).and_then(about));
-    let kind = |vibration: &Vibration| std::mem::discriminant(&vibration.growth);
-    fine.filter(|fine| coarse.is_some_and(|coarse| kind(&coarse) == kind(fine)))
+pub(crate) fn judge(structure: &Structure, state: &dyn Fn(usize) -> Option<Base>) -> Option<Vibration> {
+    let highest = structure.members.iter().map(|member| member.order).max().unwrap_or(1);
+    // Raised by one, elements of the order below the highest would be those of the highest: they tell the error as they are, and are
+    // not fine enough to be asked for the verdict.
+    let is_below = highest + 1 >= HIGHEST;
+    let [coarse, fine] = [usize::from(!is_below), RAISED].map(|enrich| state(enrich).and_then(about));
+    let (fine, kind) = (fine?, |growth: &Growth| std::mem::discriminant(growth));
+    let coarse = coarse.map(|coarse| coarse.growth);
+    if !is_below && coarse.as_ref().map(kind) != Some(kind(&fine.growth)) {
+        return None;
+    }
+    let [rate, frequency] = parts(&fine.growth);
+    let size = rate.hypot(frequency);
+    let apart = coarse.map_or(size, |coarse| {
+        let [other_rate, other_frequency] = parts(&coarse);
+        (rate - other_rate).hypot(frequency - other_frequency)
+    });
+    let error = if size > 0.0 { fine.error + apart / size } else { 0.0 };
+    Some(Vibration { error, ..fine })
+}
+
+/// Rate and angular frequency of what grows.
+fn parts(growth: &Growth) -> [f64; 2] {
+    match *growth {
+        Growth::None => [0.0; 2],
+        Growth::Divergence { rate } => [rate, 0.0],
+        Growth::Flutter { frequency, rate } => [rate, frequency],
+    }
 }
 
 fn about(mut base: Base) -> Option<Vibration> {
@@ -104,8 +129,8 @@ fn about(mut base: Base) -> Option<Vibration> {
         inverse_squares(&pencil, &skew, &motions)
     });
     let smaller = std::mem::take(&mut spaces[1])?;
-    let growth = growth(&std::mem::take(&mut spaces[0])?, &smaller, shift)?;
-    Some(Vibration { mass, growth })
+    let (growth, error) = growth(&std::mem::take(&mut spaces[0])?, &smaller, shift)?;
+    Some(Vibration { mass, growth, error })
 }
 
 /// What the network yields to under forces where the unsymmetric part has some.
@@ -171,8 +196,8 @@ fn size_of(value: &[f64; 2]) -> f64 {
 }
 
 /// The fastest growth among the lowest frequencies, those known from both spaces; nothing where none is.
-fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growth> {
-    let mut found = None;
+fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<(Growth, f64)> {
+    let mut found: Option<(Growth, f64)> = None;
     let mut fastest = 0.0;
     let largest = values.first().map_or(0.0, size_of);
     for (index, value) in values.iter().take(JUDGED).enumerate() {
@@ -188,9 +213,11 @@ fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growt
             }
             break;
         }
-        found.get_or_insert(Growth::None);
+        found.get_or_insert((Growth::None, 0.0));
         // ω² = 1/μ − s
         let (real, imaginary) = (value[0] / (size * size) - shift, -value[1] / (size * size));
+        // The error of the root of ω², over the root.
+        let of_root = |square: f64| 0.5 * error / (size * size * square);
         if value[1].abs() > CLEAR * error + EQUAL * size {
             // The root of −ω² with a positive real part.
             let length = real.hypot(imaginary);
@@ -198,14 +225,14 @@ fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<Growt
             let frequency = (0.5 * (length + real)).max(0.0).sqrt();
             if rate > fastest {
                 fastest = rate;
-                found = Some(Growth::Flutter { frequency, rate });
+                found = Some((Growth::Flutter { frequency, rate }, of_root(length)));
             }
         } else if value[1].abs() > CLEAR * ROUNDING * largest + EQUAL * size {
             // Complex by less than the spaces differ: it may be one or the other.
             return None;
         } else if real < -ZERO * shift - CLEAR * error / (size * size) && (-real).sqrt() > fastest {
             fastest = (-real).sqrt();
-            found = Some(Growth::Divergence { rate: fastest });
+            found = Some((Growth::Divergence { rate: fastest }, of_root(-real)));
         }
     }
     found

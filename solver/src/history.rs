@@ -120,6 +120,9 @@ pub struct Vibration {
     pub mass: f64,
     /// The motion that grows fastest.
     pub growth: Growth,
+    /// Estimated error of its frequency and rate, over the root of the sum of their squares: what elements of a lower order, and
+    /// fewer motions, make of them.
+    pub error: f64,
 }
 
 /// How a vibration grows.

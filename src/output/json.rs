@@ -67,6 +67,9 @@ struct Vibration {
     /// Cycles over time.
     #[serde(skip_serializing_if = "Option::is_none")]
     frequency: Option<f64>,
+    /// Of both, over the root of the sum of the squares of rate and angular frequency.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<f64>,
 }
 
 impl From<&pennate_solver::history::Vibration> for Vibration {
@@ -76,7 +79,7 @@ impl From<&pennate_solver::history::Vibration> for Vibration {
             Growth::Divergence { rate } => ("divergence", Some(rate), None),
             Growth::Flutter { frequency, rate } => ("flutter", Some(rate), Some(frequency / std::f64::consts::TAU)),
         };
-        Self { mass: found.mass, growth, rate, frequency }
+        Self { mass: found.mass, growth, rate, frequency, error: rate.map(|_| found.error) }
     }
 }
 

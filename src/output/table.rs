@@ -304,7 +304,7 @@ fn jump_in_words(model: &Model, jump: &Jump) -> String {
 
 fn vibration_in_words(model: &Model, vibration: &Vibration) -> String {
     let mass = format!("without damping, and with a mass of {} {} in all", number(vibration.mass), model.units.mass());
-    let fold = |rate: f64| format!("e-fold in {}", duration(1.0 / rate));
+    let fold = |rate: f64| format!("e-fold in {} (error {:.1e})", duration(1.0 / rate), vibration.error);
     match vibration.growth {
         Growth::None => format!("the loads have no potential; no small vibration grows, {mass}."),
         Growth::Divergence { rate } => {

@@ -1,5 +1,6 @@
 //! Stability under loads without a potential: by small vibrations, with the masses that are known.
 
+use nalgebra::Complex;
 use pennate_solver::history::{Growth, StepHistory};
 use pennate_testing::network;
 
@@ -43,6 +44,37 @@ fn the_column_of_beck_flutters_at_its_critical_load() {
             other => panic!("{load}: {other:?}"),
         }
         assert_eq!(step.vibration.expect("vibrations").mass, 1.0);
+    }
+}
+
+/// Beyond its critical load Beck's column swings and grows by a root of 2 ω² + p² + p ω sin a sinh b + 2 ω² cos a cosh b = 0, where
+/// a² and b² are (p² / 4 + ω²)^½ with p / 2 added and taken away: rate and frequency are as near to it as they say.
+#[test]
+fn rates_and_frequencies_know_their_error() {
+    for load in [21.0, 25.0, 60.0, 90.0] {
+        let step = column(load, 0.0, None);
+        let vibration = step.vibration.expect("vibrations");
+        let Growth::Flutter { frequency, rate } = vibration.growth else { panic!("{load}: {:?}", vibration.growth) };
+        let found = Complex::new(frequency, rate);
+        let of = |omega: Complex<f64>| {
+            let root = (omega * omega + 0.25 * load * load).sqrt();
+            let (a, b) = ((root + 0.5 * load).sqrt(), (root - 0.5 * load).sqrt());
+            let squares = omega * omega * 2.0;
+            squares + load * load + omega * a.sin() * b.sinh() * load + squares * a.cos() * b.cosh()
+        };
+        // Newton's method from there, with differences.
+        let mut exact = found;
+        for _ in 0..20 {
+            let h = Complex::new(1e-6 * exact.norm(), 0.0);
+            exact -= of(exact) * h * 2.0 / (of(exact + h) - of(exact - h));
+        }
+        let error = (found - exact).norm() / exact.norm();
+        println!("{load}: {error:.1e}, {:.1e} stated", vibration.error);
+        assert!(
+            error <= 2.0 * vibration.error && vibration.error < 0.1,
+            "{load}: {error:.1e}, {:.1e} stated",
+            vibration.error
+        );
     }
 }
 
