@@ -71,10 +71,10 @@ pub(crate) fn near_motion<const D: usize>(system: &mut System<D>) -> Option<Near
     if stiffness.abs() >= NEAR {
         return None;
     }
+    let softest = system.tangent.softest_motion(&system.pattern, system.size);
     // In twice the digits what members are as a whole is not lost in their sum: what counts is how much of each is left.
     if system.tangent.linear.is_wide() {
-        let softest = system.tangent.softest_motion(&system.pattern, system.size);
-        let doubt = system.doubtful_stiffness();
+        let doubt = system.rounded_stiffness();
         let linear = &system.tangent.linear;
         let rounding = energy_in_doubt(system, &doubt, &softest);
         stiffness = f64::EPSILON * linear.energy(&linear.values, &softest) / rounding.max(f64::MIN_POSITIVE);
@@ -82,7 +82,6 @@ pub(crate) fn near_motion<const D: usize>(system: &mut System<D>) -> Option<Near
             return None;
         }
     }
-    let softest = system.tangent.softest_motion(&system.pattern, system.size);
     let motion = describe(system, &flat(system, &system.pattern.motions_of(&softest)));
     Some(NearMotion { motion, stiffness })
 }
