@@ -143,9 +143,10 @@ pub fn element<const D: usize>(pack: &dyn Pack<D>, lane: usize, index: usize) ->
 
 /// Where a member is at a unit coordinate of one of its elements.
 pub fn place<const D: usize>(pack: &dyn Pack<D>, lane: usize, index: usize, s: f64) -> Placement {
-    let local = at_nodes(pack.mesh(), &pack.local(lane, index), s);
-    let unloaded = pack.unloaded(lane, index);
-    interior(&unloaded.piece, &pack.node(lane, index), unloaded.position(s), &local)
+    let (nodes, unloaded) = (pack.local(lane, index), pack.unloaded(lane, index));
+    let local = at_nodes(pack.mesh(), &nodes, s);
+    let last = &nodes[pack.mesh().order - 1];
+    interior(&unloaded.piece, &pack.node(lane, index), last, unloaded.position(s), &local)
 }
 
 /// Interior state of an element at a unit coordinate: local unknowns, and mixed stress (extrapolated from the Gauss points).

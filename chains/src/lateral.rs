@@ -1,11 +1,11 @@
 //! The lateral stiffness of plane chains: what lies between the ends is eliminated, as in their plane.
 
 use pennate_elements::beam::{At, Beam, Ends, Local, Moduli};
-use pennate_elements::plane::{self, Pose};
+use pennate_elements::plane::{self, HalfWay, LateralTurn, Pose};
 use pennate_elements::real::{Real, Work, load};
 use pennate_elements::rotation;
 use pennate_elements::small::{
-    Ldl, V3, axpy, madd, mscale, scale, sub_tmul, sub_tmul_symmetric, tmul, transpose, zeros,
+    Ldl, V3, axpy, cross, madd, mscale, scale, sub_tmul, sub_tmul_symmetric, tmul, transpose, zeros,
 };
 
 use crate::{Chain, MOST_LANES, lanes};
@@ -145,19 +145,26 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut turn = None;
         let mut coupling = [zeros::<T, 3, 3>(); P];
         if self.loaded {
+            let half_way = HalfWay::new(frame.local[2]);
+            let seen = |[x, y, _]: V3<T>| {
+                let [x, y] = half_way.seen([x, y]);
+                [x, y, T::zero()]
+            };
             let load: V3<T> = scale(piece.length, self.loads[segment]);
-            let load = <plane::Plane as Beam<T, 3>>::pull_back(&frame, load);
+            let load = seen(<plane::Plane as Beam<T, 3>>::pull_back(&frame, load));
             let mut arm = scale(T::one() / piece.length, piece.bulge);
             for i in 0..P - 1 {
                 let weight = T::splat(self.table.integrals[i]);
                 let mut position = self.reference(e, i);
                 position[0] += local[i][0];
                 position[1] += local[i][1];
-                axpy(&mut arm, weight, position);
+                axpy(&mut arm, weight, seen(position));
                 // Row U₃ of the spatial coupling: columns of the spins about axes 1 and 2.
                 coupling[i][0] = [weight * load[1], -weight * load[0], T::zero()];
             }
-            turn = Some(mscale(-T::one(), rotation::second_variation(load, arm)));
+            let moment = cross(load, arm)[2];
+            let tangent = mscale(-T::one(), rotation::second_variation(load, arm));
+            turn = Some(LateralTurn { tangent, coupling: zeros(), moment });
         }
         for i in 0..P - 1 {
             let (above, below) = k.tangent.split_at_mut(i + 1);
@@ -167,7 +174,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             *softest = softest.max(ldl.largest);
             if let Some(turn) = &mut turn {
                 let solved = ldl.solve(&coupling[i]);
-                sub_tmul_symmetric(turn, &coupling[i], &solved);
+                sub_tmul_symmetric(&mut turn.tangent, &coupling[i], &solved);
                 for j in i + 1..P {
                     sub_tmul(&mut coupling[j], &row[j], &solved);
                 }
@@ -180,6 +187,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
                 sub_tmul_symmetric(&mut below[j - i - 1][j], &row[j], &solved);
             }
         }
-        plane::expand_lateral(&frame, &k.tangent[P - 1][P - 1], k.mixed_end, turn.as_ref(), Some(&coupling[P - 1]))
+        let turn = turn.map(|turn| LateralTurn { coupling: coupling[P - 1], ..turn });
+        plane::expand_lateral(&frame, &k.tangent[P - 1][P - 1], k.mixed_end, turn.as_ref())
     }
 }

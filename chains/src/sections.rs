@@ -73,7 +73,7 @@ pub fn sections<const D: usize>(
             let reference = own.nodes[i];
             let placement = match i + 1 == order {
                 true => pack.node(lane, e + 1),
-                false => interior(&own.piece, &from, reference, &local[i]),
+                false => interior(&own.piece, &from, &local[order - 1], reference, &local[i]),
             };
             let s = node(i + 1, order);
             let next = point(add(unloaded, tapply(&axes, &reference)), &placement, &axes, &own.bend(s));

@@ -25,9 +25,9 @@ pub fn middle<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> (V3<f64>, V3<f
         axpy(&mut carried, here, load);
         if left <= length * (1.0 + 1e-12) || e + 1 == mesh.elements() {
             let s = (left / length).min(1.0);
-            let local = at_nodes(mesh, &pack.local(lane, e), s);
-            let unloaded = pack.unloaded(lane, e);
-            let place = interior(&unloaded.piece, &pack.node(lane, e), [0.0; 3], &local);
+            let (nodes, unloaded) = (pack.local(lane, e), pack.unloaded(lane, e));
+            let local = at_nodes(mesh, &nodes, s);
+            let place = interior(&unloaded.piece, &pack.node(lane, e), &nodes[mesh.order - 1], [0.0; 3], &local);
             let bend = rotation::exp(scale(s * length, unloaded.curvature));
             let unloaded = tapply(&unloaded.piece.axes, &rotation::turn(bend, [1.0, 0.0, 0.0]));
             return (rotation::turn(place.rotation, unloaded), carried);
@@ -61,19 +61,22 @@ pub fn shape<const D: usize>(
         let axes = own.piece.axes;
         let from = pack.node(lane, e);
         let local = pack.local(lane, e);
+        let last = &local[order - 1];
         let strains = pack.strains(lane, e);
         let load = scale(own.piece.length / order as f64, segments[segment].load);
         for i in 0..order {
             let reference = own.nodes[i];
-            let placement =
-                if i + 1 == order { pack.node(lane, e + 1) } else { interior(&own.piece, &from, reference, &local[i]) };
+            let placement = match i + 1 == order {
+                true => pack.node(lane, e + 1),
+                false => interior(&own.piece, &from, last, reference, &local[i]),
+            };
             let at = add(unloaded, tapply(&axes, &reference));
             let next = point(at, &placement, &axes, &own.bend(node(i + 1, order)));
 
             // Statics: what acts on the start and on the part before the middle of the cell, on the curved axis.
             let s = node(2 * i + 1, 2 * order);
             let position_here = own.position(s);
-            let moved = interior(&own.piece, &from, position_here, &at_nodes(mesh, &local, s)).displacement;
+            let moved = interior(&own.piece, &from, last, position_here, &at_nodes(mesh, &local, s)).displacement;
             let middle = add(add(unloaded, tapply(&axes, &position_here)), moved);
             let here = sub(position(&shape.points[0]), middle);
             let half = scale(0.5, load);

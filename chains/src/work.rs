@@ -34,7 +34,7 @@ pub fn load_work<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> f64 {
         let (unloaded, local) = (pack.unloaded(lane, element), pack.local(lane, element));
         let mut mean = [0.0; 3];
         for (i, &weight) in integrals[..mesh.order - 1].iter().enumerate() {
-            let place = interior(&unloaded.piece, &first, unloaded.nodes[i], &local[i]);
+            let place = interior(&unloaded.piece, &first, &local[mesh.order - 1], unloaded.nodes[i], &local[i]);
             axpy(&mut mean, weight, place.displacement);
         }
         axpy(&mut mean, integrals[mesh.order - 1], last.displacement);

@@ -1,8 +1,9 @@
 //! What the chain of elements asks of a beam, in the plane and in space.
 //!
-//! An element of order P has nodes 0…P at equal distances of unloaded arclength. It works in the *local frame*, the
-//! material axes of its first node: unknowns of nodes 1…P are the displacement U against the unloaded shape and the
-//! rotation c against the first node, interpolated by Lagrange polynomials. Interior nodes live in the local frame for
+//! An element of order P has nodes 0…P at equal distances of unloaded arclength. It works in a *local frame* that is carried
+//! along by its first node and turns with that in the plane, with the mean of both ends in space: unknowns of nodes 1…P are
+//! the displacement U against the unloaded shape and the rotation against the first node, interpolated by Lagrange
+//! polynomials. Interior nodes live in the local frame for
 //! good, so that only the two end nodes are ever seen from outside. With D components a node (3 in the plane, 6 in
 //! space) a section has D strains and D stresses: Γ₁ Γ₂ κ₃ in the plane, Γ₁ Γ₂ Γ₃ κ₁ κ₂ κ₃ in space.
 //!
@@ -11,7 +12,7 @@
 //! Methods Appl. Mech. Engrg. 313, 2017). Where a stiffness is infinite the same number is the Lagrange multiplier of
 //! the constraint, and the strain tends to zero for whatever auxiliary stiffness stands in its place.
 //!
-//! Theory: docs/theory/frames.md, Eq. 2.1 to 2.3; docs/theory/mixed-points.md, Eq. 6.1 to 6.4.
+//! Theory: docs/theory/frames.md, Eq. 2.1 to 2.4; docs/theory/mixed-points.md, Eq. 6.1 to 6.4.
 
 use std::fmt::Debug;
 
@@ -117,11 +118,11 @@ pub struct Condensed<T, const D: usize> {
     pub gradient: [T; D],
     /// Second derivatives by the node and by the elongation of the element.
     pub mixed_end: [T; D],
-    /// Coupling to the turn of the first node, where loads along the element make one (in the plane column 0 alone).
+    /// Coupling to the turn of the frame, where loads along the element make one (in the plane column 0 alone).
     pub turn: Option<Turn<T, D>>,
 }
 
-/// Part of the tangent and gradient that belongs to the turn φ₀ of the local frame.
+/// Part of the tangent and gradient that belongs to the turn φ of the local frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn<T, const D: usize> {
     /// Second derivatives by the D motions of the node and by the three of the frame.
@@ -161,6 +162,9 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
 
     /// Local unknowns of the last node.
     fn last_local(frame: &Self::Frame) -> [T; D];
+
+    /// Local unknowns of a node between the ends; `reference` is its unloaded place.
+    fn local_at(piece: &Piece<T>, ends: [&Self::Pose; 2], node: &Self::Pose, reference: V3<T>) -> [T; D];
 
     /// Global force turned into the local frame.
     fn pull_back(frame: &Self::Frame, force: V3<T>) -> V3<T>;
@@ -227,17 +231,18 @@ pub trait Beam<T: Real, const D: usize>: Copy + Debug + Send + Sync + 'static {
     fn load_pose(row: &[f64]) -> Self::Pose;
 }
 
-/// Where an interior node of an element is: its local unknowns and unloaded local position seen from the first node.
+/// Where a point of an element is: by its unloaded local position and its local unknowns, and by those of the last node.
 pub fn interior<const D: usize>(
     piece: &Piece<f64>,
     first: &Placement,
+    last: &[f64; D],
     reference: V3<f64>,
     local: &[f64; D],
 ) -> Placement {
     if D == 3 {
         plane::interior(piece, first, reference, local)
     } else {
-        space::interior(piece, first, reference, local)
+        space::interior(piece, first, last, reference, local)
     }
 }
 

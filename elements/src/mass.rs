@@ -3,10 +3,10 @@
 //! The kinetic energy per unloaded length is ½ ρA |ẋ|² + ½ ω·J ω, J = diag(ρ(I₂ + I₃), ρI₂, ρI₃) in material axes, with the
 //! velocities that the element's own interpolation gives:
 //! ```text
-//! ẋ(s) = Σ Nᵢ u̇ᵢ + φ̇₀ × b(s)                                   i = 0…P
-//! ω(s) = φ̇₀ + Q Σ G(c)⁻¹ Nᵢ G(cᵢ) Qᵀ (φ̇ᵢ − φ̇₀)                i = 1…P
+//! ẋ(s) = Σ Nᵢ u̇ᵢ + φ̇ × b(s)                                    i = 0…P
+//! ω(s) = φ̇ + Q G(c)⁻¹ Σ Nᵢ G(cᵢ) Qᵀ (φ̇ᵢ − φ̇)                 i = 0…P
 //! ```
-//! u and φ are displacement and spin of the nodes, Q the local frame, c the Gibbs vector against the first node with
+//! u and φ are displacement and spin of the nodes, Q the local frame and φ̇ its spin, c the Gibbs vector against the frame with
 //! δc = G(c) ψ, and b what the unloaded curve bulges beyond the interpolation of its nodes. A rigid motion has its exact
 //! kinetic energy but for the interpolation of the deformed shape.
 //!
@@ -15,7 +15,10 @@
 use crate::beam::Piece;
 use crate::interpolation::{gauss, shapes};
 use crate::rotation;
-use crate::small::{M3, V3, apply, axpy, dot, identity, madd, mscale, mul, outer, scale, skew, sub, transpose};
+use crate::small::{
+    M3, V3, apply, axpy, diagonal, dot, identity, madd, mscale, mul, outer, scale, skew, transpose, zeros,
+};
+use crate::space::gibbs_map;
 use crate::whole::{Nodes, Rows};
 
 /// Gauss points: exact for products of the highest shape functions and a little more.
@@ -60,9 +63,13 @@ struct Velocities<const P: usize> {
     values: [f64; P],
     /// The bulge in global axes.
     bulge: V3<f64>,
-    /// Q G(c)⁻¹ Nᵢ G(cᵢ) Qᵀ, in material axes at the point.
+    /// The spin of the frame by those of both ends, from global into local axes.
+    frame: [M3<f64>; 2],
+    /// The frame's axes in global axes.
+    frame_axes: M3<f64>,
+    /// G(c)⁻¹ Nᵢ G(cᵢ) for nodes 1…P, in local axes; in the last place what both ends make of the spin between them.
     spins: [M3<f64>; P],
-    /// Material axes at the point in global axes, by rows.
+    /// Material axes at the point in local axes, by rows.
     axes: M3<f64>,
 }
 
@@ -75,8 +82,10 @@ impl<const P: usize> Velocities<P> {
         let mut c = [0.0; 3];
         for i in 0..P {
             axpy(&mut bulge, -values[i], nodes.reference[i]);
-            axpy(&mut c, values[i], gibbs(nodes, i));
+            let [_, _, _, x, y, z] = nodes.local[i];
+            axpy(&mut c, values[i], [x, y, z]);
         }
+        axpy(&mut c, -1.0, nodes.frame.half);
         let frame = nodes.frame.axes;
         let square = dot(c, c);
         let inverse = mscale(2.0 / (1.0 + square), madd(identity(), skew(c)));
@@ -84,46 +93,48 @@ impl<const P: usize> Velocities<P> {
             1.0 / (1.0 + square),
             madd(mscale(1.0 - square, identity()), madd(mscale(2.0, outer(c, c)), mscale(2.0, skew(c)))),
         );
-        let material = mul(&frame, &mul(&local, &rotation::matrix(rotation::exp(turn))));
-        let axes = transpose(&material);
-        let spins = std::array::from_fn(|i| {
-            let own = gibbs(nodes, i);
-            let map = mscale(0.5, madd(madd(identity(), skew(scale(-1.0, own))), outer(own, own)));
-            let along = mscale(values[i], mul(&inverse, &map));
-            mul(&axes, &mul(&frame, &mul(&along, &transpose(&frame))))
+        let axes = transpose(&mul(&local, &rotation::matrix(rotation::exp(turn))));
+        let shared: f64 = 0.5 * values[..P - 1].iter().sum::<f64>() + values[P - 1] - 0.5;
+        let spins = std::array::from_fn(|i| match i + 1 == P {
+            true => mscale(shared * nodes.frame.stretch(), inverse),
+            false => mscale(values[i], mul(&inverse, &gibbs_map(nodes.gibbs(i)))),
         });
-        Self { values, bulge: apply(&frame, &bulge), spins, axes }
+        let spin = nodes.frame_spin().map(|spin| mul(&spin, &transpose(&frame)));
+        Self { values, bulge: apply(&frame, &bulge), frame: spin, frame_axes: frame, spins, axes }
     }
 
     /// Rows of velocity in global axes and of spin in material axes, over the components of all nodes.
     fn rows(&self) -> [Vec<f64>; 6] {
         let mut rows: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; 6 * (P + 1)]);
-        let first = 1.0 - self.values.iter().sum::<f64>();
-        let lever = skew(scale(-1.0, self.bulge));
-        let mut spin = self.axes;
-        for i in 0..P {
-            spin = std::array::from_fn(|row| sub(spin[row], self.spins[i][row]));
-        }
-        for c in 0..3 {
-            rows[c][c] = first;
-            for k in 0..3 {
-                rows[c][3 + k] = lever[c][k];
-                rows[3 + c][3 + k] = spin[c][k];
-            }
-            for i in 0..P {
-                rows[c][6 * (i + 1) + c] = self.values[i];
-                for k in 0..3 {
-                    rows[3 + c][6 * (i + 1) + 3 + k] = self.spins[i][c][k];
+        let mut put = |half: usize, node: usize, component: usize, block: &M3<f64>| {
+            for a in 0..3 {
+                for b in 0..3 {
+                    rows[3 * half + a][6 * node + 3 * component + b] += block[a][b];
                 }
             }
+        };
+        let first = 1.0 - self.values.iter().sum::<f64>();
+        put(0, 0, 0, &diagonal(first));
+        let back = transpose(&self.frame_axes);
+        let lever = mul(&skew(scale(-1.0, self.bulge)), &self.frame_axes);
+        // What the interior nodes turn more than the frame.
+        let mut relative = zeros();
+        for i in 0..P {
+            put(0, i + 1, 0, &diagonal(self.values[i]));
+            if i + 1 < P {
+                relative = madd(relative, self.spins[i]);
+                put(1, i + 1, 1, &mul(&self.axes, &mul(&self.spins[i], &back)));
+            }
+        }
+        let carried = madd(identity(), mscale(-1.0, relative));
+        let between = mul(&self.axes, &mul(&self.spins[P - 1], &back));
+        for (end, spin, sign) in [(0, &self.frame[0], -1.0), (P, &self.frame[1], 1.0)] {
+            put(0, end, 1, &mul(&lever, spin));
+            put(1, end, 1, &mul(&self.axes, &mul(&carried, spin)));
+            put(1, end, 1, &mscale(sign, between));
         }
         rows
     }
-}
-
-fn gibbs<const P: usize>(nodes: &Nodes<P>, i: usize) -> V3<f64> {
-    let [_, _, _, a, b, c] = nodes.local[i];
-    [a, b, c]
 }
 
 #[cfg(test)]
@@ -139,7 +150,7 @@ mod tests {
         let (length, curvature) = (0.8, [0.4, -0.5, 1.3]);
         let place = |s: f64| scale(s, apply(&rotation::tangent_map(scale(s, curvature)), &[1.0, 0.0, 0.0]));
         let reference: [V3<f64>; P] = std::array::from_fn(|i| place(node(i + 1, P) * length));
-        let frame = Frame { axes: identity(), position: reference[P - 1], displacement: [0.0; 3], gibbs: [0.0; 3] };
+        let frame = Frame { axes: identity(), position: reference[P - 1], displacement: [0.0; 3], half: [0.0; 3] };
         let nodes = Nodes { frame: &frame, reference: &reference, local: &[[0.0; 6]; P] };
         let piece = Piece { length, axes: identity(), chord: reference[P - 1], bulge: [0.0; 3] };
         let inertia = Inertia { mass: 2.5, rotary: [0.3, 0.1, 0.2] };

@@ -210,6 +210,11 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     }
 
     #[inline(always)]
+    fn local_at(piece: &Piece<T>, [first, _]: [&Pose<T>; 2], node: &Pose<T>, reference: V3<T>) -> [T; 3] {
+        Self::last_local(&Self::frame(&Piece { chord: reference, ..*piece }, first, node))
+    }
+
+    #[inline(always)]
     fn pull_back(frame: &Frame<T>, force: V3<T>) -> V3<T> {
         let [x, y] = turned_back(frame.axis, [force[0], force[1]]);
         [x, y, T::zero()]
@@ -495,10 +500,47 @@ pub(crate) fn interior(piece: &Piece<f64>, first: &Placement, reference: V3<f64>
     }
 }
 
+/// The frame of a plane element turned on by half the angle of its last node, which is where spatial elements are seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct HalfWay<T> {
+    /// Half the angle of the last node.
+    pub angle: T,
+    sin: T,
+    versine: T,
+}
+
+impl<T: Real> HalfWay<T> {
+    /// For this angle of the last node against the first.
+    #[inline(always)]
+    pub fn new(angle: T) -> Self {
+        let angle = T::splat(0.5) * angle;
+        let (sin, versine) = sine_and_versine(angle);
+        Self { angle, sin, versine }
+    }
+
+    /// What a vector that is given in the frame of the first node changes by when it is seen from half way.
+    #[inline(always)]
+    fn less(&self, [x, y]: [T; 2]) -> [T; 2] {
+        [self.versine * x + self.sin * y, self.versine * y - self.sin * x]
+    }
+
+    /// A vector that is given in the frame of the first node, seen from half way.
+    #[inline(always)]
+    pub fn seen(&self, a: [T; 2]) -> [T; 2] {
+        add(a, self.less(a))
+    }
+
+    /// An axis of the frame of the first node, turned on to half way.
+    #[inline(always)]
+    fn turned_on(&self, [x, y]: [T; 2]) -> [T; 2] {
+        [x + self.versine * x - self.sin * y, y + self.versine * y + self.sin * x]
+    }
+}
+
 /// Tangent out of the plane of a plane element: local unknowns U₃, c₁, c₂ of nodes 1…P; and what turns with the frame.
 ///
 /// `at` is the plane state, `moduli` are the spatial ones. In-plane and out-of-plane parts of the spatial Hessian do not
-/// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
+/// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is, in its frame half way.
 #[inline(always)]
 pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     at: &At<T, 3, P>,
@@ -509,22 +551,31 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     out.tangent = [[zeros(); P]; P];
     let o = T::zero();
     let inverse = T::one() / at.piece.length;
+    let last = at.local[P - 1][2];
+    let half_way = HalfWay::new(last);
+    let turning = |g: usize, i: usize| {
+        let value = at.table.values[g][i];
+        T::splat(if i + 1 == P { value - L::SEEN_FROM } else { value })
+    };
     for g in 0..P {
         let weight = T::splat(at.table.weights[g]) * at.piece.length;
         let curved = at.curved.map(|axes| &axes[g]);
         let tangent = unloaded_tangent(curved);
         let (u, angle, kappa) = interpolate(at, g, at.local);
-        let [c, slope] = L::gibbs(angle, kappa);
+        let [c, slope] = L::gibbs(angle - T::splat(L::SEEN_FROM) * last, kappa);
         let start = unloaded::<T, L>(at.piece, tangent);
         let v = add(u, start);
+        // The same v from half way.
+        let seen = half_way.seen(v);
+        let shift = add(u, half_way.less(v));
         let (gibbs, slope) = ([o, o, c], [o, o, slope]);
-        let k = L::kinematics([u[0], u[1], o], [start[0], start[1], o], gibbs, slope, curved);
+        let k = L::kinematics([shift[0], shift[1], o], [start[0], start[1], o], gibbs, slope, curved);
         let stress = scale(weight, at.stress[g]);
         let n = turned(tangent, [stress[0], stress[1]]);
         let force = [n[0], n[1], o];
         let moment = [o, o, stress[2]];
         let stiffness = L::stiffness(moduli, square(v));
-        let geometric = L::geometric(force, moment, [v[0], v[1], o], gibbs, slope);
+        let geometric = L::geometric(force, moment, [seen[0], seen[1], o], gibbs, slope);
         let mut t = space::point_tangent(&k, &scale(weight, stiffness), &geometric);
         let [n1, n2, m3] = at.stress[g];
         let softening = L::softening(moduli, &[n1, n2, o, o, o, m3]);
@@ -537,9 +588,9 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
         let softened = L::softening(at.moduli, &at.stress[g]).map(|softening| (softening.pull, v));
         out.mixed_end = add(out.mixed_end, mixed_end(at, g, &flat, (n, m_v), softened));
         for i in 0..P {
-            let (ni, si) = (T::splat(at.table.values[g][i]), T::splat(at.table.slopes[g][i]) * inverse);
+            let (ni, si) = (turning(g, i), T::splat(at.table.slopes[g][i]) * inverse);
             for j in i..P {
-                let (nj, sj) = (T::splat(at.table.values[g][j]), T::splat(at.table.slopes[g][j]) * inverse);
+                let (nj, sj) = (turning(g, j), T::splat(at.table.slopes[g][j]) * inverse);
                 let (nn, ns, sn, ss) = (ni * nj, ni * sj, si * nj, si * sj);
                 let target = &mut out.tangent[i][j];
                 target[0][0] = target[0][0].plus(ss, t.vv[2][2]);
@@ -556,6 +607,18 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     }
 }
 
+/// What a load along an element adds to the tangent out of the plane: its turn with the frame about axes 1 and 2, in the frame
+/// half way.
+#[derive(Clone, Copy, Debug)]
+pub struct LateralTurn<T> {
+    /// Second derivatives by the spins of the frame.
+    pub tangent: M3<T>,
+    /// Second derivatives by U₃, c₁, c₂ of the last node and by these.
+    pub coupling: [[T; 3]; 3],
+    /// The moment of the load about z on the first node.
+    pub moment: T,
+}
+
 /// From the lateral tangent in local unknowns to both end nodes: components uz, φx, φy in global axes.
 ///
 /// `mixed_end` is the in-plane gradient at the last node with the mixed stresses, which turns with the frame.
@@ -564,12 +627,12 @@ pub fn expand_lateral<T: Real>(
     frame: &Frame<T>,
     tangent: &[[T; 3]; 3],
     mixed_end: [T; 3],
-    turn: Option<&M3<T>>,
-    coupling: Option<&[[T; 3]; 3]>,
+    turn: Option<&LateralTurn<T>>,
 ) -> Ends<T, 3> {
     let o = T::zero();
-    let (sin, cos) = (T::splat(0.5) * frame.local[2]).sin_cos();
-    let gibbs = sin / cos;
+    let half_way = HalfWay::new(frame.local[2]);
+    let (sin, cos) = (T::splat(0.5) * half_way.angle).sin_cos();
+    let half = sin / cos;
     let mut full = [[o; 6]; 6];
     const ROWS: [usize; 3] = [2, 3, 4];
     for (i, &a) in ROWS.iter().enumerate() {
@@ -577,27 +640,29 @@ pub fn expand_lateral<T: Real>(
             full[a][b] = tangent[i][j];
         }
     }
-    // The angle is twice the arc tangent of the Gibbs component.
-    let couple = T::splat(2.0) * mixed_end[2] / (T::one() + gibbs * gibbs);
-    let axis = frame.axis;
+    let axis = half_way.turned_on(frame.axis);
+    let position = half_way.seen(frame.position);
+    let [local_x, local_y] = add([frame.local[0], frame.local[1]], half_way.less(frame.position));
     let spatial = space::Frame {
         axes: [[axis[0], -axis[1], o], [axis[1], axis[0], o], [o, o, T::one()]],
-        position: [frame.position[0], frame.position[1], o],
-        displacement: [frame.local[0], frame.local[1], o],
-        gibbs: [o, o, gibbs],
+        position: [position[0], position[1], o],
+        displacement: [local_x, local_y, o],
+        half: [o, o, half],
     };
+    let force = half_way.seen([mixed_end[0], mixed_end[1]]);
+    // The force at the last node turns the frame, and that with half of what the node turns by.
+    let about = force[0] * position[1] - force[1] * position[0] + turn.map_or(o, |turn| turn.moment);
+    let couple = (mixed_end[2] - T::splat(0.5) * about) / spatial.stretch();
     let condensed = Condensed {
         tangent: full,
         gradient: [o; 6],
-        mixed_end: [mixed_end[0], mixed_end[1], o, o, o, couple],
-        turn: turn.map(|tangent| {
-            let mut rows = [[o; 3]; 6];
-            if let Some(coupling) = coupling {
-                for (i, &a) in ROWS.iter().enumerate() {
-                    rows[a] = coupling[i];
-                }
+        mixed_end: [force[0], force[1], o, o, o, couple],
+        turn: turn.map(|turn| {
+            let mut coupling = [[o; 3]; 6];
+            for (row, own) in ROWS.iter().zip(turn.coupling) {
+                coupling[*row] = own;
             }
-            crate::beam::Turn { coupling: rows, tangent: *tangent, gradient: [o; 3] }
+            crate::beam::Turn { coupling, tangent: turn.tangent, gradient: [o, o, turn.moment] }
         }),
     };
     let ends = <space::Space as Beam<T, 6>>::expand(&spatial, &condensed);

@@ -1,16 +1,17 @@
-//! The geometrically exact beam in space (Simo–Reissner), rotations by Gibbs vectors relative to the first node.
+//! The geometrically exact beam in space (Simo–Reissner), rotations by Gibbs vectors relative to the mean of its ends.
 //!
-//! With the local position X(s), v = X′, the Gibbs vector c(s) = tan(θ/2) n against the first node, d = c′ and
-//! t = 2/(1 + c·c) the strains, in axes turned back by the initial curvature, are
+//! With the local position X(s), v = X′, the Gibbs vector c(s) = tan(θ/2) n against the mean rotation of the ends, d = c′
+//! and t = 2/(1 + c·c) the strains, in axes turned back by the initial curvature, are
 //! ```text
 //! Γ − Γ₀ = U′ + t (c × (c × v) − c × v)        κ − κ₀ = t (d − c × d)
 //! ```
 //! They need + − × ÷ alone. Rest strains vanish identically in the unloaded state, also for a curved rod, since c
 //! measures against the unloaded curve. Their second derivatives are sums of rank-one and skew matrices; the tangent is
 //! the Hessian in the chart exp(φ) R and symmetric. J. C. Simo, Comput. Methods Appl. Mech. Engrg. 49 (1985); the
-//! objectivity of relative rotations: M. A. Crisfield, G. Jelenić, Proc. R. Soc. A 455 (1999).
+//! objectivity of relative rotations: M. A. Crisfield, G. Jelenić, Proc. R. Soc. A 455 (1999). Seen from the mean of its
+//! ends an element is the same from either of them, so that a symmetric network is one on its mesh, too.
 //!
-//! Theory: docs/theory/rod.md, Eq. 1.4 and 1.5; docs/theory/frames.md, Eq. 2.2 and 2.3.
+//! Theory: docs/theory/rod.md, Eq. 1.4 and 1.5; docs/theory/frames.md, Eq. 2.1 to 2.4.
 
 use std::marker::PhantomData;
 
@@ -59,8 +60,22 @@ pub struct Frame<T> {
     pub position: V3<T>,
     /// Displacement of the last node against the unloaded shape carried along by the frame.
     pub displacement: V3<T>,
-    /// Gibbs vector of the last node.
-    pub gibbs: V3<T>,
+    /// Gibbs vector of half the rotation from the first node to the last: that from the frame to the last.
+    pub half: V3<T>,
+}
+
+impl<T: Real> Frame<T> {
+    /// (1 + g·g)/2, by which a spin of the last node against the first changes twice the half rotation g.
+    #[inline(always)]
+    pub fn stretch(&self) -> T {
+        T::splat(0.5) * (T::one() + dot(self.half, self.half))
+    }
+
+    /// The spin of the frame, for that of the first node and what the last node turns more, in local axes.
+    #[inline(always)]
+    pub fn spin(&self, first: V3<T>, more: V3<T>) -> V3<T> {
+        add(first, scale(T::splat(0.5), sub(more, cross(self.half, more))))
+    }
 }
 
 /// Strain at a point and its first derivatives with respect to v, c and d, in material axes.
@@ -197,15 +212,25 @@ pub fn point_tangent<T: Real>(k: &Kinematics<T>, c6: &[T; 6], geometric: &Geomet
     }
 }
 
-/// U′, c and c′ at a Gauss point, and the unloaded tangent there.
+/// How the rotation that a law sees at a Gauss point follows the unknown of node i + 1.
 #[inline(always)]
-fn interpolate<T: Real, const P: usize>(at: &At<T, 6, P>, g: usize, field: &[[T; 6]; P]) -> (V3<T>, V3<T>, V3<T>) {
+fn turning<L: LocalLaw, T: Real, const P: usize>(table: &Table<P>, g: usize, i: usize) -> T {
+    T::splat(if i + 1 == P { table.values[g][i] - L::SEEN_FROM } else { table.values[g][i] })
+}
+
+/// U′, c and c′ at a Gauss point.
+#[inline(always)]
+fn interpolate<L: LocalLaw, T: Real, const P: usize>(
+    at: &At<T, 6, P>,
+    g: usize,
+    field: &[[T; 6]; P],
+) -> (V3<T>, V3<T>, V3<T>) {
     let inverse = T::one() / at.piece.length;
     let mut u = [T::zero(); 3];
     let mut c = [T::zero(); 3];
     let mut d = [T::zero(); 3];
     for (i, node) in field.iter().enumerate() {
-        let value = T::splat(at.table.values[g][i]);
+        let value = turning::<L, T, P>(at.table, g, i);
         let slope = T::splat(at.table.slopes[g][i]) * inverse;
         let [x, y, z, a, b, e] = *node;
         axpy(&mut u, slope, [x, y, z]);
@@ -234,7 +259,7 @@ fn add_node<T: Real>(node: &mut [T; 6], value: T, slope: T, [v, c, d]: [V3<T>; 3
 
 /// The block of the local tangent that belongs to nodes i + 1 and j + 1.
 #[inline(always)]
-fn node_tangent<T: Real, const P: usize>(
+fn node_tangent<L: LocalLaw, T: Real, const P: usize>(
     table: &Table<P>,
     inverse: T,
     points: &[PointTangent<T>; P],
@@ -244,7 +269,7 @@ fn node_tangent<T: Real, const P: usize>(
     let o = T::zero();
     let (mut vv, mut vc, mut cv, mut cc) = ([[o; 3]; 3], [[o; 3]; 3], [[o; 3]; 3], [[o; 3]; 3]);
     for (g, t) in points.iter().enumerate() {
-        let (ni, nj) = (T::splat(table.values[g][i]), T::splat(table.values[g][j]));
+        let (ni, nj) = (turning::<L, T, P>(table, g, i), turning::<L, T, P>(table, g, j));
         let (si, sj) = (T::splat(table.slopes[g][i]) * inverse, T::splat(table.slopes[g][j]) * inverse);
         let (ss, sn, ns, nn) = (si * sj, si * nj, ni * sj, ni * nj);
         for a in 0..3 {
@@ -283,13 +308,37 @@ fn soften<T: Real>(k: &mut Kinematics<T>, softening: &Softening<T>, v: V3<T>) {
     }
 }
 
-/// The map from ψ, the spin of the last node against the first, to the change of the Gibbs vector.
+/// The map from the spin of a node against the frame to the change of its Gibbs vector c.
 #[inline(always)]
-fn gibbs_map<T: Real>(c: V3<T>) -> M3<T> {
+pub(crate) fn gibbs_map<T: Real>(c: V3<T>) -> M3<T> {
     let half = T::splat(0.5);
     let h = scale(half, c);
     let turn = [[half, h[2], -h[1]], [-h[2], half, h[0]], [h[1], -h[0], half]];
     plus_outer(turn, h, c)
+}
+
+/// Gibbs vector of half the rotation that leads from `a` to `b`, by at most half a turn, in axes that turn with `a`.
+#[inline(always)]
+fn half_gibbs<T: Real>(a: Quaternion<T>, b: Quaternion<T>) -> V3<T> {
+    let r = compose(rotation::inverse(a), b);
+    // Both signs of a quaternion are one rotation.
+    let f = r[0] / (r[0].abs() + r[0] * r[0]);
+    [r[1] * f, r[2] * f, r[3] * f]
+}
+
+/// The rotation by a Gibbs vector in the unloaded axes of an element, after another one.
+#[inline(always)]
+fn turned_on<T: Real>(piece: &Piece<T>, rotation: Quaternion<T>, gibbs: V3<T>) -> Quaternion<T> {
+    let [x, y, z] = tapply(&piece.axes, &gibbs);
+    rotation::normalize(compose(rotation, [T::one(), x, y, z]))
+}
+
+/// Displacement of a node against the unloaded shape that a rotation carries along, in local axes; `chord` is its unloaded place.
+#[inline(always)]
+fn displacement_against<T: Real>(piece: &Piece<T>, rotation: Quaternion<T>, chord: V3<T>, relative: V3<T>) -> V3<T> {
+    let back = rotation::inverse(rotation);
+    let carried = turn_less_identity(back, tapply(&piece.axes, &chord));
+    apply(&piece.axes, &add(rotation::turn(back, relative), carried))
 }
 
 #[inline(always)]
@@ -319,32 +368,45 @@ fn blocks<T: Real>(a: &M3<T>, b: &M3<T>, c: &M3<T>, d: &M3<T>) -> [[T; 6]; 6] {
     [join(a[0], b[0]), join(a[1], b[1]), join(a[2], b[2]), join(c[0], d[0]), join(c[1], d[1]), join(c[2], d[2])]
 }
 
-/// From the tangent in local unknowns (X, c) to blocks in (u, φ₀, ψ) in the local frame: uu, uφ, uψ, φφ, φψ, ψψ.
+/// From the tangent in local unknowns (X, e), e twice the half rotation, to blocks in (u, φ₀, ψ) in the local frame:
+/// uu, uφ, uψ, φφ, φψ, ψψ.
 #[inline(always)]
 pub fn end_blocks<T: Real>(frame: &Frame<T>, condensed: &Condensed<T, 6>) -> [M3<T>; 6] {
     let k = &condensed.tangent;
     let (f, w) = split(&condensed.mixed_end);
-    let map = gibbs_map(frame.gibbs);
-    let m = tapply(&map, &w);
-    let x = frame.position;
-    let half = T::splat(0.5);
-    let (kxx, kxc, kcc) = (block(k, 0, 0), block(k, 0, 3), block(k, 3, 3));
+    let (x, g, s) = (frame.position, frame.half, frame.stretch());
+    let (half, quarter) = (T::splat(0.5), T::splat(0.25));
+    let (kxx, kxe, kee) = (block(k, 0, 0), block(k, 0, 3), block(k, 3, 3));
+
+    // With the spin of the frame in the place of φ₀.
+    let m = scale(s, w);
+    let mut moment = cross(f, x);
     let kxx_x = mul_skew(&kxx, x);
-    let uw = mul(&kxc, &map);
-    let hm = scale(half, m);
-    let mc = outer(hm, frame.gibbs);
-    let ww = tmul_symmetric(&madd(mc, transpose(&mc)), &map, &mul(&kcc, &map));
+    let mut uw = mscale(s, kxe);
     let mut uf = madd(kxx_x, skew(scale(-T::one(), f)));
     let mut ff = madd(skew_tmul(x, &kxx_x), second_variation(f, x));
-    let mut fw = madd(skew_tmul(x, &uw), skew(hm));
+    let mut fw = madd(skew_tmul(x, &uw), skew(scale(half, m)));
     if let Some(turn) = &condensed.turn {
         let [x1, x2, x3, c1, c2, c3] = turn.coupling;
-        let (kxf, kcf) = ([x1, x2, x3], [c1, c2, c3]);
+        let (kxf, kef) = ([x1, x2, x3], [c1, c2, c3]);
         let xk = skew_tmul(x, &kxf);
         uf = madd(uf, kxf);
         ff = madd(madd(ff, turn.tangent), madd(xk, transpose(&xk)));
-        fw = madd(fw, tmul(&kcf, &map));
+        fw = madd(fw, mscale(s, transpose(&kef)));
+        moment = add(moment, turn.gradient);
     }
+    // The second variation of the frame itself.
+    let along = outer(scale(quarter, moment), g);
+    fw = madd(fw, madd(along, diagonal(-quarter * dot(moment, g))));
+    let mg = outer(scale(quarter, m), g);
+    let mut ww = madd(mscale(s * s, kee), madd(mg, transpose(&mg)));
+
+    // The frame turns with both ends: φ₀ + B ψ, B = ½ (I − ĝ).
+    let b = madd(diagonal(half), skew(scale(-half, g)));
+    let before = tmul(&b, &fw);
+    uw = madd(uw, mul(&uf, &b));
+    fw = madd(fw, mul(&ff, &b));
+    ww = tmul_symmetric(&madd(ww, transpose(&before)), &b, &fw);
     [kxx, uf, uw, ff, fw, ww]
 }
 
@@ -355,19 +417,26 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
 
     #[inline(always)]
     fn frame(piece: &Piece<T>, first: &Pose<T>, last: &Pose<T>) -> Frame<T> {
-        let back = rotation::inverse(first.rotation);
+        let half = apply(&piece.axes, &half_gibbs(first.rotation, last.rotation));
+        let mean = turned_on(piece, first.rotation, half);
         let relative = sub(last.displacement, first.displacement);
-        let chord = tapply(&piece.axes, &piece.chord);
-        let turned = add(rotation::turn(back, relative), turn_less_identity(back, chord));
-        let displacement = apply(&piece.axes, &turned);
-        let axes = mul(&matrix(first.rotation), &transpose(&piece.axes));
-        let gibbs = apply(&piece.axes, &relative_gibbs(first.rotation, last.rotation));
-        Frame { axes, position: add(piece.chord, displacement), displacement, gibbs }
+        let displacement = displacement_against(piece, mean, piece.chord, relative);
+        let axes = mul(&matrix(mean), &transpose(&piece.axes));
+        Frame { axes, position: add(piece.chord, displacement), displacement, half }
     }
 
     #[inline(always)]
     fn last_local(frame: &Frame<T>) -> [T; 6] {
-        join(frame.displacement, frame.gibbs)
+        join(frame.displacement, scale(T::splat(2.0), frame.half))
+    }
+
+    #[inline(always)]
+    fn local_at(piece: &Piece<T>, [first, last]: [&Pose<T>; 2], node: &Pose<T>, reference: V3<T>) -> [T; 6] {
+        let half = apply(&piece.axes, &half_gibbs(first.rotation, last.rotation));
+        let mean = turned_on(piece, first.rotation, half);
+        let relative = sub(node.displacement, first.displacement);
+        let gibbs = apply(&piece.axes, &relative_gibbs(mean, node.rotation));
+        join(displacement_against(piece, mean, reference, relative), add(half, gibbs))
     }
 
     #[inline(always)]
@@ -384,7 +453,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
             let weight = T::splat(at.table.weights[g]) * at.piece.length;
             let curved = at.curved.map(|axes| &axes[g]);
             let unloaded = L::unloaded(at.piece, unloaded_tangent(curved));
-            let (u, c, d) = interpolate(at, g, at.local);
+            let (u, c, d) = interpolate::<L, T, P>(at, g, at.local);
             let v = add(unloaded, u);
             let mut k = L::kinematics(u, unloaded, c, d, curved);
 
@@ -408,7 +477,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
             let r_c = add(tapply(&k.gamma_c, &n), tapply(&k.kappa_c, &m));
             let r_d = tapply(&k.kappa_d, &m);
             for i in 0..P {
-                let value = T::splat(at.table.values[g][i]);
+                let value = turning::<L, T, P>(at.table, g, i);
                 let slope = T::splat(at.table.slopes[g][i]) * inverse;
                 add_node(&mut out.gradient[i], value, slope, [r_v, r_c, r_d]);
             }
@@ -417,7 +486,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
             }
 
             let (n, m) = split(&scale(weight, at.stress[g]));
-            let value = T::splat(at.table.values[g][P - 1]);
+            let value = turning::<L, T, P>(at.table, g, P - 1);
             let slope = T::splat(at.table.slopes[g][P - 1]) * inverse;
             let mut mixed_v = tapply(&k.gamma_v, &n);
             if let Some(softening) = &softening {
@@ -441,7 +510,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         if TANGENT {
             for i in 0..P {
                 for j in i..P {
-                    node_tangent(at.table, inverse, &points, [i, j], &mut out.tangent[i][j]);
+                    node_tangent::<L, T, P>(at.table, inverse, &points, [i, j], &mut out.tangent[i][j]);
                 }
             }
         }
@@ -453,7 +522,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         for (g, stress) in stress.iter_mut().enumerate() {
             *stress = at.stress[g];
             let curved = at.curved.map(|axes| &axes[g]);
-            let (u, c, d) = interpolate(at, g, at.local);
+            let (u, c, d) = interpolate::<L, T, P>(at, g, at.local);
             let unloaded = L::unloaded(at.piece, unloaded_tangent(curved));
             let v = add(unloaded, u);
             let mut k = L::kinematics(u, unloaded, c, d, curved);
@@ -461,7 +530,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
                 soften(&mut k, &softening, v);
             }
             let stiffness = L::stiffness(at.moduli, dot(v, v));
-            let (du, dc, dd) = interpolate(at, g, change);
+            let (du, dc, dd) = interpolate::<L, T, P>(at, g, change);
             let gamma = add(k.gamma, add(apply(&k.gamma_v, &du), apply(&k.gamma_c, &dc)));
             let kappa = add(k.kappa, add(apply(&k.kappa_c, &dc), apply(&k.kappa_d, &dd)));
             let elastic = sub(join(gamma, kappa), at.moduli.rest);
@@ -477,7 +546,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
         let mut strains = [[T::zero(); 6]; P];
         for (g, strain) in strains.iter_mut().enumerate() {
             let curved = at.curved.map(|axes| &axes[g]);
-            let (u, c, d) = interpolate(at, g, at.local);
+            let (u, c, d) = interpolate::<L, T, P>(at, g, at.local);
             let k = L::kinematics(u, L::unloaded(at.piece, unloaded_tangent(curved)), c, d, curved);
             *strain = join(k.gamma, k.kappa);
         }
@@ -512,41 +581,40 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
     #[inline(always)]
     fn expand_gradient(frame: &Frame<T>, gradient: &[T; 6], turn: V3<T>) -> [[T; 6]; 2] {
         let (f, w) = split(gradient);
-        let m = tapply(&gibbs_map(frame.gibbs), &w);
-        let first = sub(add(turn, cross(f, frame.position)), m);
+        let moment = add(turn, cross(f, frame.position));
+        let half = scale(T::splat(0.5), add(moment, cross(frame.half, moment)));
+        let last = add(half, scale(frame.stretch(), w));
+        let first = sub(moment, last);
         let force = apply(&frame.axes, &f);
-        [join(scale(-T::one(), force), apply(&frame.axes, &first)), join(force, apply(&frame.axes, &m))]
+        [join(scale(-T::one(), force), apply(&frame.axes, &first)), join(force, apply(&frame.axes, &last))]
     }
 
     #[inline(always)]
     fn restrict(frame: &Frame<T>, first: &[T; 6], last: &[T; 6]) -> ([T; 6], V3<T>) {
         let (u0, p0) = split(first);
         let (u1, p1) = split(last);
-        let turn = tapply(&frame.axes, &p0);
+        let more = tapply(&frame.axes, &sub(p1, p0));
+        let turn = frame.spin(tapply(&frame.axes, &p0), more);
         let u = add(tapply(&frame.axes, &sub(u1, u0)), cross(frame.position, turn));
-        let spin = tapply(&frame.axes, &sub(p1, p0));
-        (join(u, apply(&gibbs_map(frame.gibbs), &spin)), turn)
+        (join(u, scale(frame.stretch(), more)), turn)
     }
 
     #[inline(always)]
     fn moved(piece: &Piece<T>, ends: [&Pose<T>; 2], turns: [&[T; 6]; 2], local: &[T; 6], shift: &[T; 6]) -> [T; 6] {
         let (first, last) = (split(turns[0]).1, split(turns[1]).1);
         let turned = compose(rotation::exp(sub(last, first)), ends[1].rotation);
-        let gibbs = apply(&piece.axes, &relative_gibbs(ends[0].rotation, turned));
-        join(split(&add(*local, *shift)).0, gibbs)
+        let half = apply(&piece.axes, &half_gibbs(ends[0].rotation, turned));
+        join(split(&add(*local, *shift)).0, scale(T::splat(2.0), half))
     }
 
     #[inline(always)]
     fn last(piece: &Piece<T>, first: &Pose<T>, local: &[T; 6]) -> Pose<T> {
-        let (u, c) = split(local);
-        let carried = turn_less_identity(first.rotation, tapply(&piece.axes, &piece.chord));
-        let shifted = rotation::turn(first.rotation, tapply(&piece.axes, &u));
-        let gibbs = tapply(&piece.axes, &c);
-        let relative = [T::one(), gibbs[0], gibbs[1], gibbs[2]];
-        Pose {
-            displacement: add(first.displacement, add(carried, shifted)),
-            rotation: rotation::normalize(compose(first.rotation, relative)),
-        }
+        let (u, e) = split(local);
+        let half = scale(T::splat(0.5), e);
+        let mean = turned_on(piece, first.rotation, half);
+        let carried = turn_less_identity(mean, tapply(&piece.axes, &piece.chord));
+        let shifted = rotation::turn(mean, tapply(&piece.axes, &u));
+        Pose { displacement: add(first.displacement, add(carried, shifted)), rotation: turned_on(piece, mean, half) }
     }
 
     #[inline(always)]
@@ -635,15 +703,21 @@ impl<T: Real, L: LocalLaw> Beam<T, 6> for SpatialBeam<L> {
 }
 
 /// See [`beam::interior`](crate::beam::interior).
-pub(crate) fn interior(piece: &Piece<f64>, first: &Placement, reference: V3<f64>, local: &[f64]) -> Placement {
-    let (u, c) = ([local[0], local[1], local[2]], [local[3], local[4], local[5]]);
-    let carried = turn_less_identity(first.rotation, tapply(&piece.axes, &reference));
-    let shifted = rotation::turn(first.rotation, tapply(&piece.axes, &u));
-    let gibbs = tapply(&piece.axes, &c);
-    let relative = rotation::normalize([1.0, gibbs[0], gibbs[1], gibbs[2]]);
+pub(crate) fn interior(
+    piece: &Piece<f64>,
+    first: &Placement,
+    last: &[f64],
+    reference: V3<f64>,
+    local: &[f64],
+) -> Placement {
+    let half = [0.5 * last[3], 0.5 * last[4], 0.5 * last[5]];
+    let (u, c) = ([local[0], local[1], local[2]], sub([local[3], local[4], local[5]], half));
+    let mean = turned_on(piece, first.rotation, half);
+    let carried = turn_less_identity(mean, tapply(&piece.axes, &reference));
+    let shifted = rotation::turn(mean, tapply(&piece.axes, &u));
     Placement {
         displacement: add(first.displacement, add(carried, shifted)),
-        rotation: compose(first.rotation, relative),
+        rotation: turned_on(piece, mean, c),
         angle: 0.0,
     }
 }

@@ -6,13 +6,18 @@
 //! ```text
 //! K = Jᵀ k J + Σᵢ (second variation of node i's local unknowns against fᵢ, wᵢ)
 //! ```
-//! The second variation is that of [`Beam::expand`], node by node, since the local unknowns of a node depend on its own
-//! motion and that of the first node alone.
+//! The local unknowns of a node depend on its own motion and on that of the frame, whose spin follows both ends.
+//!
+//! Theory: docs/theory/frames.md, Eq. 2.1 to 2.4.
 
-use crate::beam::{At, Beam, Condensed, Local, Moduli};
+use crate::beam::{At, Beam, Local, Moduli};
 use crate::laws::LocalLaw;
-use crate::small::{M3, V3, add, rotate, scale, zeros};
-use crate::space::{Frame, Space, SpatialBeam};
+use crate::rotation::second_variation;
+use crate::small::{
+    M3, V3, add, axpy, cross, diagonal, dot, identity, madd, mscale, mul, outer, rotate, scale, skew, sub, tapply,
+    tmul, transpose, zeros,
+};
+use crate::space::{Frame, SpatialBeam, gibbs_map};
 
 /// A square matrix or a list of rows over the 6 (P + 1) components of an element, by rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -29,34 +34,165 @@ pub struct Nodes<'a, const P: usize> {
 }
 
 impl<const P: usize> Nodes<'_, P> {
-    /// The element's frame, with node i + 1 in the place of the last one.
-    fn frame_of(&self, i: usize) -> Frame<f64> {
-        let [x, y, z, a, b, c] = self.local[i];
-        Frame {
-            axes: self.frame.axes,
-            position: add(self.reference[i], [x, y, z]),
-            displacement: [x, y, z],
-            gibbs: [a, b, c],
-        }
+    /// Place of node i + 1 in the frame.
+    fn position(&self, i: usize) -> V3<f64> {
+        let [x, y, z, ..] = self.local[i];
+        add(self.reference[i], [x, y, z])
+    }
+
+    /// Gibbs vector of node i + 1 against the frame.
+    pub(crate) fn gibbs(&self, i: usize) -> V3<f64> {
+        let [_, _, _, a, b, c] = self.local[i];
+        sub([a, b, c], self.frame.half)
+    }
+
+    /// The spin of the frame for the spins of both ends, in local axes.
+    pub(crate) fn frame_spin(&self) -> [M3<f64>; 2] {
+        let last = madd(diagonal(0.5), skew(scale(-0.5, self.frame.half)));
+        [transpose(&last), last]
     }
 
     /// J: change of the local unknowns (rows) for changes of the global ones (columns).
     fn restriction(&self) -> Rows {
         let mut rows = vec![vec![0.0; 6 * (P + 1)]; 6 * P];
-        for i in 0..P {
-            let frame = self.frame_of(i);
-            for d in 0..6 {
-                let mut unit = [0.0; 6];
-                unit[d] = 1.0;
-                let (first, _) = Space::restrict(&frame, &unit, &[0.0; 6]);
-                let (last, _) = Space::restrict(&frame, &[0.0; 6], &unit);
-                for row in 0..6 {
-                    rows[6 * i + row][d] += first[row];
-                    rows[6 * i + row][6 * (i + 1) + d] += last[row];
+        let mut put = |row: usize, node: usize, half: usize, block: &M3<f64>| {
+            let block = mul(block, &transpose(&self.frame.axes));
+            for a in 0..3 {
+                for b in 0..3 {
+                    rows[row + a][6 * node + 3 * half + b] += block[a][b];
                 }
+            }
+        };
+        let one: M3<f64> = identity();
+        let minus = |block: &M3<f64>| mscale(-1.0, *block);
+        let ends = [0, P];
+        let stretch = diagonal(self.frame.stretch());
+        for i in 0..P {
+            put(6 * i, 0, 0, &minus(&one));
+            put(6 * i, i + 1, 0, &one);
+            let lever = skew(self.position(i));
+            let map = gibbs_map(self.gibbs(i));
+            for (end, spin) in ends.into_iter().zip(&self.frame_spin()) {
+                put(6 * i, end, 1, &mul(&lever, spin));
+                if i + 1 < P {
+                    put(6 * i + 3, end, 1, &minus(&mul(&map, spin)));
+                }
+            }
+            // What all nodes share is half of what the last one has.
+            let share = if i + 1 < P { mscale(0.5, stretch) } else { stretch };
+            put(6 * i + 3, P, 1, &share);
+            put(6 * i + 3, 0, 1, &minus(&share));
+            if i + 1 < P {
+                put(6 * i + 3, i + 1, 1, &map);
             }
         }
         rows
+    }
+
+    /// Second variation of the local unknowns against a gradient of the energy, by the global ones; `load` on the whole element
+    /// has the lever `arm` about the first node.
+    fn second_variation(&self, gradient: &[[f64; 6]; P], load: V3<f64>, arm: V3<f64>) -> Rows {
+        let half = self.frame.half;
+        let mut sum = Second::<P>::new(&self.frame.axes);
+        let mut moment = cross(load, arm);
+        sum.frame = mscale(-1.0, second_variation(load, arm));
+        let mut shared = [0.0; 3];
+        for i in 0..P {
+            let [f, w] = [[0, 1, 2], [3, 4, 5]].map(|rows| rows.map(|row| gradient[i][row]));
+            let position = self.position(i);
+            moment = add(moment, cross(f, position));
+            sum.frame = madd(sum.frame, second_variation(f, position));
+            let turned = skew(scale(-1.0, f));
+            sum.add_coupling(i + 1, 0, &turned);
+            sum.add_coupling(0, 0, &mscale(-1.0, turned));
+            axpy(&mut shared, if i + 1 < P { 0.5 } else { 1.0 }, w);
+            if i + 1 == P {
+                continue;
+            }
+            let c = self.gibbs(i);
+            let m = tapply(&gibbs_map(c), &w);
+            moment = sub(moment, m);
+            // By the spin of the node against the frame: ψ = φᵢ − φ.
+            let own = mscale(0.5, madd(outer(m, c), outer(c, m)));
+            let turned = skew(scale(0.5, m));
+            sum.add(i + 1, i + 1, &own);
+            // Rows of the node: those of ½ m̂, and what is taken off with the frame.
+            sum.add_coupling(i + 1, 1, &madd(transpose(&turned), mscale(-1.0, own)));
+            // ½ m̂ and its transpose cancel.
+            sum.frame = madd(sum.frame, own);
+        }
+        let m = scale(self.frame.stretch(), shared);
+        let own = mscale(0.25, madd(outer(m, half), outer(half, m)));
+        for (a, b, sign) in [(P, P, 1.0), (0, 0, 1.0), (P, 0, -1.0), (0, P, -1.0)] {
+            sum.add(a, b, &mscale(sign, own));
+        }
+        let along = madd(outer(moment, half), diagonal(-dot(moment, half)));
+        let coupling = transpose(&madd(skew(scale(0.5, m)), mscale(0.25, along)));
+        sum.add_coupling(P, 1, &coupling);
+        sum.add_coupling(0, 1, &mscale(-1.0, coupling));
+        sum.of_all_nodes(&self.frame_spin())
+    }
+}
+
+/// A quadratic form in the motions of all nodes and in the spin of the frame, which follows both ends.
+struct Second<'a, const P: usize> {
+    axes: &'a M3<f64>,
+    /// In global axes.
+    nodes: Rows,
+    /// Of the nodes' components with the spin of the frame: rows in global axes, columns in local ones.
+    coupling: Vec<V3<f64>>,
+    /// Of the spin of the frame, in local axes.
+    frame: M3<f64>,
+}
+
+impl<'a, const P: usize> Second<'a, P> {
+    fn new(axes: &'a M3<f64>) -> Self {
+        let n = 6 * (P + 1);
+        Self { axes, nodes: vec![vec![0.0; n]; n], coupling: vec![[0.0; 3]; n], frame: zeros() }
+    }
+
+    /// Adds what the spins of two nodes have with one another, in local axes.
+    fn add(&mut self, node: usize, other: usize, block: &M3<f64>) {
+        let block = rotate(self.axes, block);
+        for a in 0..3 {
+            for b in 0..3 {
+                self.nodes[6 * node + 3 + a][6 * other + 3 + b] += block[a][b];
+            }
+        }
+    }
+
+    /// Adds what displacements (0) or spins (1) of a node have with the spin of the frame, in local axes.
+    fn add_coupling(&mut self, node: usize, half: usize, block: &M3<f64>) {
+        let block = mul(self.axes, block);
+        for a in 0..3 {
+            let row = &mut self.coupling[6 * node + 3 * half + a];
+            *row = add(*row, block[a]);
+        }
+    }
+
+    /// The form in the motions of the nodes alone, in global axes, for the spin of the frame that those of both ends make.
+    fn of_all_nodes(self, spin: &[M3<f64>; 2]) -> Rows {
+        let Self { axes, mut nodes, coupling, frame } = self;
+        // From spins of the ends in global axes.
+        let spin = spin.map(|spin| mul(&spin, &transpose(axes)));
+        let ends = [(0, &spin[0]), (P, &spin[1])];
+        for (end, spin) in ends {
+            for (row, coupling) in coupling.iter().enumerate() {
+                for (b, along) in tapply(spin, coupling).into_iter().enumerate() {
+                    nodes[row][6 * end + 3 + b] += along;
+                    nodes[6 * end + 3 + b][row] += along;
+                }
+            }
+            for (other, turned) in ends {
+                let block = tmul(spin, &mul(&frame, turned));
+                for a in 0..3 {
+                    for b in 0..3 {
+                        nodes[6 * end + 3 + a][6 * other + 3 + b] += block[a][b];
+                    }
+                }
+            }
+        }
+        nodes
     }
 }
 
@@ -98,29 +234,10 @@ pub fn tangent<L: LocalLaw, const P: usize>(at: &At<f64, 6, P>, nodes: &Nodes<P>
             }
         }
     }
-    let gradient = gradient::<L, P>(at);
-    for i in 0..P {
-        let condensed = Condensed { tangent: zeros(), gradient: [0.0; 6], mixed_end: gradient[i], turn: None };
-        let ends = Space::expand(&nodes.frame_of(i), &condensed);
-        let last = 6 * (i + 1);
-        for a in 0..6 {
-            for b in 0..6 {
-                whole[a][b] += ends.k00[a][b];
-                whole[a][last + b] += ends.k01[a][b];
-                whole[last + b][a] += ends.k01[a][b];
-                whole[last + a][last + b] += ends.k11[a][b];
-            }
-        }
-    }
     let arm = scale(1.0 / at.piece.length, at.piece.bulge);
-    if load != [0.0; 3] && arm != [0.0; 3] {
-        let turn: M3<f64> = <Space as Beam<f64, 6>>::load_turn(load, arm).1;
-        let turn = rotate(&nodes.frame.axes, &turn);
-        for a in 0..3 {
-            for b in 0..3 {
-                whole[3 + a][3 + b] += turn[a][b];
-            }
-        }
+    let second = nodes.second_variation(&gradient::<L, P>(at), load, arm);
+    for (row, more) in whole.iter_mut().zip(&second) {
+        row.iter_mut().zip(more).for_each(|(entry, more)| *entry += more);
     }
     whole
 }

@@ -478,6 +478,54 @@ fn arch(steps: &str) -> Solution {
 
 /// Where the branch that leans aside comes back to the straight one the arc goes on along that, both ways and from any
 /// number of increments, to the state that the ramp of displacements leads to.
+/// Arches whose crown is pushed down by so much lean to a side, in space as in the plane, whichever way their halves are
+/// drawn: a mesh that is not the same from either end of an element would bend the path to the leaning branch.
+#[test]
+fn arches_in_space_lean_at_the_bifurcation_that_they_have_in_the_plane() {
+    let hinged = "[\"ux\", \"uy\", \"uz\", \"rx\", \"ry\"]";
+    for (radius, side, rise, down, support) in
+        [(65.72, 28.43, 27.06, 17.8, hinged), (50.0, 20.0, 20.0, 14.0, hinged), (109.0, 27.3, 12.1, 9.0, "\"clamped\"")]
+    {
+        let height = |x: f64| rise - radius + f64::sqrt(radius * radius - x * x);
+        let end = f64::sqrt(radius * radius - (radius - rise).powi(2));
+        let text = |dimension: &str, halves: [&str; 2]| {
+            let way = |x: f64| format!("[{x}, {}]", height(x));
+            format!(
+                "format = \"pennate/1\"\ndimension = \"{dimension}\"\n\
+                 [sections.s]\nstiffness = {{ EA = 8000, EI2 = 5, EI3 = 1, GJ = 0.8 }}\n\
+                 [nodes]\nA = [{}, 0]\nB = [{end}, 0]\nC = [0, {rise}]\n\
+                 [members]\n1 = {{ nodes = [{}], section = \"s\", arc = {} }}\n\
+                 2 = {{ nodes = [{}], section = \"s\", arc = {} }}\n\
+                 [supports]\nA = {support}\nB = {support}\n[[steps]]\ndisplacement = {{ C = {{ uy = {} }} }}\n",
+                -end,
+                halves[0],
+                way(-side),
+                halves[1],
+                way(side),
+                -down,
+            )
+        };
+        let run = |dimension: &str, halves: [&str; 2]| {
+            let text = text(dimension, halves);
+            let model = read_text("arch.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+            let options = Options { estimate: true, ..Options::default() };
+            let solution =
+                solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, e)| panic!("{e}"));
+            let step = &solution.history.steps[0];
+            assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{dimension} {halves:?}");
+            step.critical_points.iter().map(|point| (point.kind, point.fraction)).collect::<Vec<_>>()
+        };
+        let plane = run("plane", ["\"A\", \"C\"", "\"C\", \"B\""]);
+        assert_eq!(plane.len(), 1, "{plane:?}");
+        for halves in [["\"A\", \"C\"", "\"C\", \"B\""], ["\"A\", \"C\"", "\"B\", \"C\""]] {
+            let space = run("space", halves);
+            assert_eq!(space.len(), 1, "{space:?}");
+            assert_eq!((plane[0].0, space[0].0), (CriticalKind::Bifurcation, CriticalKind::Bifurcation));
+            assert_load(space[0].1, plane[0].1);
+        }
+    }
+}
+
 #[test]
 fn the_arc_of_a_shallow_arch_goes_on_where_its_leaning_branch_ends() {
     let ramp = |method: &str, increments: usize| {

@@ -16,6 +16,7 @@ impl LocalLaw for Exact {
     const FORMULATION: Formulation = Formulation::Exact;
     const ABOUT: About = About { word: "exact", sheared_by_bending: false, elements: 1 };
     const HIGHER_ORDERS: bool = true;
+    const SEEN_FROM: f64 = 0.5;
 
     #[inline(always)]
     fn unloaded<T: Real>(_: &Piece<T>, tangent: V3<T>) -> V3<T> {

@@ -92,6 +92,10 @@ pub trait LocalLaw: Copy + Debug + Send + Sync + 'static {
     /// Whether elements have more than two nodes where that is asked for; those of one order are compiled for that alone.
     const HIGHER_ORDERS: bool;
 
+    /// Where in the element, as a part of the rotation from one end to the other, the rotation c that it makes strains of is
+    /// seen from: one half where c is that against the mean of both ends.
+    const SEEN_FROM: f64;
+
     /// What v = U′ + … begins with in the unloaded state, in the local frame, where the unloaded tangent is given.
     fn unloaded<T: Real>(piece: &Piece<T>, tangent: V3<T>) -> V3<T>;
 
@@ -101,7 +105,7 @@ pub trait LocalLaw: Copy + Debug + Send + Sync + 'static {
     /// Second derivatives of n·Γ + m·κ, with n and m in axes turned back by the initial curvature.
     fn geometric<T: Real>(n: V3<T>, m: V3<T>, v: V3<T>, c: V3<T>, d: V3<T>) -> Geometric<T>;
 
-    /// Components about z of c and d of a plane state, for its interpolated angle and curvature.
+    /// Components about z of c and d of a plane state, for its angle as it is seen from there and its curvature.
     fn gibbs<T: Real>(angle: T, curvature: T) -> [T; 2];
 
     /// Stiffness where v·v is `square`.

@@ -149,7 +149,7 @@ fn plane_and_lateral_tangents_are_those_of_the_spatial_beam() {
             let at = At { table: &table, piece: &piece, curved, moduli: &flat, local: &local, stress: &stress };
             let mut out = Local::zero();
             plane::lateral::<f64, Corotational, 1>(&at, &spatial, &mut out);
-            let side = plane::expand_lateral(&frame, &out.tangent[0][0], plane_one.local.mixed_end, None, None);
+            let side = plane::expand_lateral(&frame, &out.tangent[0][0], plane_one.local.mixed_end, None);
             for i in 0..3 {
                 near(plane_one.ends.r0[i], space_one.ends.r0[FLAT[i]]);
                 near(plane_one.ends.r1[i], space_one.ends.r1[FLAT[i]]);
