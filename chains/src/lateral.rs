@@ -1,7 +1,7 @@
 //! The lateral stiffness of plane chains: what lies between the ends is eliminated, as in their plane.
 
 use pennate_elements::beam::{At, Beam, Ends, Local, Moduli};
-use pennate_elements::plane::{self, HalfWay, LateralTurn, Pose};
+use pennate_elements::plane::{self, LateralTurn, Pose};
 use pennate_elements::real::{Real, Work, load};
 use pennate_elements::rotation;
 use pennate_elements::small::{
@@ -145,20 +145,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut turn = None;
         let mut coupling = [zeros::<T, 3, 3>(); P];
         if self.loaded {
-            let half_way = HalfWay::new(frame.local[2]);
-            let seen = |[x, y, _]: V3<T>| {
-                let [x, y] = half_way.seen([x, y]);
-                [x, y, T::zero()]
-            };
             let load: V3<T> = scale(piece.length, self.loads[segment]);
-            let load = seen(<plane::Plane as Beam<T, 3>>::pull_back(&frame, load));
+            let load = <plane::Plane as Beam<T, 3>>::pull_back(&frame, load);
             let mut arm = scale(T::one() / piece.length, piece.bulge);
             for i in 0..P - 1 {
                 let weight = T::splat(self.table.integrals[i]);
                 let mut position = self.reference(e, i);
                 position[0] += local[i][0];
                 position[1] += local[i][1];
-                axpy(&mut arm, weight, seen(position));
+                axpy(&mut arm, weight, position);
                 // Row U₃ of the spatial coupling: columns of the spins about axes 1 and 2.
                 coupling[i][0] = [weight * load[1], -weight * load[0], T::zero()];
             }

@@ -2,7 +2,6 @@
 
 use pennate_elements::beam::{Beam, Placement};
 use pennate_elements::interpolation::node;
-use pennate_elements::plane::HalfWay;
 use pennate_elements::real::{Real, Work};
 use pennate_elements::small::axpy;
 
@@ -76,14 +75,11 @@ pub fn lift(space: &mut dyn Pack<6>, plane: &dyn Pack<3>) {
             let ends = [plane.node(lane, e), plane.node(lane, e + 1)];
             let (local, stress) = (plane.local(lane, e), plane.stress(lane, e));
             let (mut unknowns, mut forces) = ([[0.0; 6]; MOST_NODES], [[0.0; 6]; MOST_NODES]);
-            let unloaded = space.unloaded(lane, e);
-            let half_way = HalfWay::new(local[plane.mesh().order - 1][2]);
+            // Both are seen from the mean of the ends.
+            let half = 0.5 * local[plane.mesh().order - 1][2];
             for i in 0..order {
                 let [x, y, angle] = at_nodes(plane.mesh(), &local, node(i + 1, order));
-                let reference = unloaded.nodes[i];
-                let seen = half_way.seen([reference[0] + x, reference[1] + y]);
-                let turned = (0.5 * (angle - half_way.angle)).tan() + (0.5 * half_way.angle).tan();
-                unknowns[i] = [seen[0] - reference[0], seen[1] - reference[1], 0.0, 0.0, 0.0, turned];
+                unknowns[i] = [x, y, 0.0, 0.0, 0.0, (0.5 * (angle - half)).tan() + (0.5 * half).tan()];
                 let [axial, shear, moment] = at_points(plane.mesh(), &stress, points[i]);
                 forces[i] = [axial, shear, 0.0, 0.0, 0.0, moment];
             }

@@ -1,9 +1,8 @@
 //! What the chain of elements asks of a beam, in the plane and in space.
 //!
-//! An element of order P has nodes 0…P at equal distances of unloaded arclength. It works in a *local frame* that is carried
-//! along by its first node and turns with that in the plane, with the mean of both ends in space: unknowns of nodes 1…P are
-//! the displacement U against the unloaded shape and the rotation against the first node, interpolated by Lagrange
-//! polynomials. Interior nodes live in the local frame for
+//! An element of order P has nodes 0…P at equal distances of unloaded arclength. It works in a *local frame* that begins at its
+//! first node and turns with the mean of both ends: unknowns of nodes 1…P are the displacement U against the unloaded shape
+//! and the rotation against the first node, interpolated by Lagrange polynomials. Interior nodes live in the local frame for
 //! good, so that only the two end nodes are ever seen from outside. With D components a node (3 in the plane, 6 in
 //! space) a section has D strains and D stresses: Γ₁ Γ₂ κ₃ in the plane, Γ₁ Γ₂ Γ₃ κ₁ κ₂ κ₃ in space.
 //!
@@ -240,7 +239,7 @@ pub fn interior<const D: usize>(
     local: &[f64; D],
 ) -> Placement {
     if D == 3 {
-        plane::interior(piece, first, reference, local)
+        plane::interior(piece, first, last, reference, local)
     } else {
         space::interior(piece, first, last, reference, local)
     }

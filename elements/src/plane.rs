@@ -1,7 +1,7 @@
 //! The geometrically exact beam in the plane (Reissner), with angles, and its tangent out of the plane.
 //!
-//! With v = X′ and the angle ϑ against the first node, R = rotation by ϑ, the strains, in axes turned back by the
-//! initial curvature, are Γ − Γ₀ = U′ + (Rᵀ − I) v and κ − κ₀ = ϑ′. E. Reissner, J. Appl. Math. Phys. 23 (1972).
+//! With v = X′ and the angle ϑ against the mean of the ends, R = rotation by ϑ, the strains, in axes turned back by the
+//! initial curvature, are Γ − Γ₀ = U′ + (Rᵀ − I) v and κ − κ₀ = ϑ′. The unknowns of nodes are angles against the first one. E. Reissner, J. Appl. Math. Phys. 23 (1972).
 //! Material axis 2 is normal to the rod in the plane, axis 3 is z.
 //!
 //! Theory: docs/theory/rod.md, Eq. 1.6; docs/theory/stability.md for the tangent out of the plane.
@@ -36,8 +36,31 @@ pub struct Frame<T> {
     pub axis: [T; 2],
     /// The last node seen from the first, along the axes of the frame.
     pub position: [T; 2],
-    /// Displacement and angle of the last node against the unloaded shape carried along by the frame.
+    /// Displacement of the last node against the unloaded shape carried along by the frame, and its angle against the first.
     pub local: [T; 3],
+}
+
+/// The mean of the angles of both ends.
+#[inline(always)]
+fn mean<T: Real>(first: &Pose<T>, last: &Pose<T>) -> T {
+    first[2] + T::splat(0.5) * (last[2] - first[2])
+}
+
+/// Displacement of a node against the unloaded shape that the frame at this angle carries along, in local axes; `reference` is its
+/// unloaded place there, and `relative` how far it is displaced against the first node.
+#[inline(always)]
+fn displacement_against<T: Real>(
+    piece: &Piece<T>,
+    (sin, versine): (T, T),
+    reference: V3<T>,
+    relative: [T; 2],
+) -> [T; 2] {
+    let start = [piece.axes[0][0], piece.axes[0][1]];
+    let global = turned(start, [reference[0], reference[1]]);
+    // Rᵀ Δu + (Rᵀ − I) x, in the unloaded axes of the element.
+    let back = add(relative, [versine * relative[0] + sin * relative[1], versine * relative[1] - sin * relative[0]]);
+    let swing = [versine * global[0] + sin * global[1], versine * global[1] - sin * global[0]];
+    turned_back(start, add(back, swing))
 }
 
 /// Sine, and cosine less one, of an angle.
@@ -81,6 +104,12 @@ fn kinematics<T: Real>(u: [T; 2], tangent: [T; 2], angle: T, kappa: T) -> Kinema
     Kinematics { gamma, kappa, sin, cos, slope: [full[1], -full[0]] }
 }
 
+/// How the angle against the mean of the ends follows the unknown of node i + 1 at a Gauss point.
+#[inline(always)]
+fn turning<T: Real, const P: usize>(table: &Table<P>, g: usize, i: usize) -> T {
+    T::splat(if i + 1 == P { table.values[g][i] - 0.5 } else { table.values[g][i] })
+}
+
 #[inline(always)]
 fn interpolate<T: Real, const P: usize>(at: &At<T, 3, P>, g: usize, field: &[[T; 3]; P]) -> ([T; 2], T, T) {
     let inverse = T::one() / at.piece.length;
@@ -89,7 +118,7 @@ fn interpolate<T: Real, const P: usize>(at: &At<T, 3, P>, g: usize, field: &[[T;
     for (i, node) in field.iter().enumerate() {
         let slope = T::splat(at.table.slopes[g][i]) * inverse;
         axpy(&mut u, slope, [node[0], node[1]]);
-        angle += T::splat(at.table.values[g][i]) * node[2];
+        angle += turning::<T, P>(at.table, g, i) * node[2];
         kappa += slope * node[2];
     }
     (u, angle, kappa)
@@ -144,7 +173,7 @@ fn mixed_end<T: Real, const P: usize>(
     softened: Option<(T, [T; 2])>,
 ) -> [T; 3] {
     let weight = T::splat(at.table.weights[g]) * at.piece.length;
-    let value = T::splat(at.table.values[g][P - 1]);
+    let value = turning::<T, P>(at.table, g, P - 1);
     let slope = T::splat(at.table.slopes[g][P - 1]) / at.piece.length;
     let mut pull = turned;
     if let Some((softening, v)) = softened {
@@ -164,7 +193,7 @@ fn node_tangent<T: Real, const P: usize>(
 ) -> [[T; 3]; 3] {
     let mut target = zeros::<T, 3, 3>();
     for (g, t) in points.iter().enumerate() {
-        let (ni, nj) = (T::splat(table.values[g][i]), T::splat(table.values[g][j]));
+        let (ni, nj) = (turning::<T, P>(table, g, i), turning::<T, P>(table, g, j));
         let (si, sj) = (T::splat(table.slopes[g][i]) * inverse, T::splat(table.slopes[g][j]) * inverse);
         let (ss, sn, ns) = (si * sj, si * nj, ni * sj);
         for a in 0..2 {
@@ -187,21 +216,12 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     #[inline(always)]
     fn frame(piece: &Piece<T>, first: &Pose<T>, last: &Pose<T>) -> Frame<T> {
         let start = [piece.axes[0][0], piece.axes[0][1]];
-        let (sin, versine) = sine_and_versine(first[2]);
+        let (sin, versine) = sine_and_versine(mean(first, last));
         let axis = turned([T::one() + versine, sin], start);
-        let chord = [piece.chord[0], piece.chord[1]];
-        let global = turned(start, chord);
-        // Rᵀ Δu + (Rᵀ − I) chord, in the unloaded axes of the element.
         let relative = [last[0] - first[0], last[1] - first[1]];
-        let back =
-            add(relative, [versine * relative[0] + sin * relative[1], versine * relative[1] - sin * relative[0]]);
-        let swing = [versine * global[0] + sin * global[1], versine * global[1] - sin * global[0]];
-        let displacement = turned_back(start, add(back, swing));
-        Frame {
-            axis,
-            position: add(chord, displacement),
-            local: [displacement[0], displacement[1], last[2] - first[2]],
-        }
+        let [x, y] = displacement_against(piece, (sin, versine), piece.chord, relative);
+        let position = [piece.chord[0] + x, piece.chord[1] + y];
+        Frame { axis, position, local: [x, y, last[2] - first[2]] }
     }
 
     #[inline(always)]
@@ -210,8 +230,10 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     }
 
     #[inline(always)]
-    fn local_at(piece: &Piece<T>, [first, _]: [&Pose<T>; 2], node: &Pose<T>, reference: V3<T>) -> [T; 3] {
-        Self::last_local(&Self::frame(&Piece { chord: reference, ..*piece }, first, node))
+    fn local_at(piece: &Piece<T>, [first, last]: [&Pose<T>; 2], node: &Pose<T>, reference: V3<T>) -> [T; 3] {
+        let relative = [node[0] - first[0], node[1] - first[1]];
+        let [x, y] = displacement_against(piece, sine_and_versine(mean(first, last)), reference, relative);
+        [x, y, node[2] - first[2]]
     }
 
     #[inline(always)]
@@ -252,7 +274,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
             }
             let r_angle = n[0] * k.slope[0] + n[1] * k.slope[1];
             for i in 0..P {
-                let value = T::splat(at.table.values[g][i]);
+                let value = turning::<T, P>(at.table, g, i);
                 let slope = T::splat(at.table.slopes[g][i]) * inverse;
                 let node = [slope * r_v[0], slope * r_v[1], value * r_angle + slope * stress[2]];
                 out.gradient[i] = add(out.gradient[i], node);
@@ -351,10 +373,10 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
         let k = &condensed.tangent;
         let f = condensed.mixed_end;
         let x = frame.position;
-        // δX = u + φ₀ (X₂, −X₁)
+        // δX = u + φ (X₂, −X₁) with the turn φ of the frame.
         let lever = [x[1], -x[0]];
         let kl = [k[0][0] * lever[0] + k[0][1] * lever[1], k[1][0] * lever[0] + k[1][1] * lever[1]];
-        // The frame turns the relative displacement too: −φ₀ z × u against f.
+        // The frame turns the relative displacement too: −φ z × u against f.
         let mut uf = [kl[0] - f[1], kl[1] + f[0]];
         let mut ff = lever[0] * kl[0] + lever[1] * kl[1] - (f[0] * x[0] + f[1] * x[1]);
         let mut fw = lever[0] * k[0][2] + lever[1] * k[1][2];
@@ -364,8 +386,11 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
             ff += turn.tangent[0][0] + T::splat(2.0) * (lever[0] * c[0] + lever[1] * c[1]);
             fw += turn.coupling[2][0];
         }
-        let ww = k[2][2];
-        let uw = turned(frame.axis, [k[0][2], k[1][2]]);
+        // φ is that of the first node and half of what the last one turns more.
+        let half = T::splat(0.5);
+        let ww = k[2][2] + fw + half * half * ff;
+        let fw = fw + half * ff;
+        let uw = turned(frame.axis, add([k[0][2], k[1][2]], scale(half, uf)));
         let uf = turned(frame.axis, uf);
         let u_first = sub(uf, uw);
         let c0 = turned(frame.axis, [k[0][0], k[1][0]]);
@@ -392,16 +417,15 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     fn expand_gradient(frame: &Frame<T>, gradient: &[T; 3], turn: V3<T>) -> [[T; 3]; 2] {
         let x = frame.position;
         let force = turned(frame.axis, [gradient[0], gradient[1]]);
-        let first = turn[0] + x[1] * gradient[0] - x[0] * gradient[1] - gradient[2];
-        [[-force[0], -force[1], first], [force[0], force[1], gradient[2]]]
+        let half = T::splat(0.5) * (turn[0] + x[1] * gradient[0] - x[0] * gradient[1]);
+        [[-force[0], -force[1], half - gradient[2]], [force[0], force[1], half + gradient[2]]]
     }
 
     #[inline(always)]
     fn restrict(frame: &Frame<T>, first: &[T; 3], last: &[T; 3]) -> ([T; 3], V3<T>) {
         let u = turned_back(frame.axis, [last[0] - first[0], last[1] - first[1]]);
-        let x = frame.position;
-        let local = [u[0] + first[2] * x[1], u[1] - first[2] * x[0], last[2] - first[2]];
-        (local, [first[2], T::zero(), T::zero()])
+        let (x, turn) = (frame.position, mean(first, last));
+        ([u[0] + turn * x[1], u[1] - turn * x[0], last[2] - first[2]], [turn, T::zero(), T::zero()])
     }
 
     #[inline(always)]
@@ -412,7 +436,7 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
     #[inline(always)]
     fn last(piece: &Piece<T>, first: &Pose<T>, local: &[T; 3]) -> Pose<T> {
         let start = [piece.axes[0][0], piece.axes[0][1]];
-        let (sin, versine) = sine_and_versine(first[2]);
+        let (sin, versine) = sine_and_versine(first[2] + T::splat(0.5) * local[2]);
         let chord = turned(start, [piece.chord[0], piece.chord[1]]);
         let carried = turned([versine, sin], chord);
         let shifted = turned([T::one() + versine, sin], turned(start, [local[0], local[1]]));
@@ -485,9 +509,15 @@ impl<T: Real, L: LocalLaw> Beam<T, 3> for PlaneBeam<L> {
 }
 
 /// See [`beam::interior`](crate::beam::interior).
-pub(crate) fn interior(piece: &Piece<f64>, first: &Placement, reference: V3<f64>, local: &[f64]) -> Placement {
+pub(crate) fn interior(
+    piece: &Piece<f64>,
+    first: &Placement,
+    last: &[f64],
+    reference: V3<f64>,
+    local: &[f64],
+) -> Placement {
     let start = [piece.axes[0][0], piece.axes[0][1]];
-    let (sin, versine) = sine_and_versine(first.angle);
+    let (sin, versine) = sine_and_versine(first.angle + 0.5 * last[2]);
     let global = turned(start, [reference[0], reference[1]]);
     let carried = [versine * global[0] - sin * global[1], sin * global[0] + versine * global[1]];
     let shifted = turned([1.0 + versine, sin], turned(start, [local[0], local[1]]));
@@ -500,47 +530,10 @@ pub(crate) fn interior(piece: &Piece<f64>, first: &Placement, reference: V3<f64>
     }
 }
 
-/// The frame of a plane element turned on by half the angle of its last node, which is where spatial elements are seen from.
-#[derive(Clone, Copy, Debug)]
-pub struct HalfWay<T> {
-    /// Half the angle of the last node.
-    pub angle: T,
-    sin: T,
-    versine: T,
-}
-
-impl<T: Real> HalfWay<T> {
-    /// For this angle of the last node against the first.
-    #[inline(always)]
-    pub fn new(angle: T) -> Self {
-        let angle = T::splat(0.5) * angle;
-        let (sin, versine) = sine_and_versine(angle);
-        Self { angle, sin, versine }
-    }
-
-    /// What a vector that is given in the frame of the first node changes by when it is seen from half way.
-    #[inline(always)]
-    fn less(&self, [x, y]: [T; 2]) -> [T; 2] {
-        [self.versine * x + self.sin * y, self.versine * y - self.sin * x]
-    }
-
-    /// A vector that is given in the frame of the first node, seen from half way.
-    #[inline(always)]
-    pub fn seen(&self, a: [T; 2]) -> [T; 2] {
-        add(a, self.less(a))
-    }
-
-    /// An axis of the frame of the first node, turned on to half way.
-    #[inline(always)]
-    fn turned_on(&self, [x, y]: [T; 2]) -> [T; 2] {
-        [x + self.versine * x - self.sin * y, y + self.versine * y + self.sin * x]
-    }
-}
-
 /// Tangent out of the plane of a plane element: local unknowns U₃, c₁, c₂ of nodes 1…P; and what turns with the frame.
 ///
 /// `at` is the plane state, `moduli` are the spatial ones. In-plane and out-of-plane parts of the spatial Hessian do not
-/// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is, in its frame half way.
+/// couple at a plane state, so that the rows (3, 4, 5) of the spatial tangent are all there is.
 #[inline(always)]
 pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     at: &At<T, 3, P>,
@@ -551,8 +544,7 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     out.tangent = [[zeros(); P]; P];
     let o = T::zero();
     let inverse = T::one() / at.piece.length;
-    let last = at.local[P - 1][2];
-    let half_way = HalfWay::new(last);
+    let seen_from = T::splat(0.5 - L::SEEN_FROM) * at.local[P - 1][2];
     let turning = |g: usize, i: usize| {
         let value = at.table.values[g][i];
         T::splat(if i + 1 == P { value - L::SEEN_FROM } else { value })
@@ -562,20 +554,17 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
         let curved = at.curved.map(|axes| &axes[g]);
         let tangent = unloaded_tangent(curved);
         let (u, angle, kappa) = interpolate(at, g, at.local);
-        let [c, slope] = L::gibbs(angle - T::splat(L::SEEN_FROM) * last, kappa);
+        let [c, slope] = L::gibbs(angle + seen_from, kappa);
         let start = unloaded::<T, L>(at.piece, tangent);
         let v = add(u, start);
-        // The same v from half way.
-        let seen = half_way.seen(v);
-        let shift = add(u, half_way.less(v));
         let (gibbs, slope) = ([o, o, c], [o, o, slope]);
-        let k = L::kinematics([shift[0], shift[1], o], [start[0], start[1], o], gibbs, slope, curved);
+        let k = L::kinematics([u[0], u[1], o], [start[0], start[1], o], gibbs, slope, curved);
         let stress = scale(weight, at.stress[g]);
         let n = turned(tangent, [stress[0], stress[1]]);
         let force = [n[0], n[1], o];
         let moment = [o, o, stress[2]];
         let stiffness = L::stiffness(moduli, square(v));
-        let geometric = L::geometric(force, moment, [seen[0], seen[1], o], gibbs, slope);
+        let geometric = L::geometric(force, moment, [v[0], v[1], o], gibbs, slope);
         let mut t = space::point_tangent(&k, &scale(weight, stiffness), &geometric);
         let [n1, n2, m3] = at.stress[g];
         let softening = L::softening(moduli, &[n1, n2, o, o, o, m3]);
@@ -607,15 +596,14 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     }
 }
 
-/// What a load along an element adds to the tangent out of the plane: its turn with the frame about axes 1 and 2, in the frame
-/// half way.
+/// What a load along an element adds to the tangent out of the plane: its turn with the frame about axes 1 and 2.
 #[derive(Clone, Copy, Debug)]
 pub struct LateralTurn<T> {
     /// Second derivatives by the spins of the frame.
     pub tangent: M3<T>,
     /// Second derivatives by U₃, c₁, c₂ of the last node and by these.
     pub coupling: [[T; 3]; 3],
-    /// The moment of the load about z on the first node.
+    /// The moment about z that the load turns the frame with.
     pub moment: T,
 }
 
@@ -630,8 +618,7 @@ pub fn expand_lateral<T: Real>(
     turn: Option<&LateralTurn<T>>,
 ) -> Ends<T, 3> {
     let o = T::zero();
-    let half_way = HalfWay::new(frame.local[2]);
-    let (sin, cos) = (T::splat(0.5) * half_way.angle).sin_cos();
+    let (sin, cos) = (T::splat(0.25) * frame.local[2]).sin_cos();
     let half = sin / cos;
     let mut full = [[o; 6]; 6];
     const ROWS: [usize; 3] = [2, 3, 4];
@@ -640,23 +627,19 @@ pub fn expand_lateral<T: Real>(
             full[a][b] = tangent[i][j];
         }
     }
-    let axis = half_way.turned_on(frame.axis);
-    let position = half_way.seen(frame.position);
-    let [local_x, local_y] = add([frame.local[0], frame.local[1]], half_way.less(frame.position));
+    let axis = frame.axis;
     let spatial = space::Frame {
         axes: [[axis[0], -axis[1], o], [axis[1], axis[0], o], [o, o, T::one()]],
-        position: [position[0], position[1], o],
-        displacement: [local_x, local_y, o],
+        position: [frame.position[0], frame.position[1], o],
+        displacement: [frame.local[0], frame.local[1], o],
         half: [o, o, half],
     };
-    let force = half_way.seen([mixed_end[0], mixed_end[1]]);
-    // The force at the last node turns the frame, and that with half of what the node turns by.
-    let about = force[0] * position[1] - force[1] * position[0] + turn.map_or(o, |turn| turn.moment);
-    let couple = (mixed_end[2] - T::splat(0.5) * about) / spatial.stretch();
+    // The angle is four times the arc tangent of the half rotation, the unknown in space twice that.
+    let couple = mixed_end[2] / spatial.stretch();
     let condensed = Condensed {
         tangent: full,
         gradient: [o; 6],
-        mixed_end: [force[0], force[1], o, o, o, couple],
+        mixed_end: [mixed_end[0], mixed_end[1], o, o, o, couple],
         turn: turn.map(|turn| {
             let mut coupling = [[o; 3]; 6];
             for (row, own) in ROWS.iter().zip(turn.coupling) {
