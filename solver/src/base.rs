@@ -180,7 +180,7 @@ pub(crate) fn of_plane(plane: &System<3>, stability: Dimension, enrich: usize) -
     if stability == Dimension::Plane {
         return Some(Base { system: space, reach: Reach::InPlane });
     }
-    let mut rows: Vec<Held> = lateral::rows(&plane.structure);
+    let mut rows: Vec<Held> = lateral::rows(plane);
     rows.retain(|row| {
         plane.pattern.equations.held.iter().all(|held| (held.node, held.component) != (row.node, row.component))
     });

@@ -34,8 +34,9 @@ pub struct Lateral {
 }
 
 impl Lateral {
-    /// `held` are the lateral rows of the supports.
-    pub fn new(plane: &System<3>, held: Vec<Held>) -> Self {
+    /// Of a plane network.
+    pub fn new(plane: &System<3>) -> Self {
+        let held = rows(plane);
         let structure = Arc::clone(&plane.structure);
         let topology = Arc::clone(&plane.topology);
         let mut system = System::new(structure, topology, Vec::new(), [2, 3, 4], false);
@@ -43,6 +44,16 @@ impl Lateral {
         system.pattern.in_blocks = plane.pattern.in_blocks;
         system.hold(held.clone());
         Self { system, held, space: None, bare: Vec::new(), found: None }
+    }
+
+    /// Holds what supports and the present step hold out of the plane.
+    fn hold(&mut self, plane: &System<3>) {
+        let rows = rows(plane);
+        let same = |(a, b): (&Held, &Held)| (a.node, a.component) == (b.node, b.component);
+        if rows.len() != self.held.len() || !rows.iter().zip(&self.held).all(same) {
+            self.held = rows;
+            self.system.hold(self.held.clone());
+        }
     }
 
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
@@ -147,7 +158,7 @@ impl OutOfPlane<3> for Lateral {
         let serves = self.system.renew(Arc::clone(&plane.structure), Arc::clone(&plane.topology));
         if serves {
             self.system.members.slots.clone_from(&plane.members.slots);
-            self.held = rows(&plane.structure);
+            self.held = rows(plane);
             self.system.hold(self.held.clone());
             (self.space, self.found) = (None, None);
         }
@@ -164,6 +175,7 @@ impl Lateral {
 
     /// Assembles and factorizes the lateral tangent at the last linearization of the plane network.
     fn assemble(&mut self, plane: &mut System<3>) -> (Inertia, bool) {
+        self.hold(plane);
         let system = &mut self.system;
         system.places.joints.copy_from_slice(&plane.places.joints);
         system.places.releases.copy_from_slice(&plane.places.releases);
@@ -240,12 +252,12 @@ pub(crate) fn flat_rows(plane: &System<3>) -> Vec<Held> {
 }
 
 /// What supports hold out of the plane: uz with any translation; of the rotations those that they name, rx and ry with rz
-/// where they name neither.
+/// where they name neither. And what a step holds there.
 ///
 /// So a mirror plane y = 0, which holds uy, rx and rz, leaves ry free.
-pub fn rows(structure: &crate::structure::Structure) -> Vec<Held> {
-    let mut held = Vec::new();
-    for support in &structure.supports {
+pub fn rows(plane: &System<3>) -> Vec<Held> {
+    let mut held: Vec<Held> = Vec::new();
+    for support in &plane.structure.supports {
         let translation = support.fixed[..3].contains(&true);
         let [rx, ry, rz] = [support.fixed[3], support.fixed[4], support.fixed[5]];
         let fixed = if rx || ry { [translation, rx, ry] } else { [translation, rz, rz] };
@@ -267,5 +279,8 @@ pub fn rows(structure: &crate::structure::Structure) -> Vec<Held> {
             held.push(Held { node: support.node, component, kind, from: 0.0, to: 0.0 });
         }
     }
+    let is_new = |row: &&Held| held.iter().all(|known| (known.node, known.component) != (row.node, row.component));
+    let of_steps: Vec<Held> = plane.pattern.aside.iter().filter(is_new).copied().collect();
+    held.extend(of_steps);
     held
 }

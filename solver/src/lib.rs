@@ -213,7 +213,7 @@ fn add_lateral(path: &mut Continuation<'_, 3>, structure: &Structure) {
     if structure.stability == Stability::Plane {
         return;
     }
-    let mut lateral = Lateral::new(&path.system, lateral::rows(structure));
+    let mut lateral = Lateral::new(&path.system);
     if !lateral.is_held(&mut path.system) {
         path.notes.push(Note::StabilityInPlane);
         return;

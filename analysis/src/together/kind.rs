@@ -7,7 +7,7 @@ use pennate_solver::chain::Pack;
 use pennate_solver::continuation::{self, OutOfPlane};
 use pennate_solver::history::Vibration;
 use pennate_solver::joints::{Active, Topology};
-use pennate_solver::lateral::{self, Lateral};
+use pennate_solver::lateral::Lateral;
 use pennate_solver::packs;
 use pennate_solver::structure::{Dimension, Step, Structure};
 use pennate_solver::system::System;
@@ -47,9 +47,7 @@ pub(crate) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<
 
 /// So many networks in the plane.
 pub(crate) fn plane(designs: usize) -> Kind<3> {
-    let lateral = |plane: &System<3>| -> Box<dyn OutOfPlane<3> + Send> {
-        Box::new(Lateral::new(plane, lateral::rows(&plane.structure)))
-    };
+    let lateral = |plane: &System<3>| -> Box<dyn OutOfPlane<3> + Send> { Box::new(Lateral::new(plane)) };
     let (packs, packs_of_parts) = (packs::plane, packs::plane_of_parts);
     let vibration = base::vibration_in_plane;
     Kind { packs, packs_of_parts, designs, active: [0, 1, 5], lateral: Some(lateral), vibration }

@@ -138,7 +138,8 @@ impl<const D: usize> System<D> {
     /// Holds what another system of the same joints holds; its analysis, which no number depends on, serves both.
     pub fn hold_like(&mut self, other: &Self) {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
-        if self.pattern.hold(&self.topology, other.pattern.equations.held.clone()) {
+        let held = other.pattern.equations.held.iter().chain(&other.pattern.aside).copied().collect();
+        if self.pattern.hold(&self.topology, held) {
             self.pattern.scatters = Arc::clone(&other.pattern.scatters);
             self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
             self.check_side();

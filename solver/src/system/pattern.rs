@@ -17,6 +17,8 @@ use crate::structure::{NodeId, Structure};
 pub struct Pattern<const D: usize> {
     /// Free and held components of the joints.
     pub equations: Equations<D>,
+    /// What is held and concerns none of these: out of the plane, in one.
+    pub aside: Vec<Held>,
     /// Whether the structure is that of designs side by side, one or many: their joints are eliminated block by block. Counts from
     /// the next [`super::System::hold`].
     pub in_blocks: bool,
@@ -41,6 +43,7 @@ impl<const D: usize> Pattern<D> {
     pub(super) fn new(structure: &Structure, topology: &Topology, active: Active<D>) -> Self {
         Self {
             equations: Equations::new(topology, active, Vec::new()),
+            aside: Vec::new(),
             in_blocks: false,
             scatters: Arc::default(),
             side: None,
@@ -65,7 +68,8 @@ impl<const D: usize> Pattern<D> {
 
     /// Sets what is held; true where that is not the same as before, and the equations have to be analysed.
     pub(super) fn hold(&mut self, topology: &Topology, held: Vec<Held>) -> bool {
-        let held: Vec<Held> = held.into_iter().filter(|held| self.concerns(held)).collect();
+        let (held, aside) = held.into_iter().partition::<Vec<_>, _>(|held| self.concerns(held));
+        self.aside = aside;
         let same = |a: &Held, b: &Held| (a.node, a.component, a.kind) == (b.node, b.component, b.kind);
         let known = &self.equations.held;
         let analysed = self.scatters.joints.len() == self.equations.joints.len();
