@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Continuation;
+use super::{Continuation, QUARTER_TURN};
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
 use crate::system::{Fading, System};
@@ -54,6 +54,26 @@ impl<const D: usize> Continuation<'_, D> {
             }
         }
         self.system.hold(self.held.values().copied().collect());
+    }
+
+    /// Notes how far the elements of the next order stand from these where a step goes on from where the last one came to: what they
+    /// hold differs by as much, so that the error of the step before is part of those that follow.
+    pub(super) fn take_over_errors(&mut self, changes: &[Change]) {
+        for change in changes {
+            let (Change::Prescribe { node, component, .. }
+            | Change::Hold { node, component }
+            | Change::MoveBy { node, component, .. }
+            | Change::Free { node, component }) = *change;
+            self.refined_held.remove(&(node, component));
+            let stays = matches!(change, Change::Hold { .. } | Change::MoveBy { .. });
+            let Some(refined) = self.refined.as_ref().filter(|_| stays && self.refined_stands) else { continue };
+            let theirs = refined.present(node, component, self.axes(node)[component % 3]);
+            let apart = theirs - self.present(node, component);
+            // A rotation that was counted another way round tells nothing.
+            if component < 3 || apart.abs() < QUARTER_TURN {
+                self.refined_held.insert((node, component), apart);
+            }
+        }
     }
 
     /// Brings another system of the network, at the end of the present step, to the beginning of the ramp of the next one.

@@ -84,6 +84,9 @@ pub struct Continuation<'a, const D: usize> {
     pub vibration: Option<fn(&System<D>, Dimension) -> Option<Vibration>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
+    /// Whether that stands at the end of the last step, and how far what it holds there is from what these elements hold.
+    refined_stands: bool,
+    refined_held: BTreeMap<(NodeId, usize), f64>,
     /// Makes it when it is first needed.
     pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
@@ -183,6 +186,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
             base: Count::default(),
             inside: Vec::new(),
             is_loose: false,
+            refined_stands: false,
+            refined_held: BTreeMap::new(),
             free: Vec::new(),
             at_rest: None,
             first_stiffness: None,
@@ -222,12 +227,14 @@ impl<'a, const D: usize> Continuation<'a, D> {
             self.note_end(&mut record);
             so_far.winding |= record.increments.len() > 1;
             let mut kept = None;
+            self.refined_stands = false;
             if so_far.going && self.options.estimate && (so_far.winding || !self.options.rough) {
                 let start = (self.options.clock)();
                 if let Some((state, missing, negative)) = self.refine() {
                     self.note_other_verdict(&mut record, negative);
                     record.refined = Some(state);
                     record.missing = missing;
+                    self.refined_stands = true;
                     kept = self.keep_refined();
                 }
                 history.estimate += (self.options.clock)().saturating_sub(start);
@@ -290,6 +297,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let prestressed = self.is_prestressed();
         let held_before: Vec<_> = self.held.keys().copied().collect();
         if index > 0 || !step.changes.is_empty() || prestressed {
+            self.take_over_errors(&step.changes);
             self.change(&step.changes);
         }
         if !self.held.keys().eq(&held_before) {
@@ -384,7 +392,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let mut is_loose = false;
         let (free, near) = self.look_at_rest(steps, &mut |system, at_rest| match at_rest.idle + at_rest.negative {
             count if prestressed => {
-                is_loose = count > 0;
+                is_loose = count > 0 || system.hides_signs_at_rest(at_rest);
                 (Vec::new(), None)
             }
             // What rounding explains of a stiffness is none.
@@ -480,6 +488,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
         refined.loading.fading.clone_from(&self.system.loading.fading);
         refined.loading.auxiliary = self.system.loading.auxiliary;
         refined.hold_like(&self.system);
+        if !self.refined_held.is_empty() {
+            let apart = |held: &Held| self.refined_held.get(&(held.node, held.component)).copied().unwrap_or(0.0);
+            refined.hold(self.held.values().map(|held| held.shifted(apart(held))).collect());
+        }
         refined.prolong(&self.system);
         let found = self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
         let mut state = results::equilibrium(refined);

@@ -117,6 +117,11 @@ impl Held {
     pub(crate) fn at(&self, fraction: f64) -> f64 {
         if fraction == 1.0 { self.to } else { self.from + fraction * (self.to - self.from) }
     }
+
+    /// The same, by so much elsewhere.
+    pub(crate) fn shifted(&self, by: f64) -> Self {
+        Self { from: self.from + by, to: self.to + by, ..*self }
+    }
 }
 
 /// A row of constraint on the spatial motion of a joint: value to be zero, gradient, Hessian of spins.
