@@ -7,11 +7,11 @@
 use super::direction::{Direction, Metric};
 use super::distance::{Locator, Point};
 use super::events::Events;
-use super::follow::Run;
+use super::follow::{Ramp, Run};
 use super::{Continuation, OutOfPlane};
 use crate::history::{CriticalKind, CriticalPoint};
 use crate::packs::{self, Auxiliary};
-use crate::system::{Inertia, System};
+use crate::system::{Inertia, State, System};
 
 /// Times in a row that a bracket is closed in by the secant before it is halved.
 const SECANTS: usize = 4;
@@ -112,6 +112,28 @@ impl Bracket {
     }
 }
 
+/// Two points of a path, as exact as an iteration makes them.
+///
+/// What lies between is begun from them: where a motion is about to lose its stiffness an iteration multiplies what it begins with of
+/// it, and what an increment left of it would hide the point.
+struct Known {
+    /// Distances along the path, and fractions.
+    at: [f64; 2],
+    fractions: [f64; 2],
+    states: [State; 2],
+}
+
+impl Known {
+    /// Puts a system between them, or beyond; the fraction there.
+    fn predict<const D: usize>(&self, system: &mut System<D>, ramp: &Ramp, at: f64) -> f64 {
+        let ratio = (at - self.at[1]) / (self.at[1] - self.at[0]);
+        let fraction = self.fractions[1] + ratio * (self.fractions[1] - self.fractions[0]);
+        ramp.apply(system, fraction);
+        system.predict(&self.states[0], &self.states[1], ratio);
+        fraction
+    }
+}
+
 impl<const D: usize> Locator<'_, D> {
     /// The singular point between the saved states `last` and `next`, at fractions `ends`; the system is left there.
     ///
@@ -138,26 +160,39 @@ impl<const D: usize> Locator<'_, D> {
         let mut n = metric.functional(&secant);
         n.motions.iter_mut().flatten().for_each(|x| *x /= length);
         n.rate /= length;
-        let mut at = |locator: &mut Self, s: f64| {
-            let guess = ends[0] + s * (ends[1] - ends[0]);
-            locator.ramp.apply(locator.system, guess);
-            locator.system.predict(locator.last, locator.next, s - 1.0);
+        let mut at = |locator: &mut Self, s: f64, known: Option<&Known>| {
+            let guess = match known {
+                Some(known) => known.predict(locator.system, locator.ramp, s),
+                None => {
+                    let guess = ends[0] + s * (ends[1] - ends[0]);
+                    locator.ramp.apply(locator.system, guess);
+                    locator.system.predict(locator.last, locator.next, s - 1.0);
+                    guess
+                }
+            };
             let point = locator.correct(&n, s, ends[0], guess).ok()?;
             let (near, value) = judge(locator.system, &point);
             Some((point, near, value))
         };
         let mut begin = 0.0;
-        let (mut first, mut near, mut low) = at(self, begin)?;
+        let (mut first, mut near, mut low) = at(self, begin, None)?;
         // With a softer auxiliary stiffness the point lies a little before where the path was found to pass it.
         let behind = -tuning.shortest * ends[1].abs() / rate.abs();
         if !near && behind < 0.0 {
-            (first, near, low) = at(self, behind)?;
+            (first, near, low) = at(self, behind, None)?;
             begin = behind;
         }
-        let (mut best, far, high) = at(self, 1.0)?;
+        let near_state = self.system.snapshot();
+        let (mut best, far, high) = at(self, 1.0, None)?;
         if !near || far {
             return None;
         }
+        let known = Known {
+            at: [begin, 1.0],
+            fractions: [first.fraction, best.fraction],
+            states: [near_state, self.system.snapshot()],
+        };
+        let mut at = |locator: &mut Self, s: f64| at(locator, s, Some(&known));
         // The count of pivots has noise that a smooth function has not.
         let signs = low.zip(high).filter(|(a, b)| a * b < 0.0);
         let small = signs.map_or(0.0, |(a, b)| 10.0 * exact * a.abs().max(b.abs()));
@@ -333,10 +368,13 @@ impl<const D: usize> Continuation<'_, D> {
             let is_earlier =
                 |exact: f64| (exact - fraction) * forward < -known && (exact - fraction).abs() <= GIVEN * exact.abs();
             if wanted == Wanted::Bifurcation && is_earlier(exact) {
-                match self
-                    .locate(run, interval, wanted, packs::AUXILIARY)
-                    .filter(|(third, _)| !is_earlier(third.fraction))
-                {
+                // Where the other one is the usual one already there is no third.
+                let third = if auxiliary == packs::AUXILIARY {
+                    None
+                } else {
+                    self.locate(run, interval, wanted, packs::AUXILIARY)
+                };
+                match third.filter(|(third, _)| !is_earlier(third.fraction)) {
                     Some((third, at)) => {
                         (stiffer, exact) = (packs::AUXILIARY, third.fraction);
                         (*point, *near) = (third, at);
