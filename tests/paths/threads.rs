@@ -125,6 +125,18 @@ fn threads_whose_end_moves_in_hang_like_catenaries() {
     }
 }
 
+/// Taken from a clamped thread, its weight leaves it straight and without a force: what it is stretched by answers to its pull, however
+/// little that is.
+#[test]
+fn a_thread_that_is_relieved_comes_back() {
+    for dimension in ["plane", "space"] {
+        let after = "}, { name = 'off', distributed = { M0 = [0, 0, 0] } ";
+        let thread = Thread { dimension, held: "clamped", step: after, ..Thread::default() };
+        let pull = thread.pull().0;
+        assert!(pull.iter().all(|pull| pull.abs() < 1e-9 * WEIGHT * LENGTH), "{pull:?}");
+    }
+}
+
 /// Clamped, with layers of bending at the ends as wide as the root of EI over the pull: by so much of its length a thread pulls less.
 #[test]
 fn clamped_threads_hang_like_catenaries_but_for_their_layers() {
