@@ -172,26 +172,27 @@ impl ByFraction {
     }
 
     /// Takes parts of the ramp of no more than is tried next, after a first increment that was not to be believed; `first` is how far
-    /// its linear answer moved, `rests` whether the network has a stiffness where it begins.
+    /// its linear answer moved, `rests` whether the network has a stiffness where it begins, `found` whether there was an equilibrium.
     ///
     /// A slender thread that is straight answers linearly up to a sag of about its radius, and that may be a billionth of the ramp: the
     /// ramp says nothing of how long increments are there. A linear answer whose square is rounding is exact, and one that does not
     /// fall with the load is none: the network begins with a motion that nothing resists.
-    fn begin_nearer(&mut self, trial: &Trial, first: f64, rests: bool, tuning: &Tuning) {
+    fn begin_nearer(&mut self, trial: &Trial, (first, rests, found): (f64, bool, bool), tuning: &Tuning) {
         if self.first_rate.is_some() {
             return;
         }
         let rate = first / trial.length;
         // What turns by more than half a turn is measured too small.
         let is_linear = first > HALF_A_TURN || rate <= tuning.longer * *self.linear_rate.get_or_insert(rate);
-        if rests && is_linear && rate > HALF_A_TURN && first > tuning.increment {
+        let is_beyond = rate > HALF_A_TURN || !found && self.length < tuning.shortest;
+        if rests && is_linear && is_beyond && first > tuning.increment {
             self.whole = self.whole.min(self.fraction.max(self.length));
         }
     }
 
-    /// Shortens the increment after an iteration that was given up, `first` is how far its first increment moved; whether that
-    /// leads nearer to what is known, or else may go on so.
-    fn shorten(&mut self, trial: &Trial, lost: &Lost, first: f64, tuning: &Tuning) -> Retry {
+    /// Shortens the increment after an iteration that was given up, `first` is how far its first increment moved and `rests` as in
+    /// [`Self::begin_nearer`]; whether that leads nearer to what is known, or else may go on so.
+    fn shorten(&mut self, trial: &Trial, lost: &Lost, (first, rests): (f64, bool), tuning: &Tuning) -> Retry {
         (self.length, self.is_shortened) = (tuning.shorter * trial.length, true);
         // What turns by more than half a turn is no extrapolation: it foresees nothing, and no more than that is to be tried.
         let wild = first > HALF_A_TURN;
@@ -200,7 +201,7 @@ impl ByFraction {
         if let Why::Overheld(_) = lost.why {
             self.overheld = Some(lost.why);
         }
-        match lost.why {
+        let retry = match lost.why {
             Why::Wandered => {
                 self.length = 0.5 * trial.length;
                 Retry::Nearer
@@ -220,12 +221,17 @@ impl ByFraction {
                     self.length = self.length.min(tame);
                 }
                 self.failures += 1;
-                if self.length < tuning.shortest * self.whole || self.failures > tuning.iterations {
-                    Retry::Never
-                } else {
-                    Retry::Shorter
-                }
+                Retry::Shorter
             }
+        };
+        // What nothing gives way to does not settle under less.
+        if !matches!(lost.why, Why::Overheld(_)) {
+            self.begin_nearer(trial, (first, rests, false), tuning);
+        }
+        match retry {
+            Retry::Shorter if self.length < tuning.shortest * self.whole => Retry::Never,
+            Retry::Shorter if self.failures > tuning.iterations => Retry::Never,
+            retry => retry,
         }
     }
 }
@@ -258,7 +264,7 @@ impl<const D: usize> Continuation<'_, D> {
                 Judged::TooLong(length) => {
                     self.system.restore(&self.last);
                     (by.length, by.is_shortened) = (length, true);
-                    by.begin_nearer(&trial, first, rests, &self.tuning);
+                    by.begin_nearer(&trial, (first, rests, true), &self.tuning);
                     Tried::Again
                 }
             },
@@ -267,9 +273,7 @@ impl<const D: usize> Continuation<'_, D> {
                 if self.system.is_stopped() {
                     return Tried::Interrupted;
                 }
-                let retry = by.shorten(&trial, &lost, first, &self.tuning);
-                by.begin_nearer(&trial, first, rests, &self.tuning);
-                match retry {
+                match by.shorten(&trial, &lost, (first, rests), &self.tuning) {
                     Retry::Nearer => Tried::Again,
                     Retry::Shorter if (run.watch)(by.fraction) => Tried::Again,
                     Retry::Shorter => Tried::Interrupted,
