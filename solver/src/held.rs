@@ -9,7 +9,8 @@
 //!
 //! Two cases have no answer. Where F is zero nothing determines N: a straight member between two nodes that cannot come
 //! nearer. And under a load across it such a member has no equilibrium: it could bend only if its ends came nearer, F falls
-//! as the square of what N lets it bend, and every secant leads to a larger N.
+//! as the square of what N lets it bend, and every secant leads to a larger N. A member that can hardly be stretched always has one:
+//! its own stretch answers to N.
 
 use crate::chain::{add_held_force, held_force};
 use crate::structure::MemberId;
@@ -133,18 +134,18 @@ impl HeldForces {
         }
         if rounded {
             let index = largest(&before.added).0;
-            return (!self.is_resolved(system, index)).then(|| self.members[index]);
+            return (!self.is_resolved(system, index) && self.is_rigid(system, index)).then(|| self.members[index]);
         }
         let Some(shift) = self.secant() else {
             // Nothing answers: the ends of the member are farther apart, or nearer, than it is long.
             self.grown += 1;
             let index = largest(&last.added).0;
-            return (self.grown >= TIMES).then(|| self.members[index]);
+            return (self.grown >= TIMES && self.is_rigid(system, index)).then(|| self.members[index]);
         };
         let (index, most) = largest(&shift);
         let grows = shift[index] * self.forces[index] > 0.0 && most > GROWS * self.forces[index].abs();
         self.grown = if grows { self.grown + 1 } else { 0 };
-        if self.grown >= TIMES {
+        if self.grown >= TIMES && self.is_rigid(system, index) {
             return Some(self.members[index]);
         }
         for (index, &by) in shift.iter().enumerate() {
@@ -212,7 +213,8 @@ impl HeldForces {
             };
             // A force that did not change tells nothing of its response.
             let left = if left.is_nan() { added } else { left };
-            let rounded = self.is_rounding(system, index) && (!self.hastened || self.is_resolved(system, index));
+            let determined = || self.is_resolved(system, index) || !self.is_rigid(system, index);
+            let rounded = self.is_rounding(system, index) && (!self.hastened || determined());
             left <= part * scale || rounded
         })
     }
@@ -225,6 +227,12 @@ impl HeldForces {
     /// Whether the response to a force is so large that rounding leaves some digits of the force.
     fn is_resolved<const D: usize>(&self, system: &System<D>, index: usize) -> bool {
         self.rounding(system, index) <= RESOLVED * self.response * force_scale(system)
+    }
+
+    /// Whether nothing of the member answers to its force: one that can hardly be stretched has a stretch that does, however small.
+    fn is_rigid<const D: usize>(&self, system: &System<D>, index: usize) -> bool {
+        let slot = &system.members.slots[self.members[index]];
+        held_force(system.members.packs[slot.pack].as_ref(), slot.lane).is_some_and(|held| held.is_rigid)
     }
 
     /// Force that an iteration adds for what rounding makes of the stretch.

@@ -9,6 +9,7 @@ mod held;
 mod increments;
 mod leaps;
 mod modes;
+mod threads;
 mod toggles;
 mod tuning;
 mod turns;

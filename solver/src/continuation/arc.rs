@@ -400,7 +400,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// Goes on by the fraction again where a search got far beyond what it was for: what looked like a loss of stability was
     /// a longer increment onto another branch.
     fn go_on_searching(by: &mut ByArc, tuning: &Tuning) -> Next {
-        let far = by.suspended.as_ref().is_some_and(|s| by.fraction > s.0.fraction + 3.0 * tuning.bracket);
+        let far = by.suspended.as_ref().is_some_and(|s| by.fraction > s.0.fraction + 3.0 * tuning.bracket * s.0.whole);
         let Some((mut fraction, ..)) = by.suspended.take_if(|_| far) else { return Next::GoOn };
         let last = by.fraction - by.before;
         fraction.begin_again(by.fraction, 2.0 * last, Some(last));

@@ -338,7 +338,8 @@ impl<const D: usize> Continuation<'_, D> {
         let residual = self.system.residual();
         self.accept(run.record, at, residual);
         if let Some((mut fraction, ..)) = by.suspended.take() {
-            fraction.begin_again(at, self.tuning.bracket, None);
+            let next = self.tuning.bracket * fraction.whole;
+            fraction.begin_again(at, next, None);
             return Next::By(Control::Fraction(fraction));
         }
         match self.onward(run, by, at, at - top.0) {

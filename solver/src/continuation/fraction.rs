@@ -32,11 +32,18 @@ pub(super) struct ByFraction {
     is_extrapolated: bool,
     length: f64,
     last_length: f64,
+    /// What parts of a ramp are parts of: the whole of it, as a rule, and where the linear answer to that is beyond belief what lies
+    /// behind, or the increment whose linear answer is to be believed.
+    pub whole: f64,
+    /// How fast the linear answer to the first increment moves, once one was tried in vain that it turns by no more than half a turn.
+    linear_rate: Option<f64>,
     /// How fast the network moved in the first increment, if there was one, and in the last.
     first_rate: Option<f64>,
     last_rate: f64,
     /// Increments in a row that found nothing.
     failures: usize,
+    /// Whether the increment that is tried was made shorter.
+    is_shortened: bool,
     /// Whether linear buckling foresees, from the state that the ramp begins at, a critical load on the way: many iterations
     /// may lead to the other side of it.
     foresees_buckling: bool,
@@ -87,9 +94,12 @@ impl ByFraction {
             is_extrapolated: false,
             length,
             last_length: 0.0,
+            whole: 1.0,
+            linear_rate: None,
             first_rate: None,
             last_rate: 0.0,
             failures: 0,
+            is_shortened: false,
             foresees_buckling: false,
             overheld: None,
             stiffness,
@@ -101,8 +111,10 @@ impl ByFraction {
     fn trial(&self, landmarks: &[f64], options: &Options) -> Trial {
         let left = 1.0 - self.fraction;
         let length = if self.fraction + self.length * 1.0001 >= 1.0 { left } else { self.length };
-        let ahead =
-            landmarks.iter().map(|landmark| landmark - self.fraction).find(|&ahead| ahead > options.tuning.shortest);
+        let ahead = landmarks
+            .iter()
+            .map(|landmark| landmark - self.fraction)
+            .find(|&ahead| ahead > options.tuning.shortest * self.whole);
         let length = length.min(ahead.unwrap_or(left));
         let target = if self.fraction + length >= 1.0 - 1e-12 { 1.0 } else { self.fraction + length };
         let aim = match target {
@@ -117,13 +129,17 @@ impl ByFraction {
         // What was not extrapolated says too little of how far one can go.
         let missed = self.is_extrapolated.then_some(increment.missed);
         let next = tuning.next_length(increment.length, increment.found.iterations, missed);
-        self.length = next.min(longest);
+        self.fraction = increment.target;
+        self.whole = self.whole.max(self.fraction);
+        // Where what lies behind is the measure, twice as much is not far as long as the state is foreseen well.
+        let doubles = self.whole < 1.0 && !self.is_shortened && increment.missed <= tuning.miss;
+        self.length = next.max(if doubles { self.fraction } else { 0.0 }).min(longest);
         self.last_rate = increment.rate;
         self.first_rate.get_or_insert(increment.rate);
-        self.fraction = increment.target;
         self.last_length = increment.length;
         self.is_extrapolated = true;
         self.failures = 0;
+        self.is_shortened = false;
         self.foresees_buckling = false;
         self.overheld = None;
         self.stiffness = increment.stiffness;
@@ -133,10 +149,12 @@ impl ByFraction {
     /// be extrapolated.
     pub(super) fn begin_again(&mut self, at: f64, next: f64, last: Option<f64>) {
         self.fraction = at;
+        self.whole = self.whole.max(at);
         self.length = next;
         self.last_length = last.unwrap_or(0.0);
         self.is_extrapolated = last.is_some();
         self.failures = 0;
+        self.is_shortened = false;
         self.foresees_buckling = false;
         self.stiffness = None;
     }
@@ -153,10 +171,29 @@ impl ByFraction {
         Lost { why: self.overheld.filter(|_| settled).unwrap_or(lost.why), ..lost }
     }
 
-    /// Shortens the increment after an iteration that was given up, `first` is how far its first increment moved; whether that
-    /// leads nearer to what is known, or else may go on so.
-    fn shorten(&mut self, trial: &Trial, lost: &Lost, first: f64, tuning: &Tuning) -> Retry {
-        self.length = tuning.shorter * trial.length;
+    /// Takes parts of the ramp of no more than is tried next, after a first increment that was not to be believed; `first` is how far
+    /// its linear answer moved, `rests` whether the network has a stiffness where it begins, `found` whether there was an equilibrium.
+    ///
+    /// A slender thread that is straight answers linearly up to a sag of about its radius, and that may be a billionth of the ramp: the
+    /// ramp says nothing of how long increments are there. A linear answer whose square is rounding is exact, and one that does not
+    /// fall with the load is none: the network begins with a motion that nothing resists.
+    fn begin_nearer(&mut self, trial: &Trial, (first, rests, found): (f64, bool, bool), tuning: &Tuning) {
+        if self.first_rate.is_some() {
+            return;
+        }
+        let rate = first / trial.length;
+        // What turns by more than half a turn is measured too small.
+        let is_linear = first > HALF_A_TURN || rate <= tuning.longer * *self.linear_rate.get_or_insert(rate);
+        let is_beyond = rate > HALF_A_TURN || !found && self.length < tuning.shortest;
+        if rests && is_linear && is_beyond && first > tuning.increment {
+            self.whole = self.whole.min(self.fraction.max(self.length));
+        }
+    }
+
+    /// Shortens the increment after an iteration that was given up, `first` is how far its first increment moved and `rests` as in
+    /// [`Self::begin_nearer`]; whether that leads nearer to what is known, or else may go on so.
+    fn shorten(&mut self, trial: &Trial, lost: &Lost, (first, rests): (f64, bool), tuning: &Tuning) -> Retry {
+        (self.length, self.is_shortened) = (tuning.shorter * trial.length, true);
         // What turns by more than half a turn is no extrapolation: it foresees nothing, and no more than that is to be tried.
         let wild = first > HALF_A_TURN;
         let tame = tuning.shorter * HALF_A_TURN / first * trial.length;
@@ -164,7 +201,7 @@ impl ByFraction {
         if let Why::Overheld(_) = lost.why {
             self.overheld = Some(lost.why);
         }
-        match lost.why {
+        let retry = match lost.why {
             Why::Wandered => {
                 self.length = 0.5 * trial.length;
                 Retry::Nearer
@@ -175,7 +212,7 @@ impl ByFraction {
                 if !self.is_extrapolated {
                     self.length *= tuning.shorter.powf(excess.min(9) as f64 / 4.0 - 0.25);
                 }
-                let length = self.length.max(0.9 * tuning.bracket);
+                let length = self.length.max(0.9 * tuning.bracket * self.whole);
                 self.length = if wild { length.min(tame) } else { length };
                 Retry::Nearer
             }
@@ -184,12 +221,17 @@ impl ByFraction {
                     self.length = self.length.min(tame);
                 }
                 self.failures += 1;
-                if self.length < tuning.shortest || self.failures > tuning.iterations {
-                    Retry::Never
-                } else {
-                    Retry::Shorter
-                }
+                Retry::Shorter
             }
+        };
+        // What nothing gives way to does not settle under less.
+        if !matches!(lost.why, Why::Overheld(_)) {
+            self.begin_nearer(trial, (first, rests, false), tuning);
+        }
+        match retry {
+            Retry::Shorter if self.length < tuning.shortest * self.whole => Retry::Never,
+            Retry::Shorter if self.failures > tuning.iterations => Retry::Never,
+            retry => retry,
         }
     }
 }
@@ -207,13 +249,22 @@ impl<const D: usize> Continuation<'_, D> {
     /// Tries the next increment: the state is at its end then, or the last one again.
     pub(super) fn increment_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Tried<Increment, Ending> {
         let trial = self.predict_by_fraction(run, by);
-        match self.correct_by_fraction(run, by, &trial) {
+        let tried = self.correct_by_fraction(run, by, &trial);
+        let first = self.system.moves.first_own;
+        let rests = self.base.negative() == 0 && !self.base.neutral;
+        #[cfg(feature = "trace")]
+        eprintln!(
+            "at {:.3e} by {:.3e} whole {:.1e} first {:.1e}: {:?}",
+            by.fraction, trial.length, by.whole, first, tried
+        );
+        match tried {
             Ok(found) => match self.assess(run, by, &trial, found) {
                 Judged::Accepted(increment) => Tried::Accepted(increment),
                 Judged::Lost(ending) => Tried::Lost(ending),
                 Judged::TooLong(length) => {
                     self.system.restore(&self.last);
-                    by.length = length;
+                    (by.length, by.is_shortened) = (length, true);
+                    by.begin_nearer(&trial, (first, rests, true), &self.tuning);
                     Tried::Again
                 }
             },
@@ -222,7 +273,7 @@ impl<const D: usize> Continuation<'_, D> {
                 if self.system.is_stopped() {
                     return Tried::Interrupted;
                 }
-                match by.shorten(&trial, &lost, self.system.moves.first_own, &self.tuning) {
+                match by.shorten(&trial, &lost, (first, rests), &self.tuning) {
                     Retry::Nearer => Tried::Again,
                     Retry::Shorter if (run.watch)(by.fraction) => Tried::Again,
                     Retry::Shorter => Tried::Interrupted,
@@ -261,7 +312,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn search(&mut self, run: &mut Run<'_>, by: &mut ByFraction, ending: Ending) -> Next {
         // A member that is held at both ends is no singular point, and shorter increments change nothing.
         let overheld = matches!(ending.failure.cause, Cause::Overheld { .. });
-        let reach = 0.5 * self.tuning.bracket;
+        let reach = 0.5 * self.tuning.bracket * by.whole;
         let arc = if overheld { None } else { self.arc_from_last(run, by.fraction, reach, Purpose::Search) };
         let Some(mut arc) = arc else { return Next::End(self.end_short(run, by.fraction, self.base, ending)) };
         arc.suspended = Some((by.clone(), self.base, ending));
@@ -287,13 +338,13 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Iterates to the equilibrium at the end of an increment; where that gets lost, again from the last state, more carefully.
     fn correct_by_fraction(&mut self, run: &mut Run<'_>, by: &ByFraction, trial: &Trial) -> Result<Convergence, Lost> {
-        let doubt = run.conservative && trial.length > self.tuning.bracket;
+        let doubt = run.conservative && trial.length > self.tuning.bracket * by.whole;
         let start = Start {
             predicted: by.is_extrapolated,
             rest: Some(&self.last),
             negative_limit: if doubt { self.base.own } else { usize::MAX },
             aim: trial.aim,
-            may_wander: trial.length <= self.tuning.near,
+            may_wander: trial.length <= self.tuning.near * by.whole,
             ..Start::nearby()
         };
         let again = Start { predicted: false, rest: None, ..start };
@@ -327,6 +378,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// Whether the equilibrium that an increment led to is the one that follows the last on its path.
     fn assess(&mut self, run: &mut Run<'_>, by: &ByFraction, trial: &Trial, mut found: Convergence) -> Judged {
         let tuning = self.tuning;
+        let [bracket, shortest] = [tuning.bracket, tuning.shortest].map(|part| part * by.whole);
         let (step, predicted) = (trial.length, by.is_extrapolated);
         let ends = [by.fraction, trial.target];
         let missed = self.system.moves.first_own;
@@ -337,9 +389,9 @@ impl<const D: usize> Continuation<'_, D> {
         // came out on is chance: no place to end an increment at.
         if let Some((here, last)) = stiffness.zip(by.stiffness)
             && here < tuning.bracket * last
-            && step > tuning.bracket
+            && step > bracket
         {
-            return Judged::TooLong((tuning.shorter * step).max(0.9 * tuning.bracket));
+            return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
         }
         let mut count = self.count(&found.inertia);
         if count.neutral
@@ -366,7 +418,7 @@ impl<const D: usize> Continuation<'_, D> {
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
         let hard = wrong || beyond || !conservative && found.iterations >= self.too_many(rose);
-        let far = (guarded || doubtful || aside || flipped) && step > tuning.bracket;
+        let far = (guarded || doubtful || aside || flipped) && step > bracket;
         let mut torn = doubtful && found.iterations >= tuning.many;
         let mut passed = None;
         if flipped && !far && !torn {
@@ -375,18 +427,18 @@ impl<const D: usize> Continuation<'_, D> {
             torn = passed.as_ref().is_some_and(Vec::is_empty);
         }
         let shorter = |floor: f64| Judged::TooLong((tuning.shorter * step).max(0.9 * floor));
-        if torn && (far || step > tuning.shortest) {
-            return shorter(tuning.shortest);
+        if torn && (far || step > shortest) {
+            return shorter(shortest);
         }
         // One pair of pivots may be lost at once where nothing is singular; more of them hide what lies between.
-        if !conservative && count.own > self.base.own + PAIR && step > tuning.shortest {
-            return shorter(tuning.shortest);
+        if !conservative && count.own > self.base.own + PAIR && step > shortest {
+            return shorter(shortest);
         }
         if far {
-            return shorter(tuning.bracket);
+            return shorter(bracket);
         }
-        torn |= hard && step <= tuning.shortest;
-        if rose && step > tuning.bracket || hard && step > tuning.shortest {
+        torn |= hard && step <= shortest;
+        if rose && step > bracket || hard && step > shortest {
             let ratio = predicted.then_some(step / by.last_length);
             let again = if rose && hard { None } else { self.in_two_parts(run, ends, ratio) };
             let Some(again) = again else { return Judged::TooLong(0.5 * step) };
@@ -394,7 +446,7 @@ impl<const D: usize> Continuation<'_, D> {
                 && !self.system.hangs()
                 && let Some(part) = self.passed_twice(run, ends)
             {
-                return Judged::TooLong((part * step).max(0.9 * tuning.bracket));
+                return Judged::TooLong((part * step).max(0.9 * bracket));
             }
             count = self.count(&again.inertia);
             found = Convergence { iterations: found.iterations, ..again };
@@ -404,11 +456,11 @@ impl<const D: usize> Continuation<'_, D> {
         if !conservative
             && still
             && !flipped
-            && step > tuning.bracket
+            && step > bracket
             && !self.system.hangs()
             && let Some(part) = self.dipped_below(run, ends, by.stiffness)
         {
-            return Judged::TooLong((part * step).max(0.9 * tuning.bracket));
+            return Judged::TooLong((part * step).max(0.9 * bracket));
         }
         let before = predicted.then_some(&self.before);
         if guarded || torn || aside || doubtful && self.system.jumped(&self.last, before, &tuning) {
@@ -420,10 +472,10 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let several =
             passed.as_ref().is_some_and(|points| self.events_at(&count, false).number() > points.len().max(1));
-        if several && step > tuning.bracket {
+        if several && step > bracket {
             let negative = [self.base.own, found.inertia.negative];
-            if !conservative || !self.are_together(run, ends, negative, tuning.bracket / step) {
-                return shorter(tuning.bracket);
+            if !conservative || !self.are_together(run, ends, negative, bracket / step) {
+                return shorter(bracket);
             }
         }
         let rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
