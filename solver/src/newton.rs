@@ -247,7 +247,11 @@ impl Newton {
             }
             let enough = match start.aim {
                 Aim::Result => false,
-                Aim::Passing => last <= self.tuning.shortest && residual.largest() <= self.tuning.tolerance,
+                // Right beyond a limit point forces nearly balance, and increments go on without end.
+                Aim::Passing => {
+                    last <= self.tuning.shortest.min(self.tuning.contraction * before)
+                        && residual.largest() <= self.tuning.tolerance
+                }
                 Aim::Rough => last <= self.tuning.tolerance.sqrt() && residual.largest() <= self.tuning.shortest,
                 Aim::Comparison => last <= self.tuning.trust && residual.largest() <= self.tuning.near * misfit,
             };
