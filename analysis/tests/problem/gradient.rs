@@ -129,7 +129,12 @@ fn rotations_that_are_held_in_part_and_axes_that_are_parameters() {
             {steps}
         "#
         );
-        check(&text, &["t"], &["u", "v", "root"]);
+        let document = Document::from_text("network.toml", &text);
+        let problem = Problem::new(&document, &[], &["t"], &["u", "v", "root"], 1e-6).unwrap();
+        // The moment at the root is two thousand times as large as what a turn of the hinge changes it by: rounding of it, over the
+        // three millionths by which differences are taken, is more than a hundred millionth of that.
+        let within = if end == ends[1] { 1e-7 } else { 1e-8 };
+        check_within(&problem, &problem.middle(), &["u", "v", "root"], within);
     }
 }
 
