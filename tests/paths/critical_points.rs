@@ -526,6 +526,80 @@ fn arches_in_space_lean_at_the_bifurcation_that_they_have_in_the_plane() {
     }
 }
 
+fn solve_text(text: &str, accuracy: f64) -> Solution {
+    let model = read_text("network.toml", text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = Options { estimate: true, ..Options::default() };
+    solve_to_accuracy(model, accuracy, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
+}
+
+/// A mesh that is refined for the leaning state of an arch is not symmetric, and meets no bifurcation: that of the mesh before it is
+/// listed all the same, without an error, and the accuracy is not met.
+#[test]
+fn a_point_that_a_finer_mesh_does_not_meet_is_kept() {
+    let text = "format = \"pennate/1\"\ndimension = \"plane\"\n\
+        [sections.s]\nstiffness = { EA = 0.38007009, EI3 = 1 }\n\
+        [nodes]\nA = [-50, 0]\nB = [50, 0]\nC = [0, 49]\n\
+        [members]\nl = { nodes = [\"A\", \"C\"], section = \"s\", arc = [-35.00357124637428, 34.7077257616064] }\n\
+        r = { nodes = [\"C\", \"B\"], section = \"s\", arc = [35.00357124637428, 34.7077257616064] }\n\
+        [supports]\nA = \"pinned\"\nB = \"pinned\"\n[[steps]]\ndisplacement = { C = { uy = -22.9494 } }\n";
+    for accuracy in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+        let solution = solve_text(text, accuracy);
+        let step = &solution.history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{accuracy}");
+        let [point] = step.critical_points.as_slice() else { panic!("{accuracy}: {:?}", step.critical_points.len()) };
+        assert_eq!(point.kind, CriticalKind::Bifurcation);
+        // On the meshes that these accuracies need it lies within 2e-4 of where the finest has it.
+        assert!((point.fraction - 0.436_741_26).abs() < 2e-4, "{accuracy}: {}", point.fraction);
+        assert!(point.error.is_some() || !solution.accuracy.is_met(), "{accuracy}");
+    }
+}
+
+/// A strip between a clamp and an end that is pulled and turned: a rotation that names rx and ry holds them where stability in space is
+/// judged, and one that names rz alone does not.
+#[test]
+fn what_a_step_holds_out_of_the_plane_is_held() {
+    for (rotation, expected) in [("[0, 0, 36.5]", Status::Converged), ("{ rz = 36.5 }", Status::Bifurcation)] {
+        let solution = solve_text(
+            &format!(
+                "format = \"pennate/1\"\n[sections.t]\nstiffness = {{ EA = 5.445, EI3 = 1, EI2 = 1, GJ = 0.8 }}\n\
+                 [nodes]\nA = [0, 0]\nB = [68.93785589546296, 0]\n\
+                 [members]\nm = {{ nodes = [\"A\", \"B\"], section = \"t\" }}\n[supports]\nA = \"clamped\"\n\
+                 [[steps]]\nforce = {{ B = [0.13866870977870352, 0] }}\n[[steps]]\nrotation = {{ B = {rotation} }}\n"
+            ),
+            1e-6,
+        );
+        assert_eq!(solution.history.steps[1].status, expected, "{rotation}");
+    }
+}
+
+/// The error with which a place was reached is that of the place where it is held.
+#[test]
+fn the_error_of_a_place_that_is_held_is_known_afterwards() {
+    let text = "format = \"pennate/1\"\ndimension = \"plane\"\n[sections.s]\nstiffness = { EA = 1e4, EI3 = 1e3 }\n\
+        [nodes]\nA = [0, 0]\nB = [100, 0]\nC = [100, 60]\n\
+        [members]\na = { nodes = [\"A\", \"B\"], section = \"s\" }\nb = { nodes = [\"B\", \"C\"], section = \"s\" }\n\
+        [supports]\nA = \"clamped\"\n[[steps]]\nforce = { C = [0.4, -0.5] }\n\
+        [[steps]]\nhold = { C = [\"ux\", \"uy\"] }\nforce = { C = [0, 0] }\n";
+    let (coarse, exact) = (solve_text(text, 1e-3), solve_text(text, 1e-10));
+    for step in 0..2 {
+        let [state, right] = [&coarse, &exact].map(|solution| solution.history.steps[step].increments.last());
+        let [state, right] = [state, right].map(|increment| &increment.expect("a state").state);
+        let refined = coarse.history.steps[step].refined.as_ref().expect("an estimate");
+        for node in 1..3 {
+            let apart = |other: &[f64; 3]| {
+                let here = &state.nodes[node].displacement;
+                here.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+            };
+            let (stated, wrong) = (apart(&refined.nodes[node].displacement), apart(&right.nodes[node].displacement));
+            println!("step {step}, node {node}: {stated:e} stated, {wrong:e} wrong");
+            assert!(
+                wrong > 1e-9 && (wrong / 3.0..3.0 * wrong).contains(&stated),
+                "{step} {node}: {stated:e} {wrong:e}"
+            );
+        }
+    }
+}
+
 #[test]
 fn the_arc_of_a_shallow_arch_goes_on_where_its_leaning_branch_ends() {
     let ramp = |method: &str, increments: usize| {

@@ -25,7 +25,9 @@ use crate::solution::{ProbeTable, Solution, Timing};
 use self::error::{relative_error, state_least_errors};
 use self::free::compare_with_free;
 use self::judge::{every_end_is_estimated, judge};
-use self::points::{critical_error, estimate_critical_points, has_unknown_points, inherit_errors, note_points};
+use self::points::{
+    critical_error, estimate_critical_points, has_unknown_points, inherit_errors, keep_lost_points, note_points,
+};
 
 pub use self::together::Shared;
 pub(crate) use self::together::solve_together;
@@ -194,6 +196,9 @@ impl Adaptive for Search<'_> {
             estimate_critical_points(&self.points_before, &mut history, ratio, mesh.lowest_order(model));
         } else {
             self.points_before = History::default();
+        }
+        if let Some(before) = best.filter(|before| before.error.is_some() && !before.grading.unresolved) {
+            keep_lost_points(&before.history, &mut history);
         }
         let probes = ProbeTable::new(model, &history);
         let known = self.options.rough || every_end_is_estimated(&history);

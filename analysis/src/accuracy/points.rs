@@ -1,6 +1,6 @@
 //! The errors of singular points: how far a finer mesh moves them along the ramp.
 
-use pennate_solver::history::{CriticalPoint, History, StepHistory};
+use pennate_solver::history::{CriticalPoint, History, Status, StepHistory};
 
 /// Part of a ramp by which one mesh follows it as far as another one.
 const SCATTER: f64 = 0.01;
@@ -37,6 +37,29 @@ pub(super) fn note_points(run: &History, known: &mut History) {
             Some(before) if step.fraction < before.fraction - SCATTER => {}
             Some(before) => *before = points,
             None => known.steps.push(points),
+        }
+    }
+}
+
+/// Takes over the singular points of steps that a coarser mesh went to the end of as well, and that are none of those of a run: found
+/// on one mesh alone, their errors are not known.
+///
+/// A mesh that is refined for a leaning state is none that is symmetric, and the path bends to the branch where it met it before.
+pub(super) fn keep_lost_points(coarse: &History, fine: &mut History) {
+    for (other, own) in coarse.steps.iter().zip(&mut fine.steps) {
+        if [other.status, own.status] != [Status::Converged; 2] {
+            continue;
+        }
+        let (others, known) = (&other.critical_points, &own.critical_points);
+        let near = |point: &CriticalPoint| {
+            known.iter().any(|own| (own.fraction - point.fraction).abs() <= SCATTER * point.fraction.abs())
+        };
+        let is_lost = |index: &usize| partner(others, *index, known).is_none() && !near(&others[*index]);
+        let lost: Vec<usize> = (0..others.len()).filter(is_lost).collect();
+        for point in lost.into_iter().map(|index| &others[index]) {
+            let later = own.critical_points.iter().position(|own| own.fraction > point.fraction);
+            let lost = CriticalPoint { error: None, located: None, ..point.clone() };
+            own.critical_points.insert(later.unwrap_or(own.critical_points.len()), lost);
         }
     }
 }
