@@ -111,23 +111,24 @@ def test_gradients_are_those_of_differences(problem: pennate.Problem) -> None:
 
 
 def test_designs_know_whether_they_are_stable() -> None:
-    # A column that is pushed beyond its load stays straight where nothing disturbs it: it ends at the bifurcation.
-    column = pennate.loads("""
+    # A shallow toggle that is pushed beyond its limit load ends there, stable as far as it came.
+    toggle = pennate.loads("""
         format = "pennate/1"
         parameters = { F = 1 }
-        nodes = { A = [0, 0], B = [0, 100] }
+        nodes = { A = [-50, 0], B = [50, 0], C = [0, 1.5] }
         materials.steel = { youngs_modulus = "200 GPa", poissons_ratio = 0.3 }
         sections.wire = { circle = { radius = 0.75 } }
-        members.wire = { nodes = ["A", "B"], section = "wire", material = "steel" }
-        supports = { A = "clamped" }
-        steps = [{ name = "push", force = { B = [0, "= -F"] } }]
-        probes = { drop = { node = "B", displacement = [0, -1] } }
+        members.left = { nodes = ["A", "C"], section = "wire", material = "steel" }
+        members.right = { nodes = ["C", "B"], section = "wire", material = "steel", release = { start = ["rz"] } }
+        supports = { A = "pinned", B = "pinned" }
+        steps = [{ name = "push", force = { C = [0, "= -F"] } }]
+        probes = { drop = { node = "C", displacement = [0, -1] } }
     """).problem(["F"])
-    column([[1.0], [np.nan], [100.0]])
-    assert column.stable == [True, None, True]
-    assert [reason and reason.kind for reason in column.reasons] == [None, "not_finite", "bifurcation"]
-    column.gradient([2.0])
-    assert column.stable == [True]
+    toggle([[1.0], [np.nan], [9.0]])
+    assert toggle.stable == [True, None, True]
+    assert [reason and reason.kind for reason in toggle.reasons] == [None, "not_finite", "limit_point"]
+    toggle.gradient([2.0])
+    assert toggle.stable == [True]
 
 
 def test_designs_without_an_answer_have_a_reason(problem: pennate.Problem) -> None:
