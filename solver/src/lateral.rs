@@ -5,6 +5,7 @@
 //!
 //! Theory: docs/theory/stability.md, out of the plane.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use pennate_elements::beam::Moduli;
@@ -25,6 +26,8 @@ const SMALL: f64 = 1e-9;
 pub struct Lateral {
     system: System<3>,
     held: Vec<Held>,
+    /// What steps held out of the plane when these rows were found.
+    aside: Vec<Held>,
     /// The network in space, built where a sideways loss of stability has to be confirmed.
     space: Option<System<6>>,
     /// Lateral stiffness of the ends of every member whose other nodes are held, at the last assembly.
@@ -43,17 +46,21 @@ impl Lateral {
         system.members.slots = plane.members.slots.clone();
         system.pattern.in_blocks = plane.pattern.in_blocks;
         system.hold(held.clone());
-        Self { system, held, space: None, bare: Vec::new(), found: None }
+        Self { system, held, aside: plane.pattern.aside.clone(), space: None, bare: Vec::new(), found: None }
     }
 
-    /// Holds what supports and the present step hold out of the plane.
+    /// Holds what supports and the present step hold out of the plane, where a step holds other rows than the last.
     fn hold(&mut self, plane: &System<3>) {
-        let rows = rows(plane);
-        let same = |(a, b): (&Held, &Held)| (a.node, a.component) == (b.node, b.component);
-        if rows.len() != self.held.len() || !rows.iter().zip(&self.held).all(same) {
-            self.held = rows;
-            self.system.hold(self.held.clone());
+        let row = |held: &Held| (held.node, held.component);
+        if !plane.pattern.aside.iter().map(row).eq(self.aside.iter().map(row)) {
+            self.hold_anew(plane);
         }
+    }
+
+    fn hold_anew(&mut self, plane: &System<3>) {
+        self.aside.clone_from(&plane.pattern.aside);
+        self.held = rows(plane);
+        self.system.hold(self.held.clone());
     }
 
     /// Negative pivots of the spatial network less those of the plane one, at the same equilibrium.
@@ -158,8 +165,7 @@ impl OutOfPlane<3> for Lateral {
         let serves = self.system.renew(Arc::clone(&plane.structure), Arc::clone(&plane.topology));
         if serves {
             self.system.members.slots.clone_from(&plane.members.slots);
-            self.held = rows(plane);
-            self.system.hold(self.held.clone());
+            self.hold_anew(plane);
             (self.space, self.found) = (None, None);
         }
         serves
@@ -255,7 +261,7 @@ pub(crate) fn flat_rows(plane: &System<3>) -> Vec<Held> {
 /// where they name neither. And what a step holds there.
 ///
 /// So a mirror plane y = 0, which holds uy, rx and rz, leaves ry free.
-pub fn rows(plane: &System<3>) -> Vec<Held> {
+pub(crate) fn rows(plane: &System<3>) -> Vec<Held> {
     let mut held: Vec<Held> = Vec::new();
     for support in &plane.structure.supports {
         let translation = support.fixed[..3].contains(&true);
@@ -279,8 +285,7 @@ pub fn rows(plane: &System<3>) -> Vec<Held> {
             held.push(Held { node: support.node, component, kind, from: 0.0, to: 0.0 });
         }
     }
-    let is_new = |row: &&Held| held.iter().all(|known| (known.node, known.component) != (row.node, row.component));
-    let of_steps: Vec<Held> = plane.pattern.aside.iter().filter(is_new).copied().collect();
-    held.extend(of_steps);
+    let known: HashSet<_> = held.iter().map(|row| (row.node, row.component)).collect();
+    held.extend(plane.pattern.aside.iter().filter(|row| !known.contains(&(row.node, row.component))));
     held
 }
