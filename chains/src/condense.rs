@@ -112,7 +112,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         B::local::<P, TANGENT>(&at, k);
         self.energy += k.energy;
 
-        if self.settings.dashpots > 0.0 {
+        if self.settings.acts_on_nodes() {
             for i in 0..P - 1 {
                 let node = e * Self::INNER_NODES + i;
                 for d in 0..D {
@@ -245,7 +245,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         for e in 1..self.frames.len() {
             let [first, last] = self.refresh_element::<RESTS>(e, source, &mut k);
             rest = add(rest, first);
-            if self.settings.dashpots > 0.0 {
+            if self.settings.acts_on_nodes() {
                 rest = add(rest, self.dashpots.forces[e]);
             }
             if RESTS {
@@ -310,7 +310,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             let next = self.condense_element(e, &mut k);
             let mut pivot = madd(here, next.k00);
             rest = add(rest, next.r0);
-            if self.settings.dashpots > 0.0 {
+            if self.settings.acts_on_nodes() {
                 for d in 0..D {
                     pivot[d][d] += self.dashpots.stiffnesses[e][d];
                     rest[d] += self.dashpots.forces[e][d];
@@ -337,7 +337,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             link = coupled;
         }
         let mut ends = Ends { k00: left, k01: transpose(&link), k11: here, r0: left_rest, r1: rest };
-        if self.settings.dashpots == 0.0 {
+        if !self.settings.acts_on_nodes() {
             balance(&mut ends, Self::TRANSLATIONS);
         }
         self.ends = ends;

@@ -54,7 +54,7 @@ impl<const D: usize> SegmentState<D> {
     }
 
     /// Stiffness against a strain, infinite for one that is held.
-    pub(crate) fn stiffness(&self, component: usize) -> f64 {
+    pub fn stiffness(&self, component: usize) -> f64 {
         self.moduli.stiffness[component] / (1.0 - self.moduli.held[component])
     }
 }

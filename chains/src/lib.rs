@@ -47,7 +47,7 @@ pub use lateral::LateralEnds;
 pub use layers::variations;
 pub use measures::Measures;
 pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
-pub use pack::{Interior, MemberEnds, NodesBy, Pack, Settings};
+pub use pack::{Drawn, InnerNode, Interior, MemberEnds, NodesBy, Pack, Settings, any};
 pub use rows::{EndPlaces, EndRows, OwnRows};
 pub use sections::sections;
 pub use shape::{middle, shape};

@@ -42,6 +42,46 @@ pub struct Settings {
     pub dashpots: f64,
     /// That state.
     pub anchor: Vec<f64>,
+    /// Force on every node between the ends for a unit of mass, in a direction that singles out no motion; zero where there is none.
+    pub push: f64,
+    /// What draws a node between the ends to a place.
+    pub drawn: Option<Drawn>,
+}
+
+impl Settings {
+    /// Whether dashpots, forces or a spring act on nodes between the ends.
+    pub(crate) fn acts_on_nodes(&self) -> bool {
+        self.dashpots > 0.0 || self.push != 0.0 || self.drawn.is_some()
+    }
+}
+
+/// A node between the ends of a member.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InnerNode {
+    /// The end of an element, by index among them.
+    Between(usize),
+    /// A node within an element, by both indices; its place is that in the frame of the element.
+    Within(usize, usize),
+}
+
+/// A spring that draws a node between the ends to a place in one component.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn {
+    /// Lane of the member.
+    pub lane: usize,
+    /// The node.
+    pub node: InnerNode,
+    /// Component of its displacement: 0 to 2 (1 in the plane).
+    pub component: usize,
+    /// Stiffness (force per length).
+    pub stiffness: f64,
+    /// The displacement (length) that the spring draws it to.
+    pub to: f64,
+}
+
+/// A number between -1 and 1, another one for each component: forces that go with it single out no motion.
+pub fn any(component: usize) -> f64 {
+    (1.3 * component as f64 + 0.7).sin()
 }
 
 /// How the nodes between the ends of members are placed.
@@ -216,7 +256,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         if self.settings.keeps_factors {
             self.keep_factors();
         }
-        if self.settings.dashpots > 0.0 {
+        if self.settings.acts_on_nodes() {
             self.load_dashpots();
         }
         T::run(condense::Condense(self));
@@ -230,7 +270,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             T::run(condense::Refresh::<T, B, D, P, false>(self, Some(source)));
             return false;
         }
-        if self.settings.dashpots > 0.0 {
+        if self.settings.acts_on_nodes() {
             self.load_dashpots();
         }
         let keeps = self.kept.own.len() + 1 == self.frames.len() && self.kept.inner_own.len() == self.inner_rest.len();

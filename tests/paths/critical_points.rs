@@ -240,6 +240,99 @@ fn a_round_clamped_strut_follows_its_stable_branch() {
     }
 }
 
+/// A column between two hinges under a load that its upper end follows straight down: no joint moves by what it loses, and it goes
+/// on along the elastica.
+#[test]
+fn a_column_hinged_at_both_ends_bends_between_joints_that_stay() {
+    let critical = std::f64::consts::PI.powi(2) / 100.0f64.powi(2);
+    for (times, increments) in [(1.02, 1), (1.2, 1), (1.2, 7), (1.2, 60), (1.6, 1)] {
+        let text = format!(
+            "format = 'pennate/1'\ndimension = 'plane'\n[nodes]\nA = [0, 0]\nT = [0, 100]\n\
+             [sections.s]\nstiffness = {{ EI2 = 3, EI3 = 1, GJ = 0.8 }}\nstretch = false\nshear = false\n\
+             [members]\nm = {{ nodes = ['A', 'T'], section = 's', release = {{ start = 'pin', end = 'pin' }} }}\n\
+             [supports]\nA = 'clamped'\nT = ['ux', 'rz']\n\
+             [[steps]]\nincrements = {increments}\nforce = {{ T = [0, {}] }}\n",
+            -times * critical
+        );
+        let model = read_text("column.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, e)| panic!("{e}"));
+        let step = &solution.history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{times} {increments}");
+        let [point] = step.critical_points.as_slice() else { panic!("{:?}", step.critical_points) };
+        assert_eq!((point.kind, point.member), (CriticalKind::Bifurcation, Some(0)));
+        assert_load(times * point.fraction, 1.0);
+        // The elastica of a half: K(k) = L/2 sqrt(P/EI), and the ends come nearer by 2 L (1 - E/K).
+        let wanted = 0.5 * std::f64::consts::PI * f64::sqrt(times);
+        let (mut low, mut high) = (0.0, 0.99);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            *(if complete_elliptic(middle) < wanted { &mut low } else { &mut high }) = middle;
+        }
+        let expected = -200.0 * (1.0 - second_elliptic(low) / wanted);
+        let [_, shortened, _] = last_displacement(&solution, "T");
+        assert!((shortened / expected - 1.0).abs() < 1e-5, "{times} {increments}: {shortened} against {expected}");
+    }
+}
+
+/// A frame whose middle column, between two hinges, is lost first: it goes on as the same frame does whose members are drawn as two,
+/// whatever the number of increments.
+#[test]
+fn a_frame_goes_on_where_a_column_between_hinges_buckles() {
+    let solve = |halves: bool, increments: usize| {
+        let members = [
+            ("l", ["A", "D"], [0, 0], [0, 80], "c", ""),
+            ("m", ["B", "E"], [100, 0], [100, 80], "c", "pin"),
+            ("r", ["C", "F"], [200, 0], [200, 80], "c", ""),
+            ("s", ["D", "E"], [0, 80], [100, 80], "b", ""),
+            ("t", ["E", "F"], [100, 80], [200, 80], "b", ""),
+        ];
+        let mut nodes =
+            "[nodes]\nA = [0, 0]\nB = [100, 0]\nC = [200, 0]\nD = [0, 80]\nE = [100, 80]\nF = [200, 80]\n".to_owned();
+        let mut words = "[members]\n".to_owned();
+        for (name, [start, end], from, to, section, release) in members {
+            let pins = |which: &str| {
+                let ends: Vec<_> =
+                    ["start", "end"].iter().filter(|end| which.contains(**end) && !release.is_empty()).collect();
+                let ends: Vec<_> = ends.iter().map(|end| format!("{end} = 'pin'")).collect();
+                if ends.is_empty() { String::new() } else { format!(", release = {{ {} }}", ends.join(", ")) }
+            };
+            let member = |name: &str, nodes: [&str; 2], pins: String| {
+                format!("{name} = {{ nodes = ['{}', '{}'], section = '{section}'{pins} }}\n", nodes[0], nodes[1])
+            };
+            if halves {
+                let middle = format!("N{name}");
+                nodes += &format!("{middle} = [{}, {}]\n", (from[0] + to[0]) / 2, (from[1] + to[1]) / 2);
+                words += &member(&format!("{name}1"), [start, &middle], pins("start"));
+                words += &member(&format!("{name}2"), [&middle, end], pins("end"));
+            } else {
+                words += &member(name, [start, end], pins("start end"));
+            }
+        }
+        let text = format!(
+            "format = 'pennate/1'\ndimension = 'plane'\n{nodes}{words}\
+             [sections.c]\nstiffness = {{ EI2 = 3, EI3 = 1, GJ = 0.8 }}\nstretch = false\n\
+             [sections.b]\nstiffness = {{ EI2 = 3, EI3 = 20, GJ = 0.8 }}\nstretch = false\n\
+             [supports]\nA = 'clamped'\nB = 'clamped'\nC = 'clamped'\n\
+             [[steps]]\nincrements = {increments}\nforce = {{ D = [1e-6, -2e-4], E = [0, -2e-3], F = [0, -2e-4] }}\n"
+        );
+        let model = read_text("frame.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        solve_to_accuracy(model, 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, e)| panic!("{e}"))
+    };
+    let reference = solve(true, 1);
+    let expected = last_displacement(&reference, "D");
+    for increments in [1, 7, 20, 60] {
+        let solution = solve(false, increments);
+        let step = &solution.history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{increments}");
+        assert_eq!(step.critical_points.len(), reference.history.steps[0].critical_points.len(), "{increments}");
+        for (now, expected) in last_displacement(&solution, "D").into_iter().zip(expected) {
+            assert!((now - expected).abs() <= 1e-5, "{increments}: {now} against {expected}");
+        }
+    }
+}
+
 /// E(k) by the arithmetic-geometric mean.
 fn second_elliptic(k: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());

@@ -95,11 +95,11 @@ impl<const D: usize> Continuation<'_, D> {
         if point.sideways {
             return None;
         }
+        let near = self.system.loading.fraction;
         self.note_inside(run, ends, point.fraction);
-        if !self.inside.is_empty() {
-            return None;
-        }
-        let at = self.switch(run, point.fraction)?;
+        let by_joints = if self.inside.is_empty() { self.switch(run, point.fraction) } else { None };
+        let at = by_joints.or_else(|| self.switch_inside(run, point, near))?;
+        self.inside.clear();
         let residual = self.system.residual();
         self.accept(run.record, at, residual);
         let next = (4.0 * (at - point.fraction)).clamp(2.0 * self.tuning.shortest, 1.0);
@@ -234,7 +234,7 @@ impl<const D: usize> Continuation<'_, D> {
         let n = metric.functional(&direction);
         let length = n.along(&self.system.pattern.motions_of(&mode), 0.0);
         let base = self.base;
-        let mut point_at = |path: &mut Self, run: &mut Run<'_>, amplitude: f64| {
+        let point_at = |path: &mut Self, run: &mut Run<'_>, amplitude: f64| {
             let kick = |path: &mut Self, run: &Run<'_>, amplitude: f64| {
                 path.back_to_last(run.ramp, fraction);
                 let aside: Vec<f64> = mode.iter().map(|x| amplitude * x).collect();
@@ -254,6 +254,18 @@ impl<const D: usize> Continuation<'_, D> {
             let count = path.count(&point.inertia);
             (count.own <= base.own && count.lateral <= base.lateral).then_some((point.fraction, count))
         };
+        self.enter(run, fraction, point_at)
+    }
+
+    /// Onto a branch that leaves the state `last`, a bifurcation at this fraction, and is stable and leads on; the fraction there.
+    /// `point_at` finds it at an amplitude.
+    pub(super) fn enter(
+        &mut self,
+        run: &mut Run<'_>,
+        fraction: f64,
+        mut point_at: impl FnMut(&mut Self, &mut Run<'_>, f64) -> Option<(f64, Count)>,
+    ) -> Option<f64> {
+        let tuning = self.tuning;
         for factor in [1.0, 1.0 / tuning.longer, tuning.longer] {
             for sign in [1.0, -1.0] {
                 let amplitude = sign * factor * tuning.amplitude;

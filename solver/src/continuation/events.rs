@@ -225,7 +225,8 @@ impl<const D: usize> Continuation<'_, D> {
         };
         if let [point] = points.as_slice()
             && let Some(from) = Some(point).filter(is_left).map(|point| point.fraction)
-            && let Some(at) = self.switch(run, from)
+            && let near = self.system.loading.fraction
+            && let Some(at) = self.switch(run, from).or_else(|| self.switch_inside(run, point, near))
             && let Some(onward) = self.onward(run, by, at, (at - from).abs())
         {
             self.accept(run.record, at, Default::default());

@@ -30,6 +30,7 @@ mod events;
 mod follow;
 mod fraction;
 mod held;
+mod inside;
 mod locate;
 mod record;
 mod release;

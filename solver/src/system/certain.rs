@@ -16,8 +16,8 @@ use pennate_elements::small::norm;
 
 use super::System;
 use super::members::MemberSlot;
-use super::tangent::{Inertia, any};
-use crate::chain::MemberEnds;
+use super::tangent::Inertia;
+use crate::chain::{MemberEnds, any};
 use crate::linear::Pivots;
 use crate::mechanism::NEAR;
 use crate::reduce;

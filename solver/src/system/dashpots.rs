@@ -1,9 +1,11 @@
-//! Dashpots on every node, and the potential of what is conservative: for the flow down the energy.
+//! Dashpots on every node, and the potential of what is conservative: for the flow down the energy; forces on every node and a
+//! spring on one, for branches along which members bend between their ends.
 
 use pennate_elements::small::{dot, norm};
 
 use super::{Places, State, System};
-use crate::chain::load_work;
+use crate::chain::{Drawn, InnerNode, PackMesh, any, load_work};
+use crate::structure::MemberId;
 
 /// Dashpots between every node and where it was.
 #[derive(Debug, Default)]
@@ -12,11 +14,44 @@ pub(super) struct Dashpots {
     stiffness: f64,
     /// Where they tie to.
     anchor: Places,
+    /// Force on every node for a unit of mass; zero where there is none.
+    push: f64,
     /// Mass and inertia of the joints; empty until they are asked for.
     masses: Vec<[f64; 2]>,
 }
 
+/// Stiffness of a spring that draws a node between the ends of a member, over EI/L³: that of its middle is 48 between hinges
+/// and 192 between clamps.
+const SPRING: f64 = 100.0;
+
+/// A node between the ends of a member in one component of its displacement, and where it is in two states.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inner {
+    pub member: MemberId,
+    node: InnerNode,
+    component: usize,
+    /// Of the member.
+    length: f64,
+    pub from: f64,
+    pub to: f64,
+}
+
+impl Inner {
+    /// How far it is from where it was (lengths of the member).
+    pub(crate) fn moved(&self) -> f64 {
+        (self.to - self.from).abs() / self.length
+    }
+}
+
+/// Unloaded length of a member.
+fn length_of(mesh: &PackMesh, lane: usize) -> f64 {
+    mesh.spans(lane).iter().sum()
+}
+
 impl<const D: usize> System<D> {
+    /// Components of a displacement.
+    const TRANSLATIONS: usize = if D == 3 { 2 } else { 3 };
+
     /// Ties every node to where it is in a state, by dashpots of this stiffness for a unit of mass.
     pub(crate) fn set_dashpots(&mut self, stiffness: f64, anchor: &State) {
         self.dashpots.stiffness = stiffness;
@@ -26,6 +61,77 @@ impl<const D: usize> System<D> {
             settings.dashpots = stiffness;
             settings.anchor.clone_from(row);
         }
+        self.know_masses();
+    }
+
+    /// Pushes every node, those within members too, by a force for a unit of mass that singles out no motion; zero ends that.
+    pub(crate) fn push(&mut self, force: f64) {
+        self.dashpots.push = force;
+        self.members.packs.iter_mut().for_each(|pack| pack.settings().push = force);
+        self.know_masses();
+    }
+
+    /// Draws a node between the ends of a member to a place by a spring, or none any more.
+    pub(crate) fn draw(&mut self, member: MemberId, to: Option<(Inner, f64)>) {
+        let stiffness = SPRING * self.bending_of(member);
+        let slot = &self.members.slots[member];
+        let lane = slot.lane;
+        let drawn = to.map(|(Inner { node, component, .. }, to)| Drawn { lane, node, component, stiffness, to });
+        self.members.packs[slot.pack].settings().drawn = drawn;
+    }
+
+    /// EI/L³ of a member (force per length), with the largest EI that it has and that is not infinite.
+    pub(crate) fn bending_of(&self, member: MemberId) -> f64 {
+        let (pack, lane) = self.members.chain(member);
+        let axes = if D == 3 { 2..3 } else { 4..6 };
+        let of_segment = |segment: usize| axes.clone().map(move |axis| (segment, axis));
+        let all = (0..pack.mesh().segments()).flat_map(of_segment);
+        let all = all.map(|(segment, axis)| pack.segment(lane, segment).stiffness(axis));
+        all.filter(|stiffness| stiffness.is_finite()).fold(0.0, f64::max) / length_of(pack.mesh(), lane).powi(3)
+    }
+
+    /// The node between the ends of a member that is farthest from where it is in another state, over the length of its member.
+    pub(crate) fn farthest_within(&mut self, since: &State) -> Option<Inner> {
+        let here = self.snapshot();
+        let now = self.inner_places();
+        self.restore(since);
+        let then = self.inner_places();
+        self.restore(&here);
+        let moved = now.into_iter().zip(then).map(|(now, then)| Inner { from: then.to, ..now });
+        moved.max_by(|a, b| a.moved().total_cmp(&b.moved()))
+    }
+
+    /// Where the nodes between the ends of all members are.
+    fn inner_places(&self) -> Vec<Inner> {
+        let mut places = Vec::new();
+        for member in 0..self.members.count() {
+            let (pack, lane) = self.members.chain(member);
+            let length = length_of(pack.mesh(), lane);
+            let inner = |node, component, to| Inner { member, node, component, length, from: to, to };
+            for element in 0..pack.mesh().elements() {
+                if element > 0 {
+                    let u = pack.node(lane, element).displacement;
+                    places.extend((0..Self::TRANSLATIONS).map(|c| inner(InnerNode::Between(element), c, u[c])));
+                }
+                let local = pack.local(lane, element);
+                for (i, u) in local.iter().enumerate().take(pack.mesh().order - 1) {
+                    places.extend((0..Self::TRANSLATIONS).map(|c| inner(InnerNode::Within(element, i), c, u[c])));
+                }
+            }
+        }
+        places
+    }
+
+    /// Where a node between the ends of a member is in its component.
+    pub(crate) fn place_within(&self, inner: &Inner) -> f64 {
+        let (pack, lane) = self.members.chain(inner.member);
+        match inner.node {
+            InnerNode::Between(index) => pack.node(lane, index).displacement[inner.component],
+            InnerNode::Within(element, i) => pack.local(lane, element)[i][inner.component],
+        }
+    }
+
+    fn know_masses(&mut self) {
         if self.dashpots.masses.is_empty() {
             self.dashpots.masses = self.joint_masses();
         }
@@ -57,7 +163,15 @@ impl<const D: usize> System<D> {
     }
 
     pub(super) fn assemble_dashpots(&mut self) {
-        let stiffness = self.dashpots.stiffness;
+        let Dashpots { stiffness, push, .. } = self.dashpots;
+        if push != 0.0 {
+            for (joint, [mass, _]) in self.dashpots.masses.iter().enumerate() {
+                for c in 0..6 {
+                    let share = if c < 3 { *mass } else { mass * mass };
+                    self.tangent.forces[joint][c] += push * any(6 * joint + c) * share;
+                }
+            }
+        }
         if stiffness == 0.0 {
             return;
         }

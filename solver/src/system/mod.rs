@@ -39,6 +39,7 @@ mod tangent;
 mod turned;
 
 use dashpots::Dashpots;
+pub(crate) use dashpots::Inner;
 pub use linearized::Linearized;
 pub use loading::{Fading, Loading, NodeLoad};
 pub use members::{MemberSlot, Members};

@@ -6,14 +6,10 @@ use super::Pattern;
 use super::loading::Loading;
 use super::scatter::unit_motion;
 use super::skew::Skew;
+use crate::chain::any;
 use crate::linear::{Pivots, Symmetric};
 use crate::reduce::ReleaseFactor;
 use crate::structure::MemberId;
-
-/// A number between -1 and 1, another one for each component: what is made of them singles out no motion.
-pub(crate) fn any(component: usize) -> f64 {
-    (1.3 * component as f64 + 0.7).sin()
-}
 
 /// Largest residual of the joints, over the scale of its kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
