@@ -149,6 +149,10 @@ impl OutOfPlane<3> for Lateral {
         self.lift(plane).map_or(0, System::hidden_signs)
     }
 
+    fn overall_stiffness(&mut self) -> Option<f64> {
+        self.system.tangent.overall_stiffness(&self.system.pattern, self.system.size)
+    }
+
     fn softest(&mut self) -> Vec<f64> {
         self.system.tangent.softest_motion(&self.system.pattern, self.system.size)
     }

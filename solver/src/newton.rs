@@ -132,16 +132,24 @@ pub(crate) trait Unknowns<const D: usize> {
     }
     /// Whether what they have beside the state has converged.
     fn are_settled(&self, tuning: &Tuning) -> bool;
+    /// Motions beside those of the tangent that have lost their stiffness at the last linearization.
+    fn lost_aside(&mut self, _: &mut System<D>) -> usize {
+        0
+    }
     /// Solves, and moves the state; the size of the increment (radians, or lengths of a member), `None` where there is none.
     fn advance(&mut self, system: &mut System<D>) -> Option<f64>;
 }
 
+/// Counts motions beside those of the tangent that have lost their stiffness at the last assembly.
+pub(crate) type Aside<'a, const D: usize> = &'a mut dyn FnMut(&mut System<D>) -> usize;
+
 /// The state at fixed loads.
-struct AtFixedLoads {
+struct AtFixedLoads<'a, const D: usize> {
     pending: bool,
+    aside: Option<Aside<'a, D>>,
 }
 
-impl<const D: usize> Unknowns<D> for AtFixedLoads {
+impl<const D: usize> Unknowns<D> for AtFixedLoads<'_, D> {
     fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia {
         self.pending = first || system.pattern.equations.has_general();
         system.assemble(self.pending)
@@ -154,6 +162,10 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads {
 
     fn are_settled(&self, _: &Tuning) -> bool {
         true
+    }
+
+    fn lost_aside(&mut self, system: &mut System<D>) -> usize {
+        self.aside.as_mut().map_or(0, |aside| aside(system))
     }
 
     fn advance(&mut self, system: &mut System<D>) -> Option<f64> {
@@ -181,7 +193,17 @@ impl Newton {
     /// # Errors
     /// Where the iteration does not converge, or to a state that is not to be believed.
     pub fn solve<const D: usize>(&self, system: &mut System<D>, start: Start<'_>) -> Result<Convergence, Lost> {
-        self.solve_for(system, start, &mut AtFixedLoads { pending: true })
+        self.solve_for(system, start, &mut AtFixedLoads { pending: true, aside: None })
+    }
+
+    /// The same, where motions beside those of the tangent count for what the start's limit is for.
+    pub(crate) fn solve_beside<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        start: Start<'_>,
+        aside: Aside<'_, D>,
+    ) -> Result<Convergence, Lost> {
+        self.solve_for(system, start, &mut AtFixedLoads { pending: true, aside: Some(aside) })
     }
 
     /// The same for other unknowns.
@@ -268,8 +290,11 @@ impl Newton {
                 return Ok(Convergence { iterations, factorizations, inertia, residual, contraction });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
-            if iterations == 1 && start.predicted && inertia.negative > start.negative_limit {
-                return lost(Why::Unstable(inertia.negative - start.negative_limit));
+            if iterations == 1 && start.predicted && start.negative_limit < usize::MAX {
+                let excess = inertia.negative.saturating_sub(start.negative_limit) + unknowns.lost_aside(system);
+                if excess > 0 {
+                    return lost(Why::Unstable(excess));
+                }
             }
             if iterations == self.tuning.iterations {
                 return lost(Why::Slow);
@@ -283,9 +308,9 @@ impl Newton {
                 {
                     asked = 1;
                     has_factors = false;
-                    let negative = self.buckling_pivots(system, rest);
-                    if negative > start.negative_limit {
-                        let why = Why::Unstable(negative - start.negative_limit);
+                    let excess = self.buckling_pivots(system, rest, start.negative_limit, unknowns);
+                    if excess > 0 {
+                        let why = Why::Unstable(excess);
                         return Err(Lost { iterations, factorizations: factorizations + 1, residual, why });
                     }
                 }
@@ -346,16 +371,23 @@ impl Newton {
         stays && residual.largest() <= (TIMES * rounding::floor(system)).min(self.tuning.near)
     }
 
-    /// Linear buckling: negative pivots of the shape of the last equilibrium under a part of the stresses that the first
-    /// increment foresees.
-    fn buckling_pivots<const D: usize>(&self, system: &mut System<D>, rest: &State) -> usize {
+    /// Linear buckling: how many more negative pivots than this limit the shape of the last equilibrium has under a part of the
+    /// stresses that the first increment foresees, and motions beside.
+    fn buckling_pivots<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        rest: &State,
+        limit: usize,
+        unknowns: &mut impl Unknowns<D>,
+    ) -> usize {
         let mut here = std::mem::take(&mut system.aside);
         system.save(&mut here);
         system.restore_shape(rest, self.tuning.buckling);
         system.follow_carried_forces();
-        let inertia = system.assemble(false);
+        let negative = system.assemble(false).negative;
+        let excess = negative.saturating_sub(limit) + unknowns.lost_aside(system);
         system.restore(&here);
         system.aside = here;
-        inertia.negative
+        excess
     }
 }

@@ -43,3 +43,35 @@ fn no_increment_leaps_a_limit_point_in_a_later_step() {
         assert!((here - there).abs() <= 10.0 * (error + other), "{name}: {here} and {there}, {error}");
     }
 }
+
+/// Networks lose their stability on the way of a step, at the place that short increments find.
+fn assert_loses_stability(names: &[&str], kind: CriticalKind) {
+    for name in names {
+        let [chosen, short] = [None, Some(60)].map(|increments| solve(name, increments));
+        let [(here, error), (there, other)] = [&chosen, &short].map(|history| {
+            let step = history.steps.iter().find(|step| step.status != Status::Converged).expect("a step ends");
+            let point = step.critical_points.last().expect("a point");
+            assert_eq!(point.kind, kind, "{name}");
+            // A point that coarser meshes do not have has no error.
+            (point.fraction, point.error.unwrap_or(1e-8))
+        });
+        assert!((here - there).abs() <= 10.0 * (error + other), "{name}: {here} and {there}, {error}");
+    }
+}
+
+/// Both ends of an increment over all of that are stable.
+#[test]
+fn no_increment_leaps_what_lies_out_of_the_plane() {
+    assert_loses_stability(&["vee_pushed_through", "arch_pushed_through"], CriticalKind::Bifurcation);
+}
+
+#[test]
+fn no_increment_goes_where_its_tangents_point_apart() {
+    assert_loses_stability(&["bent_far"], CriticalKind::LimitPoint);
+}
+
+/// The coarse mesh goes on there, and the end that it came to is an equilibrium of the fine one as well, of another path.
+#[test]
+fn a_path_that_comes_near_a_singular_point_is_followed_on_every_mesh() {
+    assert_loses_stability(&["frame_of_two_meshes", "portal_of_two_meshes"], CriticalKind::LimitPoint);
+}

@@ -4,6 +4,8 @@
 //! at a time, and the determinant keeps its sign over two limit points at once: what tells then is how far the state is from
 //! where it was foreseen, and how hard it was to find.
 
+use std::f64::consts::PI;
+
 use super::Continuation;
 use super::Tuning;
 use super::follow::Run;
@@ -22,7 +24,7 @@ const FARTHER: f64 = 1.5;
 const CONTRACTS: f64 = 0.05;
 /// An angle (radians) by which a hinge turns in one increment at most, a sixth of a right one: bars that are hinged pass dead centres,
 /// and windows without a stable state, that neither end of a longer increment tells of.
-const HINGE: f64 = std::f64::consts::PI / 12.0;
+const HINGE: f64 = PI / 12.0;
 /// A rotation (radians) after which pivots may be lost, and iterations be many, on any path.
 const RADIAN: f64 = 1.0;
 
@@ -219,15 +221,21 @@ pub fn came_aside<const D: usize>(
     let Some(mut rate) = system.rate_motions(fraction, ahead, apply) else { return false };
     rate.iter_mut().flatten().for_each(|x| *x *= step);
     let rate = system.relative_rates(&rate);
-    // Any path turns where members are bent far, and sooner in space, where axes of rotation turn too. An iteration that was hard
-    // points to a leap where it turns less.
+    // Any path turns where members are bent far, and sooner in space, where axes of rotation turn too, but by no more than they are
+    // bent. An iteration that was hard points to a leap where it turns less.
     let far = if D == 3 { RADIAN } else { 0.5 * RADIAN };
     let hard = found.iterations >= tuning.many;
     let turns = |[way, along, other]: [f64; 3], hard: bool| {
         let [way, other] = [way.sqrt(), other.sqrt()];
         let is_bent = way > far;
-        let most = tuning.straight.acos() / if hard && !is_bent { 2.0 } else { 1.0 };
-        (hard || !is_bent) && other > tuning.near * way && along < most.cos() * way * other
+        let most = tuning.straight.acos();
+        let most = match (is_bent, hard) {
+            // What turns with its members turns by no more than they do.
+            (true, false) => most.max(way),
+            (true, true) | (false, false) => most,
+            (false, true) => 0.5 * most,
+        };
+        other > tuning.near * way && along < most.min(PI).cos() * way * other
     };
     let at_end = system.products_by_part(&way, &rate);
     let leaves = before.map(|before| system.products_by_part(&way, &system.relative_between(before, last)));

@@ -22,6 +22,30 @@ pub struct Coarse<const D: usize> {
     pub refined_ends: Vec<Option<State>>,
 }
 
+/// Part of its stiffness that a network has left where a singular point is near enough for a mesh to decide whether the path comes to it:
+/// where one of two branches is left for the other, the paths of a coarse mesh and of a finer one may go on differently.
+const HALVED: f64 = 0.5;
+
+/// How the overall stiffness went along a path.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Way {
+    highest: f64,
+    /// The lowest that was less than half of what was before.
+    lowest: Option<f64>,
+    dipped: bool,
+}
+
+impl Way {
+    /// Goes on to a state with this stiffness.
+    pub(super) fn go_on(&mut self, stiffness: f64) {
+        if stiffness < HALVED * self.highest {
+            self.lowest = Some(self.lowest.map_or(stiffness, |lowest| lowest.min(stiffness)));
+        }
+        self.dipped |= self.lowest.is_some_and(|lowest| lowest < HALVED * stiffness);
+        self.highest = self.highest.max(stiffness);
+    }
+}
+
 impl<const D: usize> Coarse<D> {
     /// Gives back what is of no use to a solve on a finer mesh, before that needs memory of its own.
     pub(crate) fn shed(&mut self) {
@@ -125,7 +149,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let plain = record.status == Status::Converged
             && record.critical_points.is_empty()
             && record.jumps.is_empty()
-            && record.notes.is_empty();
+            && record.notes.is_empty()
+            && !self.way.dipped;
         self.ends.push(plain.then(|| self.system.snapshot()));
     }
 }

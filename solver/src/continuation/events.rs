@@ -70,6 +70,7 @@ impl<const D: usize> Continuation<'_, D> {
             odd: inertia.is_odd(),
             potential,
             lateral_potential: true,
+            lateral_stiffness: 0.0,
             smallest: inertia.smallest,
             neutral: inertia.neutral > 0,
         };
@@ -88,6 +89,8 @@ impl<const D: usize> Continuation<'_, D> {
             let (inertia, potential) = lateral.confirmed(&mut self.system, known);
             count.lateral = inertia.negative;
             count.lateral_potential = potential;
+            count.lateral_stiffness = lateral.overall_stiffness().unwrap_or(0.0);
+            self.stiffest_aside = self.stiffest_aside.max(count.lateral_stiffness);
             count.neutral |= inertia.neutral > 0;
         }
         count

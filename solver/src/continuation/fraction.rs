@@ -296,6 +296,10 @@ impl<const D: usize> Continuation<'_, D> {
     ) -> Next {
         self.note_changes(run.record, &increment.count, [by.fraction, increment.target], increment.passed.take());
         self.base = increment.count;
+        let end = if increment.stiffness.is_none() { self.overall_stiffness() } else { None };
+        for stiffness in [by.stiffness, increment.stiffness, end].into_iter().flatten() {
+            self.way.go_on(stiffness);
+        }
         self.shift_states();
         run.effort.accepted += 1;
         by.advance(&increment, run.ramp.longest, &self.tuning);
@@ -348,7 +352,18 @@ impl<const D: usize> Continuation<'_, D> {
             ..Start::nearby()
         };
         let again = Start { predicted: false, rest: None, ..start };
-        let mut outcome = self.newton.solve(&mut self.system, start);
+        let known = self.base.lateral;
+        // Where a motion out of the plane needs no force, rounding and the mesh decide about a sign that is no loss.
+        let mut aside =
+            self.lateral.as_mut().filter(|_| self.base.lateral_stiffness >= self.tuning.bracket * self.stiffest_aside);
+        let mut lost_aside = |system: &mut System<D>| match &mut aside {
+            Some(lateral) => match lateral.inertia(system) {
+                (inertia, true) => inertia.negative.saturating_sub(known),
+                _ => 0,
+            },
+            None => 0,
+        };
+        let mut outcome = self.newton.solve_beside(&mut self.system, start, &mut lost_aside);
         if let Err(lost) = &outcome
             && lost.why == Why::Astray
             && self.system.moves.first_own < HALF_A_TURN

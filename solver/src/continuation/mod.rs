@@ -57,6 +57,8 @@ pub trait OutOfPlane<const D: usize> {
     fn is_held(&mut self, plane: &mut System<D>) -> bool;
     /// Motions of the network, free to leave its plane, of which rounding hides the sign of the stiffness.
     fn hidden_signs(&mut self, plane: &mut System<D>) -> usize;
+    /// The overall stiffness out of the plane at the last of these.
+    fn overall_stiffness(&mut self) -> Option<f64>;
     /// The softest motion of the last of these.
     fn softest(&mut self) -> Vec<f64>;
     /// A number that passes zero where the tangent out of the plane is singular.
@@ -122,6 +124,10 @@ pub struct Continuation<'a, const D: usize> {
     at_rest: Option<Inertia>,
     /// The overall stiffness where a step begins, as long as nothing was followed from there.
     first_stiffness: Option<f64>,
+    /// The largest overall stiffness out of the plane of all states that were looked at.
+    stiffest_aside: f64,
+    /// How the overall stiffness went along the present step.
+    way: coarse::Way,
     /// Whether rounding hides the sign of the lowest stiffness at the end of the last step.
     undecided: bool,
 }
@@ -145,6 +151,8 @@ struct Count {
     odd: bool,
     potential: bool,
     lateral_potential: bool,
+    /// The overall stiffness out of the plane; nothing without one.
+    lateral_stiffness: f64,
     smallest: f64,
     neutral: bool,
 }
@@ -192,6 +200,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
             free: Vec::new(),
             at_rest: None,
             first_stiffness: None,
+            stiffest_aside: 0.0,
+            way: coarse::Way::default(),
             undecided: false,
         };
         for support in &structure.supports {
@@ -322,6 +332,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             landmarks: self.landmarks_of_coarse(index),
             effort: Effort::default(),
         };
+        self.way = coarse::Way::default();
         let known = !prestressed && self.end_from_coarse(&mut run, index, step);
         if index + 1 == steps.len() {
             self.coarse = None; // what follows needs its memory
