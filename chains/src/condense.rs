@@ -184,6 +184,15 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             Condensed { tangent: k.tangent[P - 1][P - 1], gradient: k.gradient[P - 1], mixed_end: k.mixed_end, turn };
         let mut ends = B::expand(&frame, &condensed);
         self.add_load_on_ends(e, [&mut ends.r0, &mut ends.r1]);
+        let own = [e == 0, e + 1 == self.frames.len()];
+        if own[0] || own[1] {
+            let mut mixed = B::expand_gradient(&frame, &k.mixed_end, [T::zero(); 3]);
+            let [first, last] = &mut mixed;
+            self.add_load_on_ends(e, [first, last]);
+            for end in (0..2).filter(|&end| own[end]) {
+                self.mixed[end] = mixed[end];
+            }
+        }
         ends
     }
 

@@ -121,6 +121,8 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     factors: Vec<NodeFactor<T, D>>,
     kept: KeptFactors<T, D>,
     ends: Ends<T, D>,
+    /// Forces on the ends that the mixed stresses make, with the loads along the first element and the last one.
+    mixed: [[T; D]; 2],
     increments: Vec<[T; D]>,
     negative: T,
     /// The largest diagonal entry over the pivot that elimination left of it.
@@ -185,6 +187,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             factors: Vec::new(),
             kept: KeptFactors::default(),
             ends: Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; D], r1: [o; D] },
+            mixed: [[o; D]; 2],
             increments: vec![[o; D]; elements + 1],
             negative: o,
             softest: T::one(),

@@ -127,6 +127,9 @@ pub trait Pack<const D: usize>: Any + Send {
     fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool;
     /// Stiffness and forces of the ends after elimination of what is between them.
     fn condensed(&self, lane: usize) -> MemberEnds<D>;
+    /// Forces on the ends that the mixed stresses make, with the loads along the member: what turns with an arm in the tangent. Of
+    /// the components the translations alone.
+    fn mixed_forces(&self, lane: usize) -> [[f64; D]; 2];
     /// Puts the forces of these alone, which are all that [`Pack::refresh`] changes, into those of all members, by index in the
     /// structure, in these components; others stay.
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]);
@@ -289,6 +292,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
             r0: lanes::lane(&self.ends.r0, lane),
             r1: lanes::lane(&self.ends.r1, lane),
         }
+    }
+
+    fn mixed_forces(&self, lane: usize) -> [[f64; D]; 2] {
+        self.mixed.each_ref().map(|force| lanes::lane(force, lane))
     }
 
     fn put_end_forces(&self, components: &[usize; D], forces: &mut [[[f64; 6]; 2]]) {

@@ -125,6 +125,16 @@ fn a_pinned_dyad_moves_farther_than_a_fixed_one() {
     }
 }
 
+/// Forces of strains that only the extrapolation left do not turn with the rings: a stack is as soft against them as it is long.
+#[test]
+fn a_long_spiral_takes_few_increments() {
+    let solution = solve("spiral", &set(&[("cells", "24")]), 1e-6).unwrap_or_else(|why| panic!("{why}"));
+    let step = &solution.history.steps[0];
+    // 77 in 11 increments where they do.
+    let (increments, factorizations) = (step.increments.len(), step.factorizations);
+    assert!(factorizations <= 50 && increments <= 7, "{factorizations} in {increments}");
+}
+
 /// Nothing loads the stack, so each cell moves as one alone does: the last ring is moved by the product of the cells.
 #[test]
 fn a_spiral_is_the_product_of_its_cells() {

@@ -409,7 +409,16 @@ impl<const D: usize> System<D> {
         let ends = self.members.condensed(index);
         // Few members have a factor, and those that have none should not pay for its copies.
         let mut factor = released.then(|| self.tangent.releases[index]);
-        let info = self.end_info(index, &self.tangent.ends[index]);
+        let mut info = self.end_info(index, &self.tangent.ends[index]);
+        // What turns with an arm, as what turns with an element, is what the mixed stresses make: where a state is far from
+        // equilibrium the others are those of strains that only the extrapolation left.
+        let (pack, lane) = self.members.chain(index);
+        let mixed = pack.mixed_forces(lane);
+        for (end, info) in info.iter_mut().enumerate().filter(|(end, _)| links[*end].has_arm()) {
+            for (i, &component) in active.iter().enumerate().filter(|(_, component)| **component < 3) {
+                info.force[component] = mixed[end][i];
+            }
+        }
         let reduced = reduce::reduce(&ends, &active, &info, factor.as_mut());
         if let Some(factor) = factor {
             self.tangent.releases[index] = factor;
