@@ -150,7 +150,10 @@ impl OutOfPlane<3> for Lateral {
     }
 
     fn overall_stiffness(&mut self) -> Option<f64> {
-        self.system.tangent.overall_stiffness(&self.system.pattern, self.system.size)
+        let overall = self.system.tangent.overall_stiffness(&self.system.pattern, self.system.size);
+        // Joints, and those that do not move the more so, tell nothing of a motion within members.
+        let softest = self.found.map_or(1.0, |(_, inertia, _)| inertia.smallest);
+        Some(overall.filter(|overall| overall.is_finite() && *overall > 0.0).unwrap_or(1.0) * softest)
     }
 
     fn softest(&mut self) -> Vec<f64> {

@@ -693,6 +693,46 @@ fn the_error_of_a_place_that_is_held_is_known_afterwards() {
     }
 }
 
+/// Two bars as a V, `h` high, whose middle at `x` is pushed down by `by` and let back, with as many increments for each step.
+fn pushed_and_let_back((h, x): (f64, f64), (stiffness, by): (f64, f64), increments: usize) -> Solution {
+    let step = |to: f64| format!("[[steps]]\nincrements = {increments}\ndisplacement = {{ M = {{ uy = {to} }} }}\n");
+    let text = format!(
+        "format = \"pennate/1\"\ndimension = \"plane\"\n[sections.s]\nstiffness = {{ EA = {stiffness}, EI3 = 1 }}\n\
+         [nodes]\nA = [-50, 0]\nM = [{x}, {h}]\nB = [50, 0]\n\
+         [members]\nl = {{ nodes = [\"A\", \"M\"], section = \"s\" }}\nr = {{ nodes = [\"M\", \"B\"], section = \"s\" }}\n\
+         [supports]\nA = \"pinned\"\nB = \"pinned\"\n{}{}",
+        step(by),
+        step(0.0)
+    );
+    solve_text(&text, 1e-6)
+}
+
+/// On the way back a leaning branch ends where it began on the way there, whatever the increments: at the same place of the ramp, seen
+/// from its other end. A network that is nearly symmetric has no such place on its way.
+#[test]
+fn the_way_back_lists_where_a_leaning_branch_ends() {
+    let nets = [(8.106_386_75, 23.905_871_05, -6.055_898_47), (7.905_168_92, 730.959_027_68, -2.821_107_19)];
+    for (h, stiffness, by) in nets {
+        for increments in [1, 7, 60] {
+            let solution = pushed_and_let_back((h, 0.0), (stiffness, by), increments);
+            let [there, back] = &solution.history.steps[..] else { panic!("two steps") };
+            let one = |step: &StepHistory| {
+                assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{h} {increments}");
+                let [point] = step.critical_points.as_slice() else { panic!("{h} {increments}: not one point") };
+                assert_eq!((point.kind, point.sideways), (CriticalKind::Bifurcation, false));
+                (point.fraction, point.error.expect("an error"))
+            };
+            let ((first, doubt), (last, other)) = (one(there), one(back));
+            let apart = (first + last - 1.0).abs();
+            assert!(apart <= doubt + other && apart < 1e-7, "{h} {increments}: {first} {last}, {doubt:e} {other:e}");
+        }
+    }
+    let imperfect = pushed_and_let_back((nets[0].0, 0.1), (nets[0].1, nets[0].2), 1);
+    for step in &imperfect.history.steps {
+        assert_eq!((step.status, step.critical_points.len()), (Status::Converged, 0));
+    }
+}
+
 #[test]
 fn the_arc_of_a_shallow_arch_goes_on_where_its_leaning_branch_ends() {
     let ramp = |method: &str, increments: usize| {
@@ -711,9 +751,10 @@ fn the_arc_of_a_shallow_arch_goes_on_where_its_leaning_branch_ends() {
         for (index, step) in solution.history.steps.iter().enumerate() {
             assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{method} {increments}");
             let kinds: Vec<_> = step.critical_points.iter().map(|point| point.kind).collect();
-            assert_eq!(kinds, [CriticalKind::Bifurcation], "{method} {increments}");
-            let expected = direct.history.steps[index].critical_points[0].fraction;
-            assert_load(step.critical_points[0].fraction, expected);
+            assert_eq!(kinds, [CriticalKind::Bifurcation; 2], "{method} {increments}");
+            for (point, expected) in step.critical_points.iter().zip(&direct.history.steps[index].critical_points) {
+                assert_load(point.fraction, expected.fraction);
+            }
             let probes = |solution: &Solution| solution.probes.steps[index].last().expect("a state").to_vec();
             for (found, expected) in probes(&solution).iter().zip(probes(&direct)) {
                 assert!((found - expected).abs() < 1e-5, "{method} {increments}: {found} {expected}");

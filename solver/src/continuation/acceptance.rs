@@ -202,12 +202,7 @@ pub fn came_aside<const D: usize>(
     if system.hinges_turned(last) > HINGE {
         return true;
     }
-    let is_as_foreseen = |(moved, foreseen): (&Size, &Size)| {
-        let [moved, foreseen] = [moved, foreseen].map(|size| size.largest());
-        let times = tuning.longer.sqrt();
-        moved <= times * foreseen && foreseen <= times * moved
-    };
-    if found.contraction <= CONTRACTS && moved.iter().zip(foreseen).all(is_as_foreseen) {
+    if is_quick((moved, foreseen), found, tuning) {
         return false;
     }
     let way = system.relative_since(last);
@@ -244,6 +239,16 @@ pub fn came_aside<const D: usize>(
         let farther = way.sqrt() > FARTHER * end.sqrt() && moved[part].largest() > FARTHER * foreseen[part].largest();
         farther || turns(at_end[part], hard) || leaves.as_ref().is_some_and(|leaves| turns(leaves[part], false))
     })
+}
+
+/// Whether an iteration contracted at once to about what was foreseen.
+pub(super) fn is_quick((moved, foreseen): (&[Size], &[Size]), found: Convergence, tuning: &Tuning) -> bool {
+    let is_as_foreseen = |(moved, foreseen): (&Size, &Size)| {
+        let [moved, foreseen] = [moved, foreseen].map(|size| size.largest());
+        let times = tuning.longer.sqrt();
+        moved <= times * foreseen && foreseen <= times * moved
+    };
+    found.contraction <= CONTRACTS && moved.iter().zip(foreseen).all(is_as_foreseen)
 }
 
 /// Whether a part of the network moved much farther than its linear extrapolation, and far away: over a limit point, perhaps.

@@ -6,6 +6,7 @@ use super::arc::{ArcIncrement, ByArc};
 use super::direction::{Direction, Metric};
 use super::events::Events;
 use super::follow::{Control, Next, Run};
+use super::meeting::Meeting;
 use super::record::{cause_of, status_of};
 use super::release::Release;
 use super::{Continuation, Count};
@@ -155,6 +156,12 @@ impl<const D: usize> Continuation<'_, D> {
         self.tuning.longer.powi(2) * difference.abs() * self.system.places.moved::<D>(self.system.size)
     }
 
+    /// How far a state that is `beside` may be where the network is let back: it has moved next to nowhere in the end, and whether
+    /// branches meet there says more.
+    fn reach(&self, beside: f64) -> f64 {
+        beside.max(self.tuning.near * self.moved_at_start.min(1.0))
+    }
+
     /// From a limit point, the present state, to a stable equilibrium right beyond it, where there is one: two mirrored
     /// equilibria may meet in a symmetric one that stays, as those of a dyad do that its own muscles pull flat.
     fn touch(&mut self, run: &mut Run<'_>, point: &CriticalPoint) -> Option<Onward> {
@@ -170,16 +177,19 @@ impl<const D: usize> Continuation<'_, D> {
         let beside = self.beside(beyond / fraction.max(self.tuning.near));
         run.ramp.apply(&mut self.system, at);
         let base = self.base;
-        let found = self.flow(run, beside);
+        let found = self.flow(run, self.reach(beside)) == Some(true);
         self.system.remove_dashpots();
-        if found != Some(true) || self.base.lateral > base.lateral {
+        let moved = self.system.distance(&self.last).largest();
+        let meets = found && at > fraction && self.base.negative() == base.negative();
+        let met = if meets { self.meeting_at(run, [fraction, at], self.base) } else { None };
+        if !found || met.is_none() && moved > beside || self.base.lateral > base.lateral {
             self.base = base;
             self.back_to_last(run.ramp, fraction);
             return None;
         }
         self.system.save(&mut self.last);
         run.record.critical_points.retain(|noted| noted != point);
-        run.record.notes.push(Note::TouchedSingular { fraction });
+        note_meeting(run, met, fraction);
         let residual = self.system.residual();
         self.accept(run.record, at, residual);
         Some(Onward::From { at, next: self.tuning.bracket, last: None })
@@ -340,13 +350,13 @@ impl<const D: usize> Continuation<'_, D> {
             Branch::Stable => self.rejoin(run, top, by.rate().signum(), increment.point.fraction),
             Branch::Primary => None,
         };
-        let Some(at) = other else {
+        let Some((at, met)) = other else {
             // Nothing to go on to: nearer before it is believed.
             by.retry(shorter);
             by.touches = false;
             return Next::GoOn;
         };
-        run.record.notes.push(Note::TouchedSingular { fraction: top.0 });
+        note_meeting(run, met, top.0);
         let residual = self.system.residual();
         self.accept(run.record, at, residual);
         if let Some((mut fraction, ..)) = by.suspended.take() {
@@ -369,7 +379,13 @@ impl<const D: usize> Continuation<'_, D> {
     /// Branches that buckle to either side are one curve, on which the fraction is greatest (or least) where it crosses
     /// the straight one: both of its sides are as stable as that is beyond. No eigenvalue changes its sign there, and
     /// the equations bordered along the curve are singular; beyond, those of the straight branch at a fixed fraction are not.
-    fn rejoin(&mut self, run: &mut Run<'_>, (top, part): (f64, f64), ahead: f64, next: f64) -> Option<f64> {
+    fn rejoin(
+        &mut self,
+        run: &mut Run<'_>,
+        (top, part): (f64, f64),
+        ahead: f64,
+        next: f64,
+    ) -> Option<(f64, Option<Meeting>)> {
         let scale = top.abs().max(self.tuning.near);
         self.system.restore(&self.next);
         let apart = self.system.distance(&self.last).largest();
@@ -381,10 +397,16 @@ impl<const D: usize> Continuation<'_, D> {
         for (side, beyond) in sides.iter().flat_map(|side| beyond.map(|beyond| (side, beyond))) {
             let at = top + side * beyond * scale;
             self.system.restore(&self.next);
+            let (base, ahead_of) = (self.base, self.next.clone());
             let reach = apart + self.beside(beyond);
-            if self.settles(run, at, part, reach) {
-                self.shift_states();
-                return Some(at);
+            if self.settles(run, at, part, self.reach(reach)) {
+                let meets = *side == ahead && self.base.negative() == base.negative() && self.base.potential;
+                let met = if meets { self.meeting_at(run, [top, at], self.base) } else { None };
+                if met.is_some() || self.system.distance(&self.last).largest() <= reach {
+                    self.shift_states();
+                    return Some((at, met));
+                }
+                (self.base, self.next) = (base, ahead_of);
             }
         }
         self.on_to_next(run.ramp, next);
@@ -422,6 +444,14 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.restore(&here);
         self.system.save(&mut self.next);
         false
+    }
+}
+
+/// Notes where a branch meets another one: the point, where it was found, or else that there is one.
+fn note_meeting(run: &mut Run<'_>, met: Option<Meeting>, fraction: f64) {
+    match met {
+        Some(met) => run.record.critical_points.push(met.point),
+        None => run.record.notes.push(Note::TouchedSingular { fraction }),
     }
 }
 

@@ -81,6 +81,8 @@ pub(super) struct Run<'r> {
     pub conservative: bool,
     /// Where increments of a coarser mesh ended that were accepted on the way: none here leads beyond the next.
     pub landmarks: Vec<f64>,
+    /// Whether branches that seemed to meet were seen not to: the network is nearly symmetric.
+    pub is_nearly_symmetric: bool,
     pub effort: Effort,
 }
 

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::acceptance::{came_aside, is_doubtful, leapt};
+use super::acceptance::{came_aside, is_doubtful, is_quick, leapt};
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
 use super::record::Ending;
@@ -76,6 +76,8 @@ pub(super) struct Increment {
     rate: f64,
     /// The overall stiffness, where it was asked for.
     stiffness: Option<f64>,
+    /// Whether it leaves the branch of the last state for another one that meets it.
+    leaves: bool,
 }
 
 /// What is to be made of an equilibrium that was found.
@@ -137,7 +139,7 @@ impl ByFraction {
         self.last_rate = increment.rate;
         self.first_rate.get_or_insert(increment.rate);
         self.last_length = increment.length;
-        self.is_extrapolated = true;
+        self.is_extrapolated = !increment.leaves;
         self.failures = 0;
         self.is_shortened = false;
         self.foresees_buckling = false;
@@ -421,18 +423,32 @@ impl<const D: usize> Continuation<'_, D> {
         let guarded = self.loses_stability(&count);
         let moved = self.system.distances(&self.last);
         // Each part of a network for itself: one that leaps may move less than another that does not.
-        let doubtful = leapt((&moved, foreseen), &tuning);
-        let aside = conservative && !guarded && {
+        let mut doubtful = leapt((&moved, foreseen), &tuning);
+        let mut aside = conservative && !guarded && {
             let mut apply = |system: &mut System<D>, fraction: f64| run.ramp.apply(system, fraction);
             let states = (predicted.then_some(&self.before), &self.last);
             let sizes = (moved.as_slice(), foreseen.as_slice());
             came_aside(&mut self.system, states, sizes, (found, trial.target, step), &mut apply, &tuning)
         };
+        let ratio = predicted.then_some(step / by.last_length);
+        let steady = conservative && count.own == self.base.own && count.lateral == self.base.lateral;
+        let quick = is_quick((&moved, foreseen), found, &tuning);
+        let met = if steady { self.meeting(run, ends, (count, ratio, quick)) } else { None };
+        let met = match met {
+            Some(met) if !met.is_behind() && step > bracket => {
+                return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
+            }
+            Some(met) => met.is_plain().then_some(met),
+            None => None,
+        };
+        if met.is_some() {
+            (doubtful, aside) = (false, false);
+        }
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
-        let hard = wrong || beyond || !conservative && found.iterations >= self.too_many(rose);
+        let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
         let far = (guarded || doubtful || aside || flipped) && step > bracket;
         let mut torn = doubtful && found.iterations >= tuning.many;
         let mut passed = None;
@@ -454,7 +470,6 @@ impl<const D: usize> Continuation<'_, D> {
         }
         torn |= hard && step <= shortest;
         if rose && step > bracket || hard && step > shortest {
-            let ratio = predicted.then_some(step / by.last_length);
             let again = if rose && hard { None } else { self.in_two_parts(run, ends, ratio) };
             let Some(again) = again else { return Judged::TooLong(0.5 * step) };
             if rose
@@ -482,6 +497,10 @@ impl<const D: usize> Continuation<'_, D> {
             let sideways = guarded && count.own <= self.base.own;
             return Judged::Lost(self.ending_at_loss(ends, sideways, predicted));
         }
+        let leaves = met.is_some();
+        if let Some(met) = met {
+            passed = Some(vec![met.point]);
+        }
         if passed.is_none() {
             passed = self.locate_changes(run, &count, ends);
         }
@@ -503,6 +522,7 @@ impl<const D: usize> Continuation<'_, D> {
             missed,
             rate,
             stiffness,
+            leaves,
         })
     }
 

@@ -32,6 +32,7 @@ mod fraction;
 mod held;
 mod inside;
 mod locate;
+mod meeting;
 mod record;
 mod release;
 mod tuning;
@@ -57,7 +58,7 @@ pub trait OutOfPlane<const D: usize> {
     fn is_held(&mut self, plane: &mut System<D>) -> bool;
     /// Motions of the network, free to leave its plane, of which rounding hides the sign of the stiffness.
     fn hidden_signs(&mut self, plane: &mut System<D>) -> usize;
-    /// The overall stiffness out of the plane at the last of these.
+    /// The overall stiffness out of the plane at the last of these, times the part that elimination left of the softest pivot.
     fn overall_stiffness(&mut self) -> Option<f64>;
     /// The softest motion of the last of these.
     fn softest(&mut self) -> Vec<f64>;
@@ -122,6 +123,8 @@ pub struct Continuation<'a, const D: usize> {
     pub free: Vec<FreeMotion>,
     /// Pivots of the unloaded structure, as long as its assembly is the last one.
     at_rest: Option<Inertia>,
+    /// How far the network was from where it is unloaded when the step began, as `Places::moved`.
+    moved_at_start: f64,
     /// The overall stiffness where a step begins, as long as nothing was followed from there.
     first_stiffness: Option<f64>,
     /// The largest overall stiffness out of the plane of all states that were looked at.
@@ -199,6 +202,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             refined_held: BTreeMap::new(),
             free: Vec::new(),
             at_rest: None,
+            moved_at_start: 0.0,
             first_stiffness: None,
             stiffest_aside: 0.0,
             way: coarse::Way::default(),
@@ -286,6 +290,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             is_step: steps.is_empty(),
             conservative,
             landmarks: Vec::new(),
+            is_nearly_symmetric: false,
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
@@ -315,6 +320,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             self.start_count(record);
             so_far.counted = true;
         }
+        self.moved_at_start = self.system.places.moved::<D>(self.system.size);
         let from = self.system.loading.drives.clone();
         let mut to = from.clone();
         for &(drive, value) in &step.targets {
@@ -330,6 +336,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             is_step: true,
             conservative: true,
             landmarks: self.landmarks_of_coarse(index),
+            is_nearly_symmetric: false,
             effort: Effort::default(),
         };
         self.way = coarse::Way::default();

@@ -302,11 +302,16 @@ impl<const D: usize> Tangent<D> {
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
     /// the network, `size`, or radians).
     pub(crate) fn softest_motion(&mut self, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
+        self.softest_motion_after(6, pattern, size)
+    }
+
+    /// The same after so many iterations: where others are nearly as soft few leave some of these in it.
+    pub(crate) fn softest_motion_after(&mut self, iterations: usize, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
         let count = self.linear.size();
         let weight = |i: usize| self.linear.diagonal(i).abs().max(self.linear.rest[i]).max(f64::MIN_POSITIVE);
         let weights: Vec<f64> = (0..count).map(weight).collect();
         let mut x: Vec<f64> = (0..count).map(|i| any(i) / weights[i].sqrt()).collect();
-        for _ in 0..6 {
+        for _ in 0..iterations {
             // The weights make the iteration indifferent to units: what it looks for is soft against the rest.
             for (x, weight) in x.iter_mut().zip(&weights) {
                 *x *= weight;
