@@ -208,14 +208,19 @@ impl<const D: usize> Continuation<'_, D> {
                     self.system.save(&mut self.next);
                     rate = self.rate_at(run, target)?;
                 }
-                Some(near) if near.own == count.own + 1 => {
+                // Equal parts of a network lose theirs at one place.
+                Some(near)
+                    if near.own == count.own + 1
+                        || near.own > count.own && (at - target).abs() <= self.tuning.shortest =>
+                {
                     self.system.save(&mut self.last);
                     if self.bends_aside(run, [target, at], count) {
                         run.is_nearly_symmetric = true;
                         return None;
                     }
                     self.base = near;
-                    let events = Events { count, changed: 1, conservative: true, ..Events::default() };
+                    let changed = near.own - count.own;
+                    let events = Events { count, changed, conservative: true, ..Events::default() };
                     let interval = Interval { ends: [target, at], metric: None, events: &events };
                     if let Some(point) = self.pinpoint(run, interval).pop() {
                         let leaning = leaning.map(|state| (state, from));
@@ -267,6 +272,11 @@ impl<const D: usize> Continuation<'_, D> {
     ) -> Option<Meeting> {
         let fraction = self.system.loading.fraction;
         let here = self.system.snapshot();
+        // Of motions that are lost together that is meant in which the branch leans.
+        let leans = leaning.map(|(leaning, _)| {
+            self.system.restore(leaning);
+            self.system.motions_since(&here)
+        });
         self.system.restore(&self.next);
         let way = self.since_last();
         run.ramp.apply(&mut self.system, fraction);
@@ -276,7 +286,11 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.assemble(false);
         run.effort.factorizations += 2;
         self.last = here;
-        let mode = self.system.tangent.softest_motion_after(PURE, &self.system.pattern, self.system.size);
+        let System { tangent, pattern, size, .. } = &mut self.system;
+        let mode = match leans {
+            Some(leans) => tangent.softest_motion_in(&leans, PURE, pattern, *size),
+            None => tangent.softest_motion_after(PURE, pattern, *size),
+        };
         let motions = self.system.pattern.motions_of(&mode);
         let metric = Metric::balanced(&motions, 0.0, self.system.size, self.tuning.near);
         let lost = Direction { motions, rate: 0.0 };

@@ -302,17 +302,43 @@ impl<const D: usize> Tangent<D> {
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
     /// the network, `size`, or radians).
     pub(crate) fn softest_motion(&mut self, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
-        self.softest_motion_after(6, pattern, size)
+        let begin = (0..self.linear.size()).map(|i| any(i) / self.weight(i).sqrt()).collect();
+        self.softest_motion_from(begin, 6, pattern, size)
     }
 
     /// The same after so many iterations: where others are nearly as soft few leave some of these in it.
     pub(crate) fn softest_motion_after(&mut self, iterations: usize, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
+        let begin = (0..self.linear.size()).map(|i| any(i) / self.weight(i).sqrt()).collect();
+        self.softest_motion_from(begin, iterations, pattern, size)
+    }
+
+    /// The same from what these motions of the joints have of it: of equally soft ones that which they are made of.
+    pub(crate) fn softest_motion_in(
+        &mut self,
+        motions: &[[f64; 6]],
+        iterations: usize,
+        pattern: &Pattern<D>,
+        size: f64,
+    ) -> Vec<f64> {
+        let mut begin = vec![0.0; self.linear.size()];
+        for (joint, own) in pattern.equations.joints.iter().enumerate() {
+            for (e, unit) in pattern.joint_motions(joint).iter().enumerate() {
+                begin[own.first + e] = (0..6).map(|c| motions[joint][c] * unit[c]).sum();
+            }
+        }
+        self.softest_motion_from(begin, iterations, pattern, size)
+    }
+
+    /// What motions are weighed by, so that an iteration for the softest one is indifferent to units.
+    fn weight(&self, row: usize) -> f64 {
+        self.linear.diagonal(row).abs().max(self.linear.rest[row]).max(f64::MIN_POSITIVE)
+    }
+
+    fn softest_motion_from(&mut self, mut x: Vec<f64>, iterations: usize, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
         let count = self.linear.size();
-        let weight = |i: usize| self.linear.diagonal(i).abs().max(self.linear.rest[i]).max(f64::MIN_POSITIVE);
-        let weights: Vec<f64> = (0..count).map(weight).collect();
-        let mut x: Vec<f64> = (0..count).map(|i| any(i) / weights[i].sqrt()).collect();
+        let weights: Vec<f64> = (0..count).map(|i| self.weight(i)).collect();
         for _ in 0..iterations {
-            // The weights make the iteration indifferent to units: what it looks for is soft against the rest.
+            // What is looked for is soft against the rest.
             for (x, weight) in x.iter_mut().zip(&weights) {
                 *x *= weight;
             }
