@@ -173,6 +173,8 @@ pub enum Note {
     /// Elements of the next order lose stability where these do not, or the other way round, or lose most of the stiffness that is
     /// left: the end of a step is nearer to a singular state than these can tell.
     TooCoarse,
+    /// Small vibrations about the end of a step are not known: elements of another order, or a smaller space of motions, has others.
+    VibrationsUnknown,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
     /// Stability could only be judged in the plane: a moment about z has no potential for rotations out of it.

@@ -354,6 +354,9 @@ pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
             "elements of the next order have another verdict on the end: it is nearer to a singular state than the mesh can tell."
                 .to_owned()
         }
+        Note::VibrationsUnknown => {
+            "small vibrations about the end differ from one mesh to the next: whether it is stable is not known.".to_owned()
+        }
         Note::StabilityInPlane => "stability is judged in the plane alone.".to_owned(),
         Note::NoPotentialOutOfPlane => {
             "stability is judged in the plane alone: out of it the loads have no potential.".to_owned()

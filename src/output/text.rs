@@ -7,6 +7,7 @@ use unicode_width::UnicodeWidthStr;
 pub fn undecided(step: &StepHistory) -> Option<&'static str> {
     step.notes.iter().find_map(|note| match note {
         Note::WithinRounding => Some("within rounding of a singular state"),
+        Note::VibrationsUnknown => Some("small vibrations about it are not known"),
         Note::TooCoarse => Some("nearer to a singular state than the mesh can tell"),
         _ => None,
     })

@@ -111,9 +111,10 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     if rounds >= most { Next::End(Verdict::TooFine) } else { Next::Refine(finer) }
 }
 
-/// Whether elements of the next order have another verdict on the end of a step.
+/// Whether elements of the next order have another verdict on the end of a step, or other vibrations about it.
 fn is_too_coarse(history: &History) -> bool {
-    history.steps.iter().any(|step| step.notes.contains(&Note::TooCoarse))
+    let tells = |note: &Note| matches!(note, Note::TooCoarse | Note::VibrationsUnknown);
+    history.steps.iter().any(|step| step.notes.iter().any(tells))
 }
 
 /// Whether the end of every step that has come to it was found on a finer mesh too.

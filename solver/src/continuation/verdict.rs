@@ -54,6 +54,9 @@ impl<const D: usize> Continuation<'_, D> {
         }
         record.vibration = self.vibration.and_then(|judge| judge(&self.system, record.stability));
         record.stable = record.vibration.map(|vibration| vibration.growth == Growth::None);
+        if record.vibration.is_none() {
+            record.notes.push(Note::VibrationsUnknown);
+        }
     }
 
     /// Motions of which rounding hides the sign of the stiffness at the last assembly.
