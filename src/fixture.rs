@@ -125,6 +125,7 @@ fn history() -> History {
             member: None,
             sideways: false,
             mode: vec![[0.0; 6], [0.0, 0.5, 0.0, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0, 0.0, 0.0]],
+            middles: Vec::new(),
         }],
         jumps: Vec::new(),
         notes: vec![Note::TouchedSingular { fraction: 0.25 }],

@@ -50,7 +50,7 @@ pub use mesh::{ChainMesh, PackMesh, SegmentMesh};
 pub use pack::{Drawn, InnerNode, Interior, MemberEnds, NodesBy, Pack, Settings, any};
 pub use rows::{EndPlaces, EndRows, OwnRows};
 pub use sections::sections;
-pub use shape::{middle, shape};
+pub use shape::{Middle, middle, shape};
 pub use side::{Part, Side};
 pub use size::Size;
 use size::Sizes;

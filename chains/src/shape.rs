@@ -9,8 +9,21 @@ use crate::Pack;
 use crate::element::{SegmentState, at_nodes};
 use crate::member::{MemberShape, ShapeCell, ShapePoint};
 
-/// Tangent at the middle of the unloaded length, and the load along the member up to there.
-pub fn middle<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> (V3<f64>, V3<f64>) {
+/// A member at the middle of its unloaded length.
+#[derive(Clone, Copy, Debug)]
+pub struct Middle {
+    /// Displacement (length) in global axes.
+    pub displacement: V3<f64>,
+    /// Rotation vector (radians) in global axes.
+    pub rotation_vector: V3<f64>,
+    /// Unit tangent.
+    pub tangent: V3<f64>,
+    /// The load along the member up to there.
+    pub carried: V3<f64>,
+}
+
+/// What a member is at the middle of its unloaded length.
+pub fn middle<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> Middle {
     let mesh = pack.mesh();
     let whole = (0..mesh.elements()).fold(0.0, |whole, e| whole + mesh.length(lane, e));
     let mut left = 0.5 * whole;
@@ -30,11 +43,16 @@ pub fn middle<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> (V3<f64>, V3<f
             let place = interior(&unloaded.piece, &pack.node(lane, e), &nodes[mesh.order - 1], [0.0; 3], &local);
             let bend = rotation::exp(scale(s * length, unloaded.curvature));
             let unloaded = tapply(&unloaded.piece.axes, &rotation::turn(bend, [1.0, 0.0, 0.0]));
-            return (rotation::turn(place.rotation, unloaded), carried);
+            return Middle {
+                displacement: place.displacement,
+                rotation_vector: rotation::log(place.rotation),
+                tangent: rotation::turn(place.rotation, unloaded),
+                carried,
+            };
         }
         left -= length;
     }
-    ([1.0, 0.0, 0.0], carried)
+    Middle { displacement: [0.0; 3], rotation_vector: [0.0; 3], tangent: [1.0, 0.0, 0.0], carried }
 }
 
 /// Shape and section forces; `force` and `moment` act on the start of the member, `origin` is its unloaded place.

@@ -292,10 +292,11 @@ pub struct CriticalPoint {
     pub member: Option<MemberId>,
     /// Whether a plane network loses stability out of its plane.
     pub sideways: bool,
-    /// Displacement and rotation vector of every node in the mode, and then of the middle of the members of
-    /// [`History::inside`], where these were looked at in halves. In global axes, the largest of them one length of the
-    /// network or one radian.
+    /// Displacement and rotation vector of every node in the mode, in global axes, the largest of these and of the middles one
+    /// length of the network or one radian.
     pub mode: Vec<[f64; 6]>,
+    /// The same of the middle of members that bend between their ends, where what gives way lies there.
+    pub middles: Vec<(MemberId, [f64; 6])>,
 }
 
 /// A snap from a lost equilibrium to the next stable one, at constant loads.

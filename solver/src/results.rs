@@ -3,7 +3,7 @@
 use pennate_elements::rotation::{log, turn};
 use pennate_elements::small::{V3, add, cross, dot, norm};
 
-use crate::chain::{self, Measures, middle, total_load};
+use crate::chain::{self, Measures, Middle, middle, total_load};
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
 use crate::structure::Dimension;
@@ -57,7 +57,7 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             let sign = if end == 0 { -1.0 } else { 1.0 };
             sign * dot(tangent, end_forces[end])
         };
-        let (tangent, carried) = middle(pack, slot.lane);
+        let Middle { tangent, carried, .. } = middle(pack, slot.lane);
         let Measures { length, stretch, bending } = measures[slot.pack][slot.lane];
         members.push(MemberState {
             length,

@@ -93,6 +93,8 @@ impl Split {
                 }
             }
             for point in &mut step.critical_points {
+                let middles = point.mode.split_off(self.nodes);
+                point.middles.extend(self.halves.iter().map(|half| half.0).zip(middles));
                 if let Some(member) = self.member_of(point.node) {
                     point.member = Some(member);
                     point.node = self.structure.members[member].nodes[0];

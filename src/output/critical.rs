@@ -69,14 +69,13 @@ fn picture_scale(model: &Model, point: &CriticalPoint, members: &[Vec<[f64; 6]>]
 /// Motions of the points of all members; only displacements.
 fn interior(solution: &Solution, place: &Increment, point: &CriticalPoint) -> Vec<Vec<[f64; 6]>> {
     let model = &solution.model;
-    let middles = || solution.history.inside.iter().zip(&point.mode[model.nodes.len()..]);
     let member = |(index, shape): (usize, &MemberShape)| {
         let member = &model.members[index];
         let [start, end] = member.nodes.map(|node| point.mode[node]);
         let [first, last] = [0, 1].map(|end| matches!(member.releases[end], Release::Welded));
-        let middle = middles().find(|(inside, _)| **inside == index);
+        let middle = point.middles.iter().find(|(inside, _)| *inside == index);
         let ends = match middle {
-            Some((_, &motion)) => {
+            Some(&(_, motion)) => {
                 vec![(0, start, first), (middle_of(shape), motion, true), (shape.points.len() - 1, end, last)]
             }
             None => vec![(0, start, first), (shape.points.len() - 1, end, last)],

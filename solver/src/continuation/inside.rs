@@ -7,11 +7,13 @@
 
 use super::follow::Run;
 use super::{Continuation, Count};
-use crate::chain::Size;
+use crate::chain::{Middle, Size, middle};
 use crate::history::CriticalPoint;
 use crate::packs;
-use crate::system::{Inner, State};
-use pennate_elements::small::norm;
+use crate::structure::MemberId;
+use crate::system::{Inner, State, System};
+use pennate_elements::rotation::{compose, exp, inverse, log};
+use pennate_elements::small::{norm, sub};
 
 /// Part of its pull at the bifurcation that a spring has left where it is said to pull no more: what is left moves the fraction by
 /// that part of its way, and the last iteration goes without the spring.
@@ -34,6 +36,7 @@ impl<const D: usize> Continuation<'_, D> {
         let found = self.push_aside(run, at).and_then(|(aside, inner)| {
             if self.joints_stay(&inner) {
                 for noted in run.record.critical_points.iter_mut().filter(|noted| *noted == point) {
+                    self.draw_mode(noted);
                     noted.member = Some(inner.member);
                 }
             }
@@ -113,6 +116,34 @@ impl<const D: usize> Continuation<'_, D> {
         let far = |m: &[f64; 6]| norm([m[0], m[1], m[2]]) / self.system.size;
         let farthest = self.system.motions_since(&self.last).iter().map(far).fold(0.0, f64::max);
         self.tuning.longer * farthest <= inner.moved()
+    }
+
+    /// Makes the mode of a point the way from the state `last` to the present one beside it.
+    fn draw_mode(&mut self, point: &mut CriticalPoint) {
+        let system = &mut self.system;
+        let motions = system.motions_since(&self.last);
+        let mut nodes: Vec<[f64; 6]> =
+            system.topology.links.iter().map(|link| system.places.motion_of(link, &motions)).collect();
+        let middles = |system: &System<D>| system.members.chains().map(|(pack, lane)| middle(pack, lane)).collect();
+        let aside = system.snapshot();
+        let now: Vec<Middle> = middles(system);
+        system.restore(&self.last);
+        let then: Vec<Middle> = middles(system);
+        system.restore(&aside);
+        let moved = now.iter().zip(&then).map(|(now, then)| {
+            let shift = sub(now.displacement, then.displacement);
+            let [now, then] = [now, then].map(|middle| exp(middle.rotation_vector));
+            let spin = log(compose(now, inverse(then)));
+            [shift[0], shift[1], shift[2], spin[0], spin[1], spin[2]]
+        });
+        let mut middles: Vec<(MemberId, [f64; 6])> = moved.enumerate().collect();
+        let size = system.size;
+        let largest = |m: &[f64; 6]| (norm([m[0], m[1], m[2]]) / size).max(norm([m[3], m[4], m[5]]));
+        let all = nodes.iter().chain(middles.iter().map(|(_, motion)| motion));
+        let most = all.map(largest).fold(f64::MIN_POSITIVE, f64::max);
+        let all = nodes.iter_mut().chain(middles.iter_mut().map(|(_, motion)| motion));
+        all.flatten().for_each(|x| *x /= most);
+        (point.mode, point.middles) = (nodes, middles);
     }
 
     /// Draws a node so many times as far aside as it is in another state, from the state `last`, a bifurcation at this fraction, and

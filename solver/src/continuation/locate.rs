@@ -569,6 +569,7 @@ impl<const D: usize> Continuation<'_, D> {
                 member: None,
                 sideways: wanted == Wanted::Sideways,
                 mode,
+                middles: Vec::new(),
             };
             (noted, root.point.fraction)
         });

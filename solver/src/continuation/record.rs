@@ -89,7 +89,8 @@ impl<const D: usize> Continuation<'_, D> {
         let is_hidden = self.base.neutral && self.system.may_hide_bending();
         let hidden = if is_hidden { self.tuning.bracket * fraction.abs() } else { 0.0 };
         let located = since.map(|since| (fraction - since).abs().max(hidden));
-        CriticalPoint { kind, fraction, error: None, located, node, member: None, sideways, mode }
+        let middles = Vec::new();
+        CriticalPoint { kind, fraction, error: None, located, node, member: None, sideways, mode, middles }
     }
 
     /// The node that moves most, and the motion of every node.
