@@ -396,10 +396,15 @@ impl<const D: usize> Continuation<'_, D> {
         let beyond = [1.0, self.tuning.longer].map(|times| times * self.tuning.beside());
         for (side, beyond) in sides.iter().flat_map(|side| beyond.map(|beyond| (side, beyond))) {
             let at = top + side * beyond * scale;
-            self.system.restore(&self.next);
-            let (base, ahead_of) = (self.base, self.next.clone());
             let reach = apart + self.beside(beyond);
-            if self.settles(run, at, part, self.reach(reach)) {
+            let farther = Some(self.reach(reach)).filter(|farther| *farther > reach);
+            // What lies near comes first: an iteration that leads farther away would hide it.
+            for reached in [Some(reach), farther].into_iter().flatten() {
+                self.system.restore(&self.next);
+                let (base, ahead_of) = (self.base, self.next.clone());
+                if !self.settles(run, at, part, reached) {
+                    continue;
+                }
                 let meets = *side == ahead && self.base.negative() == base.negative() && self.base.potential;
                 let met = if meets { self.meeting_at(run, [top, at], self.base) } else { None };
                 if met.is_some() || self.system.distance(&self.last).largest() <= reach {
