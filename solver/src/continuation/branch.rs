@@ -177,12 +177,18 @@ impl<const D: usize> Continuation<'_, D> {
         let beside = self.beside(beyond / fraction.max(self.tuning.near));
         run.ramp.apply(&mut self.system, at);
         let base = self.base;
-        let found = self.flow(run, self.reach(beside)) == Some(true);
+        let mut found = self.flow(run, beside) == Some(true);
+        let is_near = found;
+        if !found && self.reach(beside) > beside {
+            self.base = base;
+            self.system.restore(&self.last);
+            run.ramp.apply(&mut self.system, at);
+            found = self.flow(run, self.reach(beside)) == Some(true);
+        }
         self.system.remove_dashpots();
-        let moved = self.system.distance(&self.last).largest();
         let meets = found && at > fraction && self.base.negative() == base.negative();
         let met = if meets { self.meeting_at(run, [fraction, at], self.base) } else { None };
-        if !found || met.is_none() && moved > beside || self.base.lateral > base.lateral {
+        if !found || met.is_none() && !is_near || self.base.lateral > base.lateral {
             self.base = base;
             self.back_to_last(run.ramp, fraction);
             return None;
