@@ -94,7 +94,12 @@ impl Split {
             }
             for point in &mut step.critical_points {
                 let middles = point.mode.split_off(self.nodes);
+                // What is known of the middle of a half is of no use to the whole, whose middle is a node here.
+                point
+                    .middles
+                    .retain(|(member, _)| *member < self.members && self.halves.iter().all(|half| half.0 != *member));
                 point.middles.extend(self.halves.iter().map(|half| half.0).zip(middles));
+                point.member = point.member.map(|member| self.whole(member));
                 if let Some(member) = self.member_of(point.node) {
                     point.member = Some(member);
                     point.node = self.structure.members[member].nodes[0];

@@ -302,8 +302,7 @@ impl<const D: usize> Tangent<D> {
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
     /// the network, `size`, or radians).
     pub(crate) fn softest_motion(&mut self, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
-        let begin = (0..self.linear.size()).map(|i| any(i) / self.weight(i).sqrt()).collect();
-        self.softest_motion_from(begin, 6, pattern, size)
+        self.softest_motion_after(6, pattern, size)
     }
 
     /// The same after so many iterations: where others are nearly as soft few leave some of these in it.
