@@ -24,6 +24,7 @@ pub mod options;
 pub mod packs;
 mod reduce;
 pub mod results;
+pub mod rigid;
 mod rounding;
 pub mod sensitivity;
 pub mod spectral;

@@ -15,6 +15,7 @@ use pennate_models::slopes::Weights;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::HeldKind;
 use pennate_solver::packs::{self, Auxiliary};
+use pennate_solver::rigid::{AUXILIARIES, Limit};
 use pennate_solver::system::System;
 
 use super::Reason;
@@ -33,15 +34,8 @@ const CHANGED: f64 = 0.1;
 /// A second difference larger than this part of the first one is a corner.
 const CORNER: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
-/// Auxiliary stiffnesses, each ten times the one before, and their parts in what an infinite one would give: a parabola through the
-/// compliances. Rounding grows with them, 10⁻⁷ at the largest of them where a frame is soft beside its members; what the parabola leaves
-/// falls with their product.
-const SOFT: [(Auxiliary, f64); 3] = [
-    (Auxiliary { member: 1e4, carried: 1.0, ..packs::MODERATE }, 10.0 / 8910.0),
-    (Auxiliary { member: 1e5, carried: 10.0, ..packs::MODERATE }, -100.0 / 810.0),
-    (packs::MODERATE, 1000.0 / 891.0),
-];
-
+/// Auxiliary stiffnesses that are tried at most: of what statics fixes, all of them leave rounding, which never agrees.
+const ENOUGH: usize = 6;
 /// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
 pub(super) struct Exact {
     pub slopes: Vec<f64>,
@@ -101,13 +95,11 @@ impl Slopes<'_> {
         copies: &mut Option<Kept<D>>,
     ) -> Option<Result<Exact, Reason>> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
-        let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
+        let sizes: Vec<f64> = self.row.iter().map(|&value| size(value)).collect();
+        let mut limit = Limit::new(&sizes);
         let mut explicit = Vec::new();
-        // Where strains are held, derivatives differ from those with rigid strains in proportion to the compliance that an
-        // auxiliary stiffness stands for, but for little: from some of them follow those without.
-        let auxiliaries: &[(Auxiliary, f64)] =
-            if system.loading.holds_strains() { &SOFT } else { &[(packs::AUXILIARY, 1.0)] };
-        for (round, &(auxiliary, part)) in auxiliaries.iter().enumerate() {
+        let auxiliaries = if system.loading.holds_strains() { &AUXILIARIES[..ENOUGH] } else { &[packs::AUXILIARY] };
+        for &auxiliary in auxiliaries {
             if let Err(reason) = self.wanted() {
                 set_auxiliary(system, packs::AUXILIARY);
                 return Some(Err(reason));
@@ -121,6 +113,7 @@ impl Slopes<'_> {
             explicit = found;
             let moves = explicit.iter().any(|explicit| explicit.moves);
             system.tangent.transpose();
+            let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
             for (quantity, weights) in read {
                 let Some((mu, pull)) = adjoint_of(system, weights, moves) else {
                     system.tangent.transpose();
@@ -130,13 +123,15 @@ impl Slopes<'_> {
                 for (input, explicit) in explicit.iter().enumerate() {
                     let of = |a: &Joints, b: &Joints| a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum::<f64>();
                     let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
-                    let found = of(&mu, &explicit.forces) + held;
-                    let slope = &mut slopes[quantity * inputs + input];
-                    *slope = part * found + if round == 0 { 0.0 } else { *slope };
+                    slopes[quantity * inputs + input] = of(&mu, &explicit.forces) + held;
                 }
             }
             system.tangent.transpose();
+            if limit.add(slopes) {
+                break;
+            }
         }
+        let mut slopes = limit.take();
         for nearby in all {
             for &input in &nearby.inputs {
                 self.add_own(system, state, read, (nearby, input), &mut slopes);

@@ -475,3 +475,39 @@ fn closed_frames_that_cannot_be_stretched() {
     "#;
     check(muscle, &["L", "h", "q", "p"], &["ux", "rz", "m"]);
 }
+
+/// A thin wire that cannot be stretched closes a frame, and a step holds what another has led to: the compliance that stands for the
+/// wire while derivatives are found is no small part of that of the frame.
+#[test]
+fn a_thin_wire_that_closes_a_frame() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { k = 0.05, l = 167.5, F = 0.4 }
+        nodes = { A = [98, 146], B = [129, 92], C = [136, 44], D = [77, 62], E = [89, 6] }
+        materials.polymer = { youngs_modulus = 2500, poissons_ratio = 0.35 }
+        [sections]
+        beam = { stiffness = { EA = 582, GA2 = 233, EI3 = 8769 } }
+        wire = { circle = { radius = 0.5 }, stretch = false }
+        [members]
+        ab = { nodes = ["A", "B"], section = "beam" }
+        bc = { nodes = ["B", "C"], section = "beam" }
+        bd = { nodes = ["B", "D"], section = "beam" }
+        de = { nodes = ["D", "E"], section = "beam" }
+        ae = { nodes = ["A", "E"], section = "wire", material = "polymer" }
+        [supports]
+        A = "clamped"
+        [springs]
+        pull = { nodes = ["A", "E"], stiffness = "= k", natural_length = "= l" }
+        [[steps]]
+        force = { B = ["= F", -0.35, 0], C = [0, 0.3, 0] }
+        [[steps]]
+        hold = { D = ["uy"] }
+        force = { C = [-0.35, "= -2 * F", 0] }
+        [probes]
+        x = { node = "D", displacement = "ux" }
+        turn = { node = "D", rotation = "rz" }
+        root = { node = "A", reaction = "rz" }
+    "#;
+    check(text, &["k", "l", "F"], &["x", "turn", "root"]);
+}

@@ -1,0 +1,179 @@
+//! Derivatives of random networks by random numbers of them, against differences of converged solves.
+//!
+//!     cargo run --release --example gradients -- 200 0
+//!
+//! takes so many networks from a seed on: two to six nodes in the plane or in space, sections, muscles with their tables, actuated
+//! members, springs, a rigid body, loads with and without a potential, one to three steps. Up to ten of their numbers are
+//! parameters. A derivative is held against differences of fourth order at five distances, the nearest of which counts: the
+//! longest are curved, and the shortest rounding. Printed is by how far the worst derivative of a network misses, over the largest
+//! of its probe (each times its parameter); those that miss by more than 10⁻⁷ are listed by their seed, and end the program with
+//! status 1.
+//!
+//!     cargo run --release --example gradients -- show 53
+//!
+//! prints one of the networks, its derivatives, and the differences.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use pennate_analysis::problem::Problem;
+use pennate_models::Document;
+use rayon::prelude::*;
+
+mod random;
+
+use random::{Random, network};
+
+/// What derivatives are to miss differences by at most, of the largest of their probe.
+const WITHIN: f64 = 1e-7;
+/// Distances of differences, as parts of a parameter.
+const PARTS: [f64; 5] = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4];
+/// What statics or symmetry fixes has no derivative: a probe whose derivatives are less than this part of its value, or of what such
+/// networks move, turn and weigh, is measured by that.
+const FIXED: f64 = 1e-3;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["show", seed] => {
+            show(&network(seed.parse().expect("a seed")));
+            ExitCode::SUCCESS
+        }
+        [count, first] => campaign(count.parse().expect("a number"), first.parse().expect("a seed")),
+        _ => campaign(200, 0),
+    }
+}
+
+/// How it went with one network.
+enum Outcome {
+    /// There is no network, no answer, or no derivative, for a reason.
+    Refused(String),
+    Missed(Miss),
+}
+
+/// The worst miss of a network, and where.
+#[derive(Default)]
+struct Miss {
+    by: f64,
+    probe: String,
+    parameter: String,
+}
+
+fn campaign(count: u64, first: u64) -> ExitCode {
+    let judged: Vec<(u64, Outcome, Random)> = (first..first + count)
+        .into_par_iter()
+        .map(|seed| {
+            let random = network(seed);
+            (seed, judge(&random), random)
+        })
+        .collect();
+    let mut table: BTreeMap<String, usize> = BTreeMap::new();
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut wrong = false;
+    for (seed, outcome, random) in &judged {
+        let row = match outcome {
+            Outcome::Refused(why) => why.clone(),
+            Outcome::Missed(Miss { by, .. }) if *by == 0.0 => "nothing changes".to_owned(),
+            Outcome::Missed(Miss { by, probe, parameter }) => {
+                random.kinds.iter().for_each(|kind| *kinds.entry(kind).or_default() += 1);
+                if *by > WITHIN {
+                    wrong = true;
+                    println!("seed {seed}: {probe} by {parameter} misses by {by:.1e}");
+                }
+                format!("within 1e{}", by.log10().ceil().max(-10.0))
+            }
+        };
+        *table.entry(row).or_default() += 1;
+    }
+    println!("| derivatives | networks |\n|---|---:|");
+    table.iter().for_each(|(row, count)| println!("| {row} | {count} |"));
+    let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
+    println!("\nParameters: {}.", kinds.join(", "));
+    ExitCode::from(u8::from(wrong))
+}
+
+/// The network as a problem, or why there is none.
+fn problem(random: &Random) -> Result<Problem, String> {
+    let document = Document::from_text("network.toml", &random.text);
+    let [parameters, probes] =
+        [&random.parameters, &random.probes].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+    Problem::new(&document, &[], &parameters, &probes, 1e-6).map_err(|error| error.to_string())
+}
+
+/// The differences of all probes by one parameter at one distance; nothing where there is no answer beside it.
+fn differences(problem: &Problem, x: &[f64], input: usize, part: f64) -> Option<Vec<f64>> {
+    let apart = part * x[input];
+    let row = |times: f64| {
+        let mut row = x.to_vec();
+        row[input] += times * apart;
+        row
+    };
+    let answer = problem.evaluate(&[1.0, -1.0, 2.0, -2.0].map(row).concat());
+    let probes = answer.values.len() / 4;
+    let y = |row: usize, probe: usize| answer.values[row * probes + probe];
+    let slope = |probe: usize| {
+        let one = (y(0, probe) - y(1, probe)) / (2.0 * apart);
+        let two = (y(2, probe) - y(3, probe)) / (4.0 * apart);
+        one + (one - two) / 3.0
+    };
+    answer.reasons.iter().all(Option::is_none).then(|| (0..probes).map(slope).collect())
+}
+
+fn judge(random: &Random) -> Outcome {
+    let problem = match problem(random) {
+        Ok(problem) => problem,
+        Err(_) => return Outcome::Refused("no network".to_owned()),
+    };
+    let x = problem.middle();
+    let found = problem.gradient(&x);
+    if found.reasons[0].is_some() {
+        let known = found.values.iter().all(|value| value.is_finite());
+        return Outcome::Refused(if known { "no derivative, for a reason" } else { "no answer" }.to_owned());
+    }
+    let (inputs, probes) = (x.len(), random.probes.len());
+    let mut nearest = vec![f64::INFINITY; probes * inputs];
+    for part in PARTS {
+        for input in 0..inputs {
+            for (probe, slope) in differences(&problem, &x, input, part).into_iter().flatten().enumerate() {
+                let place = probe * inputs + input;
+                nearest[place] = nearest[place].min((slope - found.jacobian[place]).abs());
+            }
+        }
+    }
+    let mut worst = Miss::default();
+    for probe in 0..probes {
+        let floor = FIXED * found.values[probe].abs().max(random.scales[probe]);
+        let sizes = (0..inputs).map(|input| (found.jacobian[probe * inputs + input] * x[input]).abs());
+        let largest = sizes.fold(floor, f64::max);
+        for input in 0..inputs {
+            let by = nearest[probe * inputs + input] * x[input].abs() / largest;
+            if largest > 0.0 && by > worst.by {
+                let parameter = format!("{} ({})", random.parameters[input], random.kinds[input]);
+                worst = Miss { by, probe: random.probes[probe].clone(), parameter };
+            }
+        }
+    }
+    Outcome::Missed(worst)
+}
+
+fn show(random: &Random) {
+    println!("{}", random.text);
+    let problem = match problem(random) {
+        Ok(problem) => problem,
+        Err(error) => return println!("{error}"),
+    };
+    let x = problem.middle();
+    let found = problem.gradient(&x);
+    println!("{:?} {:?}", found.values, found.reasons[0]);
+    println!("Derivatives, each times its parameter, and differences at {PARTS:?} of it:");
+    for (input, (name, kind)) in random.parameters.iter().zip(&random.kinds).enumerate() {
+        let columns = PARTS.map(|part| differences(&problem, &x, input, part));
+        for (output, probe) in random.probes.iter().enumerate() {
+            print!("{probe} by {name} ({kind}): {:.10e} |", found.jacobian[output * x.len() + input] * x[input]);
+            for column in &columns {
+                print!(" {:.10e}", column.as_ref().map_or(f64::NAN, |slopes| slopes[output] * x[input]));
+            }
+            println!();
+        }
+    }
+}
