@@ -243,6 +243,12 @@ pub(crate) fn is_stiff(state: &SectionState, lengths: [f64; 2]) -> bool {
     own.into_iter().zip(beside(section.ei2, section.ei3)).any(is_stiff)
 }
 
+/// Whether a section cannot be stretched, or less than what holds others in an unloaded member of this length.
+pub(crate) fn is_hard_to_stretch(state: &SectionState, length: f64) -> bool {
+    let section = &state.section;
+    section.ea > AUXILIARY.of_bending(section.ei2.min(section.ei3), [length; 2])
+}
+
 /// Stiffness of a member of one section against stretch, as held by [`AUXILIARY`] where it is no less, and EI/L³ of its softest axis.
 pub(crate) fn stretch_and_bending(state: &SectionState, length: f64, turn: &Turn, in_plane: bool) -> [f64; 2] {
     let section = &state.section;

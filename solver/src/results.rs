@@ -6,6 +6,7 @@ use pennate_elements::small::{V3, add, cross, dot, norm};
 use crate::chain::{self, Measures, Middle, middle, total_load};
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
+use crate::rigid::{AUXILIARIES, Limit};
 use crate::structure::Dimension;
 use crate::system::System;
 
@@ -103,7 +104,41 @@ fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
 /// A row that holds a node along the direction asked for is taken away for that; the last assembly is the same again
 /// afterwards.
 pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
-    if system.structure.compliances.is_empty() { Vec::new() } else { system.uneased(all_compliances) }
+    if system.structure.compliances.is_empty() { Vec::new() } else { system.uneased(rigid_compliances) }
+}
+
+/// The same where held strains give nothing.
+fn rigid_compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
+    if !system.loading.holds_strains() {
+        return all_compliances(system);
+    }
+    let own = system.loading.auxiliary;
+    let mut limit = Limit::new(&[1.0; 6]);
+    for auxiliary in AUXILIARIES {
+        system.loading.set_auxiliary(auxiliary);
+        system.apply_drives();
+        system.assemble(false);
+        let found = all_compliances(system);
+        // In a row of its own stands the compliance along what is asked for, which may be small beside that along an axis.
+        let along = found.iter().zip(&system.structure.compliances).flat_map(|(found, wanted)| {
+            let times = |row: &[f64; 6]| row.iter().zip(&wanted.along).map(|(x, along)| x * along).sum::<f64>();
+            let along: f64 = found.iter().zip(&wanted.along).map(|(row, along)| along * times(row)).sum();
+            [along, 0.0, 0.0, 0.0, 0.0, 0.0]
+        });
+        if limit.add(along.chain(found.iter().flatten().flatten().copied()).collect()) {
+            break;
+        }
+    }
+    system.loading.set_auxiliary(own);
+    system.apply_drives();
+    system.assemble(false);
+    let count = system.structure.compliances.len();
+    let known: Vec<bool> = (0..count).map(|index| limit.is_known(index)).collect();
+    let found = limit.take();
+    let columns = &found.as_chunks::<6>().0[count..];
+    let matrices = columns.as_chunks::<6>().0.iter().zip(known);
+    // What held strains hold has no compliance.
+    matrices.map(|(matrix, known)| if known { *matrix } else { [[f64::NAN; 6]; 6] }).collect()
 }
 
 fn all_compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {

@@ -43,6 +43,32 @@ soft = {{ node = \"T\", compliance = \"uy\" }}
     }
 }
 
+/// A bracket of a beam and a wire that cannot be stretched: the beam's end can move across the wire alone, which bends and stretches the beam.
+/// So it is whatever the wire's own bending stiffness is, a ten-billionth of the beam's too; a small force has moved it by what the stiffness says.
+#[test]
+fn a_wire_that_cannot_be_stretched_is_none_the_softer_for_being_thin() {
+    for bending in [1.0, 1e-4, 1e-6] {
+        let text = format!(
+            "{ROD}
+nodes = {{ A = [0, 0], B = [10, 0], C = [0, 10] }}
+sections.wire = {{ stiffness = {{ EA = 1, EI3 = {bending:e}, EI2 = {bending:e}, GJ = {bending:e} }}, stretch = false }}
+members.beam = {{ nodes = [\"A\", \"B\"], section = \"round\" }}
+members.wire = {{ nodes = [\"C\", \"B\"], section = \"wire\" }}
+supports = {{ A = \"clamped\", C = \"clamped\" }}
+steps = [{{ force = {{ B = [0, -1e-4] }} }}]
+[probes]
+stiffness = {{ node = \"B\", stiffness = \"uy\" }}
+moved = {{ node = \"B\", displacement = \"uy\" }}
+"
+        );
+        let values: Vec<f64> = probes(&text).into_iter().map(|(_, value)| value).collect();
+        // Sideways and down by the same, and the end of the beam turns as it likes but for the bending of the wire.
+        let stiffness = 3e3 + 1.0 / (1e3 / 3e4 + 10.0 / 1e4);
+        assert_near(values[0], -1e-4 / values[1], 1e-6);
+        assert_near(values[0], stiffness, 2.0 * bending / 1e4 + 1e-6);
+    }
+}
+
 /// Where a step holds what is asked for, the stiffness is what its reaction would grow by.
 #[test]
 fn a_held_component_shows_the_slope_of_its_reaction() {

@@ -9,6 +9,7 @@ mod held;
 mod increments;
 mod leaps;
 mod modes;
+mod stays;
 mod threads;
 mod toggles;
 mod tuning;

@@ -2,9 +2,11 @@
 
 use pennate_elements::small::{V3, add, norm, scale, sub};
 
+use super::beside::forces_beside;
 use super::members::Members;
 use super::parts::Parts;
 use crate::chain::{MOST_LANES, Pack};
+use crate::joints::Topology;
 use crate::packs::{self, Auxiliary};
 use crate::structure::{Drive, Member, MemberId, NodeId, SectionState, Spring, Structure};
 
@@ -96,11 +98,13 @@ pub struct Loading {
     /// Stiffness against stretch and EI/L³, the largest and the least of every part.
     extremes: Vec<[f64; 2]>,
     holds_strains: bool,
+    /// Forces by which the network answers to members that cannot be stretched, or hardly.
+    beside: Vec<f64>,
 }
 
 impl Loading {
     /// Nothing acts yet.
-    pub(super) fn new(structure: &Structure) -> Self {
+    pub(super) fn new(structure: &Structure, topology: &Topology) -> Self {
         let unstressed = structure
             .springs
             .iter()
@@ -130,6 +134,7 @@ impl Loading {
             slenderness: 0.0,
             extremes: Vec::new(),
             holds_strains: false,
+            beside: forces_beside(structure, topology),
         }
     }
 
@@ -268,17 +273,21 @@ impl Loading {
         }
     }
 
-    /// The largest force that a section of every member of a pack carries, rounded up to a power of four; zero where no auxiliary
-    /// stiffness needs to follow it.
+    /// The largest force that a section of every member of a pack carries, rounded up to a power of four, or by which the network answers to
+    /// it; zero where no auxiliary stiffness needs to follow either.
     pub(crate) fn carried_forces<const D: usize>(&self, pack: &dyn Pack<D>) -> [f64; MOST_LANES] {
         let mut carried = [0.0; MOST_LANES];
         if !self.holds_strains {
+            for (&member, carried) in pack.mesh().members.iter().zip(&mut carried) {
+                *carried = self.beside[member];
+            }
             return carried;
         }
         let forces = pack.carried_forces();
         for ((&member, force), carried) in pack.mesh().members.iter().zip(forces).zip(&mut carried) {
+            *carried = self.beside[member];
             let Some(bears) = self.sections[member].bears else { continue };
-            if force > bears && force.is_finite() {
+            if force > bears.max(*carried) && force.is_finite() {
                 *carried = 4f64.powf((0.5 * force.log2()).ceil());
             }
         }

@@ -15,6 +15,7 @@ use crate::structure::{MemberId, SectionLaw, SectionState, Structure};
 mod adopt;
 mod advance;
 mod after;
+mod beside;
 mod carriers;
 mod certain;
 mod dashpots;
@@ -99,7 +100,7 @@ impl<const D: usize> System<D> {
             size: extent(&structure.nodes),
             places: Places::unloaded(joints, members),
             members: Members::new(&structure, &topology, packs, parallel),
-            loading: Loading::new(&structure),
+            loading: Loading::new(&structure, &topology),
             tangent: Tangent::new(joints, members, structure.springs.len()),
             moves: Moves::new(joints, members, pattern.parts.count),
             held_forces: HeldForces::default(),

@@ -26,7 +26,7 @@ impl<const D: usize> System<D> {
         self.size = extent(&structure.nodes);
         self.places.unload();
         self.members.renew(&structure, &topology);
-        self.loading = Loading::new(&structure);
+        self.loading = Loading::new(&structure, &topology);
         self.tangent.renew();
         self.moves.renew();
         self.dashpots = Dashpots::default();
