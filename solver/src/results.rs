@@ -104,7 +104,10 @@ fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
 /// A row that holds a node along the direction asked for is taken away for that; the last assembly is the same again
 /// afterwards.
 pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
-    if system.structure.compliances.is_empty() { Vec::new() } else { system.uneased(rigid_compliances) }
+    if system.structure.compliances.is_empty() {
+        return Vec::new();
+    }
+    system.turning_freely(|system| system.uneased(rigid_compliances))
 }
 
 /// The same where held strains give nothing.

@@ -13,6 +13,7 @@ mod stays;
 mod threads;
 mod toggles;
 mod tuning;
+mod turning;
 mod turns;
 mod verdict;
 mod verdicts;

@@ -14,6 +14,7 @@ use crate::history::{Status, StepHistory};
 use crate::newton::{Convergence, Lost, Start, Why};
 use crate::structure::{Branch, Method, Stop};
 use crate::system::System;
+use pennate_elements::small::V3;
 
 /// The values that a ramp moves.
 pub(super) struct Ramp {
@@ -83,6 +84,8 @@ pub(super) struct Run<'r> {
     pub landmarks: Vec<f64>,
     /// Whether branches that seemed to meet were seen not to: the network is nearly symmetric.
     pub is_nearly_symmetric: bool,
+    /// The axis about which nothing resisted turning the network at the end of the last step, where loads of this one do.
+    pub turns: Option<V3<f64>>,
     pub effort: Effort,
 }
 
@@ -143,11 +146,18 @@ impl<const D: usize> Continuation<'_, D> {
     /// What a ramp is measured by at first.
     fn first_control(&mut self, run: &mut Run<'_>) -> Result<Control, Lost> {
         self.system.save(&mut self.last);
+        let turned = run.turns.and_then(|axis| self.turn_with_loads(run, axis));
         let purpose = match run.request.method {
             Method::ArcLength => Purpose::Whole,
             Method::Jump if run.conservative => Purpose::Jump,
-            Method::Newton | Method::Jump => return Ok(Control::Fraction(self.by_fraction(run, 0.0))),
+            Method::Newton | Method::Jump => {
+                return Ok(Control::Fraction(self.by_fraction(run, turned.unwrap_or(0.0))));
+            }
         };
+        if let Some(at) = turned {
+            let arc = self.arc_from_last(run, at, at, purpose).ok_or_else(|| self.no_direction())?;
+            return Ok(Control::Arc(Box::new(arc)));
+        }
         match self.first_arc(run, purpose) {
             Some(by) => Ok(Control::Arc(Box::new(by))),
             None if purpose == Purpose::Jump => Ok(Control::Fraction(self.by_fraction(run, 0.0))),

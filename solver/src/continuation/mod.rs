@@ -258,7 +258,17 @@ impl<'a, const D: usize> Continuation<'a, D> {
             history.steps.push(record);
         }
         history.inside = std::mem::take(&mut self.inside);
+        self.let_turn();
         history
+    }
+
+    /// Leaves the end of the last step as it is: with nothing that resists turning.
+    fn let_turn(&mut self) {
+        for system in [Some(&mut self.system), self.refined.as_mut()].into_iter().flatten() {
+            if system.turning.take().is_some() {
+                system.assemble(false);
+            }
+        }
     }
 
     /// Brings in the prestress, and counts pivots where the first step does not do without.
@@ -291,6 +301,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             conservative,
             landmarks: Vec::new(),
             is_nearly_symmetric: false,
+            turns: None,
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
@@ -337,9 +348,14 @@ impl<'a, const D: usize> Continuation<'a, D> {
             conservative: true,
             landmarks: self.landmarks_of_coarse(index),
             is_nearly_symmetric: false,
+            turns: None,
             effort: Effort::default(),
         };
         self.way = coarse::Way::default();
+        let turned = self.system.turning;
+        self.system.turning = self.system.may_be_turned([&ramp.drives[0], &ramp.drives[1]]);
+        run.turns = turned.map(|turning| turning.axis);
+        run.turns = run.turns.filter(|axis| self.system.turning.is_none() && self.system.has_left(*axis));
         let known = !prestressed && self.end_from_coarse(&mut run, index, step);
         if index + 1 == steps.len() {
             self.coarse = None; // what follows needs its memory
@@ -506,6 +522,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let refined = self.refined.as_mut()?;
         refined.loading.fading.clone_from(&self.system.loading.fading);
         refined.loading.auxiliary = self.system.loading.auxiliary;
+        refined.turning = self.system.turning;
         refined.hold_like(&self.system);
         if !self.refined_held.is_empty() {
             let apart = |held: &Held| self.refined_held.get(&(held.node, held.component)).copied().unwrap_or(0.0);

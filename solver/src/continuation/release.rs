@@ -8,10 +8,10 @@
 //! Theory: docs/theory/continuation.md, Eq. 8.7.
 
 use super::follow::Run;
-use super::{Continuation, Tuning};
+use super::{Continuation, Count, Tuning};
 use crate::history::{CriticalKind, CriticalPoint, Jump};
 use crate::newton::{Newton, Start};
-use pennate_elements::small::norm;
+use pennate_elements::small::{V3, norm};
 
 /// Part of the stiffness of the unloaded network that is soft against it: dashpots begin with it.
 const SOFT: f64 = 1e-3;
@@ -66,6 +66,32 @@ impl<const D: usize> Continuation<'_, D> {
             Some(false) => Release::Endless,
             None => Release::Lost,
         }
+    }
+
+    /// Turns the network about an axis, at the beginning of a step, to where the first loads of its ramp want it; the fraction at which it
+    /// is in a stable equilibrium then, `None`, with nothing changed, where none is found.
+    ///
+    /// Nothing resists that, so that next to no load decides: the way there has no length, and no energy is released.
+    pub(super) fn turn_with_loads(&mut self, run: &mut Run<'_>, axis: V3<f64>) -> Option<f64> {
+        if !run.conservative {
+            return None;
+        }
+        let (base, beside) = (self.base, self.tuning.beside());
+        for at in [beside, self.tuning.near * beside] {
+            run.ramp.apply(&mut self.system, at);
+            self.system.assemble(false);
+            let found = self.flow(run, f64::INFINITY);
+            self.system.remove_dashpots();
+            if found == Some(true) && self.system.moved_but_for_turning(&self.last, axis) <= self.tuning.miss {
+                let residual = self.system.residual();
+                self.system.save(&mut self.last);
+                self.accept(run.record, at, residual);
+                return Some(at);
+            }
+            self.base = Count { neutral: true, ..base };
+            self.back_to_last(run.ramp, 0.0);
+        }
+        None
     }
 
     /// From a stable equilibrium a little beyond a fraction back to it; false, with nothing changed, where that is not

@@ -38,6 +38,7 @@ mod springs;
 mod states;
 mod tangent;
 mod turned;
+mod turning;
 
 use dashpots::Dashpots;
 pub(crate) use dashpots::Inner;
@@ -51,6 +52,7 @@ use scatter::add_local;
 use side::{Rows, Side};
 pub use states::State;
 pub use tangent::{Inertia, Residual, Tangent};
+pub(crate) use turning::Turning;
 
 /// The equations of a structure in D components a joint, split by what lives how long.
 pub struct System<const D: usize> {
@@ -75,6 +77,8 @@ pub struct System<const D: usize> {
     /// Memory of the last solve, of forces that held rows bear.
     pub held_forces: HeldForces,
     dashpots: Dashpots,
+    /// How the network may be turned as a whole in the present step without anything changing, where it may.
+    pub(crate) turning: Option<Turning>,
     /// Memory of what lies in rows.
     side_rows: Rows,
     /// Memory of a state that an iteration comes back to.
@@ -105,6 +109,7 @@ impl<const D: usize> System<D> {
             moves: Moves::new(joints, members, pattern.parts.count),
             held_forces: HeldForces::default(),
             dashpots: Dashpots::default(),
+            turning: None,
             side_rows: Rows::default(),
             aside: State::default(),
             stop: None,
@@ -275,6 +280,7 @@ impl<const D: usize> System<D> {
         }
         self.assemble_loads();
         self.assemble_dashpots();
+        self.resist_turning();
         if self.pattern.equations.has_general() {
             self.find_multipliers();
             self.add_constraint_stiffness();

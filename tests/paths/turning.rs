@@ -1,0 +1,146 @@
+//! Round members in a line that buckle in any plane: nothing resists turning that plane, and nothing else is hidden by it.
+
+use std::f64::consts::{PI, TAU};
+
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::Solution;
+use pennate_solver::history::{CriticalKind, Equilibrium, Status, StepHistory};
+use pennate_solver::options::Options;
+use pennate_testing::network::model;
+
+/// A network as a user has it solved.
+fn solve(text: &str) -> Solution {
+    let options = Options { estimate: true, ..Options::default() };
+    solve_to_accuracy(model(text), 1e-6, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
+}
+
+fn end(step: &StepHistory) -> &Equilibrium {
+    &step.increments.last().expect("a state").state
+}
+
+/// Displacement of a node along y, and away from that axis.
+fn moved(solution: &Solution, step: usize, node: &str) -> [f64; 2] {
+    let index = solution.model.nodes.iter().position(|n| n.name == node).expect("the node");
+    let [x, y, z] = end(&solution.history.steps[step]).nodes[index].displacement;
+    [y, x.hypot(z)]
+}
+
+/// Whether a step came to its stable end by one bifurcation, at this fraction.
+#[track_caller]
+fn assert_buckled(step: &StepHistory, fraction: f64, within: f64) {
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{:?}", step.critical_points);
+    let [point] = step.critical_points.as_slice() else { panic!("{:?}", step.critical_points) };
+    assert_eq!(point.kind, CriticalKind::Bifurcation);
+    assert!((point.fraction / fraction - 1.0).abs() < within, "{} against {fraction}", point.fraction);
+}
+
+/// Nodes N0, N1, ... on the y axis at these parts of a length, and round members of a section `s` between them.
+fn line(length: f64, parts: &[f64]) -> String {
+    let nodes: Vec<_> =
+        parts.iter().enumerate().map(|(i, part)| format!("N{i} = [0, {:?}, 0]", part * length)).collect();
+    let members = (1..parts.len()).map(|i| format!("m{i} = {{ nodes = ['N{}', 'N{i}'], section = 's' }}", i - 1));
+    format!("[nodes]\n{}\n[members]\n{}\n", nodes.join("\n"), members.collect::<Vec<_>>().join("\n"))
+}
+
+/// A round column that stands on its foot and buckles under its own weight, q L³ = 7.83735 EI (Greenhill 1881), leans in some vertical
+/// plane as it does where it cannot leave one.
+#[test]
+fn round_columns_lean_under_their_own_weight() {
+    for (parts, torsion, times) in [
+        (&[0.0, 1.0][..], 2000.0, 8.0),
+        (&[0.0, 0.5, 1.0], 2000.0, 2.0),
+        (&[0.0, 0.5, 1.0], 8000.0, 4.0),
+        (&[0.0, 0.2, 0.6, 1.0], 4000.0, 1.1),
+        (&[0.0, 0.2, 0.6, 1.0], 8000.0, 8.0),
+    ] {
+        let (length, bending) = (300.0_f64, 1e4);
+        let mass = times * 7.837_347_4 * bending / length.powi(3) / 9810.0;
+        let [space, plane] = ["space", "plane"].map(|dimension| {
+            solve(&format!(
+                "format = 'pennate/1'\ndimension = '{dimension}'\n{}[supports]\nN0 = 'clamped'\n\
+                 [sections.s]\nstretch = false\nshear = false\nstiffness = {{ EI2 = {bending}, EI3 = {bending}, GJ = {torsion}, \
+                 mass_per_length = {mass:e} }}\n[[steps]]\ngravity = [0, -9810, 0]\n",
+                line(length, parts)
+            ))
+        });
+        assert_buckled(&space.history.steps[0], 1.0 / times, 1e-5);
+        let tip = format!("N{}", parts.len() - 1);
+        let [free, held] = [&space, &plane].map(|solution| moved(solution, 0, &tip));
+        for (free, held) in free.into_iter().zip(held) {
+            assert!((free - held).abs() < 3e-6 * length, "{free} instead of {held} of {parts:?}");
+        }
+    }
+}
+
+/// Round struts whose ends come nearer by a tenth, which cannot be sheared or can, are bent as much as where they cannot leave a plane.
+#[test]
+fn round_struts_bend_in_some_plane() {
+    for (ends, parts, shear) in [
+        ("pinned", &[0.0, 1.0][..], false),
+        ("pinned", &[0.0, 1.0], true),
+        ("pinned", &[0.0, 0.4, 1.0], false),
+        ("clamped", &[0.0, 0.3, 1.0], false),
+        ("clamped", &[0.0, 0.3, 0.7, 1.0], true),
+    ] {
+        let (length, last) = (1000.0, parts.len() - 1);
+        let [space, plane] = ["space", "plane"].map(|dimension| {
+            solve(&format!(
+                "format = 'pennate/1'\ndimension = '{dimension}'\n{}[supports]\nN0 = '{ends}'\nN{last} = '{ends}'\n\
+                 [sections.s]\nshear = {shear}\nstiffness = {{ EA = 1, GA2 = 0.3, GA3 = 0.3, EI2 = 1, EI3 = 1, GJ = 0.8 }}\n\
+                 [[steps]]\ndisplacement = {{ N{last} = {{ uy = -100 }} }}\n",
+                line(length, parts)
+            ))
+        });
+        // Euler's strain, π² over the square of the slenderness, shear and the shortening before left out.
+        let slenderness = if ends == "pinned" { 1000.0 } else { 500.0 };
+        assert_buckled(&space.history.steps[0], (PI / slenderness).powi(2) / 0.1, 1e-3);
+        let [free, held] = [&space, &plane].map(|solution| end(&solution.history.steps[0]).energy);
+        assert!((free / held - 1.0).abs() < 1e-6, "{free} instead of {held}: {ends} {parts:?} {shear}");
+    }
+}
+
+/// Along the arc a clamped round strut goes on along the elastica as well.
+#[test]
+fn a_clamped_round_strut_bends_along_the_arc() {
+    let solution = solve(&format!(
+        "format = 'pennate/1'\ndimension = 'space'\n{}[supports]\nN0 = 'clamped'\nN2 = 'clamped'\n\
+         [sections.s]\nstiffness = {{ EA = 500, EI2 = 1, EI3 = 1, GJ = 0.8 }}\n\
+         [[steps]]\nmethod = 'arc_length'\ndisplacement = {{ N2 = {{ uy = -3 }} }}\n",
+        line(100.0, &[0.0, 0.5, 1.0])
+    ));
+    assert_buckled(&solution.history.steps[0], (TAU / 100.0).powi(2) / 500.0 * 100.0 / 3.0, 1e-3);
+}
+
+/// What bends in any plane turns to where the first load across it wants it, whichever way that is, and no stiffness is said to resist
+/// it before.
+#[test]
+fn a_load_across_decides_about_the_plane_of_bending() {
+    let solve = |[x, z]: [f64; 2]| {
+        solve(&format!(
+            "format = 'pennate/1'\ndimension = 'space'\n{}[supports]\nN0 = 'clamped'\nN2 = ['ux', 'uz', 'rx', 'ry', 'rz']\n\
+             [sections.s]\nshear = false\nstiffness = {{ EA = 1e3, EI2 = 1, EI3 = 1, GJ = 0.8 }}\n\
+             [probes]\nkx = {{ node = 'N1', stiffness = 'ux' }}\nkz = {{ node = 'N1', stiffness = 'uz' }}\n\
+             [[steps]]\ndisplacement = {{ N2 = {{ uy = -10 }} }}\n[[steps]]\nforce = {{ N1 = [{x}, 0, {z}] }}\n",
+            line(100.0, &[0.0, 0.5, 1.0])
+        ))
+    };
+    let ways = [[1e-3, 0.0], [0.0, -1e-3], [-6e-4, 8e-4]];
+    let found = ways.map(|[x, z]| {
+        let solution = solve([x, z]);
+        let [pushed, across] = &solution.history.steps[..] else { panic!("two steps") };
+        assert_eq!((across.status, across.stable), (Status::Converged, Some(true)), "{x} {z}");
+        // In the plane of bending a unit force moves the middle by some L³ / (192 EI), at right angles to it without end.
+        let softest = end(pushed).compliances.iter().map(|columns| columns[0][0] + columns[2][2]);
+        let softest = softest.fold(0.0, |most: f64, compliance| most.max(compliance.abs()));
+        assert!(softest > 1e3 * 100.0f64.powi(3) / 192.0, "{softest}");
+        let index = solution.model.nodes.iter().position(|n| n.name == "N1").expect("the middle");
+        let [dx, _, dz] = end(across).nodes[index].displacement;
+        let away = dx.hypot(dz);
+        let along = (x * dx + z * dz) / x.hypot(z);
+        assert!((along / away - 1.0).abs() < 1e-9 && away > 10.0, "{dx} {dz} under {x} {z}");
+        (away, end(across).energy)
+    });
+    for (away, energy) in &found[1..] {
+        assert!((away / found[0].0 - 1.0).abs() < 1e-6 && (energy / found[0].1 - 1.0).abs() < 1e-6, "{found:?}");
+    }
+}
