@@ -144,3 +144,38 @@ fn a_load_across_decides_about_the_plane_of_bending() {
         assert!((away / found[0].0 - 1.0).abs() < 1e-6 && (energy / found[0].1 - 1.0).abs() < 1e-6, "{found:?}");
     }
 }
+
+/// Round columns that are hinged at their feet, or at both ends, which a load along them bends: the released ends turn as joints do.
+#[test]
+fn hinged_round_columns_bend_in_some_plane() {
+    let euler = (PI / 100.0).powi(2);
+    // Over Euler's load; the root of tan x = x for a hinge and a clamp.
+    let hinged = (4.493_409_457_9_f64 / PI).powi(2);
+    let (foot, head) = ("release = { start = 'pin' }", "release = { end = 'pin' }");
+    for (members, critical) in [(&[foot, head][..], 1.0), (&[foot], hinged), (&[foot, ""], hinged)] {
+        // A column with one hinge bears 1.1396 times its critical load at most.
+        for times in [1.02, if critical == 1.0 { 1.6 } else { 1.1 }] {
+            let last = members.len();
+            let [space, plane] = ["space", "plane"].map(|dimension| {
+                let node = |i: usize| format!("N{i} = [0, {:?}, 0]\n", 100.0 * i as f64 / last as f64);
+                let nodes: String = (0..=last).map(node).collect();
+                let member = |(i, release): (usize, &&str)| {
+                    let comma = if release.is_empty() { "" } else { ", " };
+                    format!("m{i} = {{ nodes = ['N{i}', 'N{}'], section = 's'{comma}{release} }}\n", i + 1)
+                };
+                let members: String = members.iter().enumerate().map(member).collect();
+                solve(&format!(
+                    "format = 'pennate/1'\ndimension = '{dimension}'\n[nodes]\n{nodes}[members]\n{members}\
+                     [sections.s]\nstretch = false\nshear = false\nstiffness = {{ EI2 = 1, EI3 = 1, GJ = 0.8 }}\n\
+                     [supports]\nN0 = 'clamped'\nN{last} = ['ux', 'uz', 'rx', 'ry', 'rz']\n\
+                     [[steps]]\nforce = {{ N{last} = [0, {}, 0] }}\n",
+                    -times * critical * euler
+                ))
+            });
+            assert_buckled(&space.history.steps[0], 1.0 / times, 1e-5);
+            let tip = format!("N{last}");
+            let [free, held] = [&space, &plane].map(|solution| moved(solution, 0, &tip)[0]);
+            assert!((free / held - 1.0).abs() < 1e-5, "{free} instead of {held}: {members:?} {times}");
+        }
+    }
+}

@@ -413,7 +413,10 @@ impl<const D: usize> System<D> {
             }
             return;
         }
-        let ends = self.members.condensed(index);
+        let mut ends = self.members.condensed(index);
+        if released {
+            self.resist_turning_of_member(index, &mut ends);
+        }
         // Few members have a factor, and those that have none should not pay for its copies.
         let mut factor = released.then(|| self.tangent.releases[index]);
         let mut info = self.end_info(index, &self.tangent.ends[index]);

@@ -8,13 +8,17 @@
 //! stiffer by that: where K t = 0 the negative pivots of K + k n nᵀ, with n·t other than zero, are those of K. Newton's increments, whose
 //! right-hand side is at right angles to t, have no part along n then.
 //!
+//! A round member between two hinges, in any network, may be turned about the line between its ends in the same way, with nothing else
+//! moving: the spring is on one of its ends then.
+//!
 //! Theory: docs/theory/stability.md, section Turning freely.
 
 use pennate_elements::rotation::turn;
 use pennate_elements::small::{V3, add, cross, dot, norm, scale, sub};
 
 use super::{State, System};
-use crate::joints::HeldKind;
+use crate::chain::MemberEnds;
+use crate::joints::{EndKind, HeldKind};
 use crate::structure::{Drive, Release, SectionState};
 
 /// Part of a vector, or of a stiffness, that is rounding of what was read: directions, and sums of them.
@@ -74,7 +78,7 @@ impl<const D: usize> System<D> {
         let structure = &self.structure;
         let mut stiffest = 0.0_f64;
         for member in &structure.members {
-            let turns = member.releases.iter().all(|release| matches!(release, Release::Welded));
+            let turns = member.releases.iter().all(|release| !matches!(release, Release::Axes(_)));
             if !turns || !lies_along(axis, member.axes[0]) {
                 return None;
             }
@@ -194,6 +198,59 @@ impl<const D: usize> System<D> {
             shifted.max(apart(turn(now.rotation, axis), turn(then.rotation, axis)))
         });
         moved.fold(0.0, f64::max)
+    }
+
+    /// Resists turning a member by one of its released ends: about the line between its ends, where both are free to turn and nothing
+    /// loads it across that line, or about the axis of the whole network where no joint moves in that. `ends` is what the member is
+    /// eliminated to.
+    pub(super) fn resist_turning_of_member(&self, index: usize, ends: &mut MemberEnds<D>) {
+        if self.pattern.equations.active.len() != 6 {
+            return;
+        }
+        let whole = self.turning.filter(|turning| self.turned_most(turning.axis).is_none());
+        let Some(Turning { axis, stiffness }) = self.turning_of_member(index).or(whole) else { return };
+        let Some((end, across)) = self.end_turned_most(index, axis) else { return };
+        let square = dot(across, across);
+        let block = if end == 0 { &mut ends.k00 } else { &mut ends.k11 };
+        for i in 0..3 {
+            for j in 0..3 {
+                block[3 + i][3 + j] += stiffness / square * across[i] * across[j];
+            }
+        }
+    }
+
+    /// The released end of a member that spins most where it is turned about an axis, and its spin for a radian; nothing where none does.
+    fn end_turned_most(&self, index: usize, axis: V3<f64>) -> Option<(usize, V3<f64>)> {
+        let spin = |end: usize| {
+            let rotation = self.places.releases[index][end].rotation;
+            (end, sub(axis, turn(rotation, self.members.slots[index].tangents[end])))
+        };
+        let is_free = |end: &usize| matches!(self.topology.ends[index][*end], EndKind::Free { .. });
+        let most = (0..2).filter(is_free).map(spin).max_by(|(_, a), (_, b)| norm(*a).total_cmp(&norm(*b)));
+        most.filter(|(_, spin)| norm(*spin) > IN_LINE)
+    }
+
+    /// How a member may be turned about the line between its ends with nothing else moving.
+    fn turning_of_member(&self, index: usize) -> Option<Turning> {
+        let member = &self.structure.members[index];
+        if !self.topology.ends[index].iter().all(|end| matches!(end, EndKind::Free { .. })) {
+            return None;
+        }
+        let places = member
+            .nodes
+            .map(|node| add(self.structure.nodes[node], self.places.pose(&self.topology.links[node]).displacement));
+        let chord = sub(places[1], places[0]);
+        let axis = scale(1.0 / norm(chord), chord);
+        let (pack, lane) = self.members.chain(index);
+        let own = |segment: usize| self.section(index, segment);
+        let turns = (0..member.segments.len()).all(|segment| {
+            member.segments[segment].initial_curvature[1..] == [0.0; 2]
+                && is_round(&own(segment))
+                && lies_along(axis, pack.segment(lane, segment).load)
+        });
+        let bending = (0..member.segments.len()).map(|segment| own(segment).section.ei3).fold(0.0, f64::max);
+        let stiffness = bending / member.length();
+        (turns && norm(chord) > 0.0 && stiffness > 0.0).then_some(Turning { axis, stiffness })
     }
 
     /// Looks at the present state, linearized with nothing that resists turning; it is linearized as it was again afterwards.
