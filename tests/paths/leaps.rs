@@ -75,3 +75,30 @@ fn no_increment_goes_where_its_tangents_point_apart() {
 fn a_path_that_comes_near_a_singular_point_is_followed_on_every_mesh() {
     assert_loses_stability(&["frame_of_two_meshes", "portal_of_two_meshes"], CriticalKind::LimitPoint);
 }
+
+/// Nothing of the coarse path is nearly singular, but its increments had to be short.
+#[test]
+fn a_path_of_increments_that_were_cut_short_is_followed_on_every_mesh() {
+    let names = ["frame_of_a_fold_on_fine_meshes", "network_of_a_fold_on_fine_meshes"];
+    assert_loses_stability(&names, CriticalKind::LimitPoint);
+}
+
+/// Both ends of an increment are stable there, with tangents along the way, and no path joins them.
+#[test]
+fn no_increment_leaps_a_limit_point_that_only_the_middle_tells_of() {
+    let names = ["limit_point_within_an_increment", "limit_point_within_a_short_increment"];
+    assert_loses_stability(&names, CriticalKind::LimitPoint);
+}
+
+/// What is lost within an increment and regained in it leaves no trace at the ends.
+#[test]
+fn no_increment_leaps_two_bifurcations_at_once() {
+    let [chosen, short] = [None, Some(60)].map(|increments| solve("vee_pushed_flat", increments));
+    let points = [&chosen, &short].map(|history| &history.steps[0].critical_points);
+    assert_eq!(points.map(Vec::len), [2, 2]);
+    for (a, b) in points[0].iter().zip(points[1]) {
+        assert_eq!([a.kind, b.kind], [CriticalKind::Bifurcation; 2]);
+        let error = a.error.expect("an error") + b.error.expect("an error");
+        assert!((a.fraction - b.fraction).abs() <= 10.0 * error, "{} and {}, {error}", a.fraction, b.fraction);
+    }
+}

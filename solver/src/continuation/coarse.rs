@@ -16,6 +16,8 @@ pub struct Coarse<const D: usize> {
     pub system: System<D>,
     /// The states at the ends of steps, where a finer mesh may start from them.
     pub ends: Vec<Option<State>>,
+    /// Whether increments of a step were cut short.
+    cut: Vec<bool>,
     /// The same on elements of the next order, where there is one: it is much nearer.
     pub refined: Option<System<D>>,
     /// The same on the next order of elements.
@@ -26,13 +28,15 @@ pub struct Coarse<const D: usize> {
 /// where one of two branches is left for the other, the paths of a coarse mesh and of a finer one may go on differently.
 const HALVED: f64 = 0.5;
 
-/// How the overall stiffness went along a path.
+/// How the overall stiffness went along a path, and whether its increments had to be short.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Way {
     highest: f64,
     /// The lowest that was less than half of what was before.
     lowest: Option<f64>,
     dipped: bool,
+    /// Whether an increment on the way was made again shorter.
+    was_cut: bool,
 }
 
 impl Way {
@@ -43,6 +47,16 @@ impl Way {
         }
         self.dipped |= self.lowest.is_some_and(|lowest| lowest < HALVED * stiffness);
         self.highest = self.highest.max(stiffness);
+    }
+
+    /// An increment was made again shorter: beyond it stability would be lost, or the iteration was.
+    pub(super) fn cut_short(&mut self) {
+        self.was_cut = true;
+    }
+
+    /// Whether the path came so near to a singular point that a finer mesh may come to it, or may not.
+    fn is_for_the_mesh(&self) -> bool {
+        self.dipped || self.was_cut
     }
 }
 
@@ -68,6 +82,13 @@ impl<'a, const D: usize> Continuation<'a, D> {
     /// Whether the end of a step is known from a coarser mesh.
     pub(super) fn is_known_from_coarse(&self, index: usize) -> bool {
         self.coarse.as_ref().is_some_and(|(coarse, _)| coarse.ends.get(index).is_some_and(Option::is_some))
+    }
+
+    /// What is known of the way of a step when it begins. Where the increments of a coarser mesh were cut short those of this one end where
+    /// they did, and go by what cut them without a word.
+    pub(super) fn way_on_this_mesh(&self, index: usize) -> Way {
+        let was_cut = self.coarse.as_ref().is_some_and(|(coarse, _)| coarse.cut.get(index) == Some(&true));
+        Way { was_cut, ..Way::default() }
     }
 
     /// Where increments on a coarser mesh ended on the way of a step, up to where they became short or a singular point is near: what
@@ -131,8 +152,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
 
     /// What a solve on a finer mesh may start from.
     pub(crate) fn into_coarse(self) -> Coarse<D> {
-        let Self { system, ends, refined, refined_ends, .. } = self;
-        Coarse { system, ends, refined, refined_ends }
+        let Self { system, ends, cut, refined, refined_ends, .. } = self;
+        Coarse { system, ends, cut, refined, refined_ends }
     }
 
     /// Keeps the refined end of a step, where the end itself was kept.
@@ -150,7 +171,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
             && record.critical_points.is_empty()
             && record.jumps.is_empty()
             && record.notes.is_empty()
-            && !self.way.dipped;
+            && !self.way.is_for_the_mesh();
+        self.cut.push(self.way.was_cut);
         self.ends.push(plain.then(|| self.system.snapshot()));
     }
 }

@@ -265,6 +265,7 @@ impl<const D: usize> Continuation<'_, D> {
                 Judged::Lost(ending) => Tried::Lost(ending),
                 Judged::TooLong(length) => {
                     self.system.restore(&self.last);
+                    self.cut_short(by);
                     (by.length, by.is_shortened) = (length, true);
                     by.begin_nearer(&trial, (first, rests, true), &self.tuning);
                     Tried::Again
@@ -275,6 +276,7 @@ impl<const D: usize> Continuation<'_, D> {
                 if self.system.is_stopped() {
                     return Tried::Interrupted;
                 }
+                self.cut_short(by);
                 match by.shorten(&trial, &lost, (first, rests), &self.tuning) {
                     Retry::Nearer => Tried::Again,
                     Retry::Shorter if (run.watch)(by.fraction) => Tried::Again,
@@ -444,6 +446,12 @@ impl<const D: usize> Continuation<'_, D> {
         if met.is_some() {
             (doubtful, aside) = (false, false);
         }
+        // An iteration of more steps than lead to what lies near may have passed something.
+        let near = if predicted { tuning.few() } else { tuning.many };
+        let may_have_passed = steady && met.is_none() && found.iterations > near && step > shortest;
+        if may_have_passed && !guarded && !doubtful && !aside {
+            aside = self.swings_between(run, ends, ratio);
+        }
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
@@ -524,6 +532,14 @@ impl<const D: usize> Continuation<'_, D> {
             stiffness,
             leaves,
         })
+    }
+
+    /// Notes that an increment is made again shorter on the way of a path. What the first ones foresee from where a ramp begins says
+    /// little of the way.
+    fn cut_short(&mut self, by: &ByFraction) {
+        if by.first_rate.is_some() {
+            self.way.cut_short();
+        }
     }
 
     /// The overall stiffness at the last assembly.

@@ -22,6 +22,7 @@ use crate::system::{Inertia, State, System};
 
 mod acceptance;
 mod arc;
+mod between;
 mod branch;
 mod coarse;
 mod direction;
@@ -101,6 +102,8 @@ pub struct Continuation<'a, const D: usize> {
     pub keeps: bool,
     /// See [`Coarse::ends`].
     pub ends: Vec<Option<State>>,
+    /// Whether increments of each step so far were cut short.
+    cut: Vec<bool>,
     /// See [`Coarse::refined_ends`].
     pub refined_ends: Vec<Option<State>>,
     /// What was asked for.
@@ -187,6 +190,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             near: None,
             keeps: false,
             ends: Vec::new(),
+            cut: Vec::new(),
             refined_ends: Vec::new(),
             options,
             notes: Vec::new(),
@@ -351,7 +355,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             turns: None,
             effort: Effort::default(),
         };
-        self.way = coarse::Way::default();
+        self.way = self.way_on_this_mesh(index);
         let turned = self.system.turning;
         self.system.turning = self.system.may_be_turned([&ramp.drives[0], &ramp.drives[1]]);
         run.turns = turned.map(|turning| turning.axis);

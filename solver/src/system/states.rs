@@ -117,6 +117,14 @@ impl<const D: usize> System<D> {
         self.extrapolate([before, last], (ahead + bend) / second, Some((earlier, -bend / first)));
     }
 
+    /// Goes from the third of these states by multiples of the ways to it from the second, to the second from the first, and on from it to
+    /// the fourth.
+    pub(crate) fn combine(&mut self, [first, second, third, fourth]: [&State; 4], [last, before, ahead]: [f64; 3]) {
+        self.extrapolate([second, third], last, Some((first, before)));
+        let bent = self.snapshot();
+        self.extrapolate([fourth, &bent], 0.0, Some((third, ahead)));
+    }
+
     fn extrapolate(&mut self, [before, last]: [&State; 2], ratio: f64, bend: Option<(&State, f64)>) {
         for (index, pack) in self.members.packs.iter_mut().enumerate() {
             let bend = bend.map(|(earlier, times)| (&*earlier.chains[index], times));
