@@ -446,10 +446,10 @@ impl<const D: usize> Continuation<'_, D> {
         if met.is_some() {
             (doubtful, aside) = (false, false);
         }
-        // An iteration of more steps than lead to what lies near may have passed something.
+        // An iteration of more steps than lead to what lies near may have passed something, where anything thrusts.
         let near = if predicted { tuning.few() } else { tuning.many };
         let may_have_passed = steady && met.is_none() && found.iterations > near && step > shortest;
-        if may_have_passed && !guarded && !doubtful && !aside {
+        if may_have_passed && !guarded && !doubtful && !aside && !self.system.hangs() {
             aside = self.swings_between(run, ends, ratio);
         }
         let flipped = !conservative && count.odd != self.base.odd;
