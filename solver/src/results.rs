@@ -99,6 +99,9 @@ fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
     system.structure.sections.iter().map(along).collect()
 }
 
+/// Part of what it is with the softest stiffness behind held strains below which a compliance follows from them alone.
+const HELD: f64 = 0.1;
+
 /// Compliances of the nodes that a structure asks for, at the state of the last assembly.
 ///
 /// A row that holds a node along the direction asked for is taken away for that; the last assembly is the same again
@@ -117,31 +120,48 @@ fn rigid_compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6
     }
     let own = system.loading.auxiliary;
     let mut limit = Limit::new(&[1.0; 6]);
+    let mut all: Vec<Vec<[[f64; 6]; 6]>> = Vec::new();
     for auxiliary in AUXILIARIES {
         system.loading.set_auxiliary(auxiliary);
         system.apply_drives();
         system.assemble(false);
         let found = all_compliances(system);
         // In a row of its own stands the compliance along what is asked for, which may be small beside that along an axis.
-        let along = found.iter().zip(&system.structure.compliances).flat_map(|(found, wanted)| {
-            let times = |row: &[f64; 6]| row.iter().zip(&wanted.along).map(|(x, along)| x * along).sum::<f64>();
-            let along: f64 = found.iter().zip(&wanted.along).map(|(row, along)| along * times(row)).sum();
-            [along, 0.0, 0.0, 0.0, 0.0, 0.0]
-        });
-        if limit.add(along.chain(found.iter().flatten().flatten().copied()).collect()) {
+        let along = along(system, &found).into_iter().flat_map(|along| [along, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let settled = limit.add(along.chain(found.iter().flatten().flatten().copied()).collect());
+        all.push(found);
+        if settled {
             break;
         }
     }
     system.loading.set_auxiliary(own);
     system.apply_drives();
     system.assemble(false);
-    let count = system.structure.compliances.len();
-    let known: Vec<bool> = (0..count).map(|index| limit.is_known(index)).collect();
+    let (Some(first), Some(last)) = (all.first(), all.last()) else { return Vec::new() };
+    let ways = along(system, first).into_iter().zip(along(system, last));
+    let holds: Vec<bool> = ways.map(|(first, last)| last.abs() < HELD * first.abs()).collect();
+    let known: Vec<bool> = (0..holds.len()).map(|index| limit.is_known(index)).collect();
     let found = limit.take();
-    let columns = &found.as_chunks::<6>().0[count..];
-    let matrices = columns.as_chunks::<6>().0.iter().zip(known);
-    // What held strains hold has no compliance.
-    matrices.map(|(matrix, known)| if known { *matrix } else { [[f64::NAN; 6]; 6] }).collect()
+    let columns = &found.as_chunks::<6>().0[holds.len()..];
+    let matrices = columns.as_chunks::<6>().0.iter().zip(last).zip(known.into_iter().zip(holds));
+    matrices
+        .map(|((limit, last), flags)| match flags {
+            (true, _) => *limit,
+            // What held strains hold has no compliance.
+            (false, true) => [[f64::NAN; 6]; 6],
+            // What nothing holds has one without end.
+            (false, false) => *last,
+        })
+        .collect()
+}
+
+/// The compliance along what is asked for of every node.
+fn along<const D: usize>(system: &System<D>, found: &[[[f64; 6]; 6]]) -> Vec<f64> {
+    let of = |(found, along): (&[[f64; 6]; 6], &[f64; 6])| {
+        let times = |row: &[f64; 6]| row.iter().zip(along).map(|(x, along)| x * along).sum::<f64>();
+        found.iter().zip(along).map(|(row, along)| along * times(row)).sum()
+    };
+    found.iter().zip(system.structure.compliances.iter().map(|wanted| &wanted.along)).map(of).collect()
 }
 
 fn all_compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
