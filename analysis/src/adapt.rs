@@ -17,6 +17,11 @@ pub(crate) trait Adaptive {
     /// What to do after so many rounds, with what came of the last mesh and with the best before it.
     fn judge(&self, found: &Self::Found, best: Option<&Self::Found>, rounds: usize) -> Next<Self::End>;
 
+    /// What ends the search where a mesh brings nothing and one before it did; nothing where that counts for no more than the failure.
+    fn end_of(&self, _failure: &Self::Failure) -> Option<Self::End> {
+        None
+    }
+
     /// Whether what came of the last mesh takes the place of the best before it.
     fn is_better(&self, found: &Self::Found, best: &Self::Found, next: &Next<Self::End>) -> bool;
 }
@@ -44,7 +49,13 @@ pub(crate) fn adapt<A: Adaptive>(problem: &mut A, first: Mesh) -> Result<Adapted
     let (mut mesh, mut best, mut rounds) = (first, None, 0);
     loop {
         rounds += 1;
-        let found = problem.find(mesh, best.as_ref())?;
+        let found = match problem.find(mesh, best.as_ref()) {
+            Ok(found) => found,
+            Err(failure) => match (problem.end_of(&failure), best) {
+                (Some(end), Some(found)) => return Ok(Adapted { found, end, rounds }),
+                _ => return Err(failure),
+            },
+        };
         let next = problem.judge(&found, best.as_ref(), rounds);
         let found = match best.take() {
             Some(before) if !problem.is_better(&found, &before, &next) => before,

@@ -216,6 +216,11 @@ impl Adaptive for Search<'_> {
         judge(self.model, found, self.asked, rounds, best)
     }
 
+    /// On a coarser mesh the network was none: a sum of stiff and soft parts lost too many digits on this one.
+    fn end_of(&self, SolveError::Mechanism(_): &SolveError) -> Option<Verdict> {
+        Some(Verdict::PathLost)
+    }
+
     fn is_better(&self, _: &Round, _: &Round, next: &Next<Verdict>) -> bool {
         !matches!(next, Next::End(Verdict::PathLost | Verdict::Interrupted))
     }
