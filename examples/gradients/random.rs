@@ -13,7 +13,7 @@ pub(crate) struct Random {
     pub text: String,
     pub parameters: Vec<String>,
     pub probes: Vec<String>,
-    /// A size that such probes have.
+    /// A tenth of what such networks move, turn and weigh, or thereabouts.
     pub scales: Vec<f64>,
     /// What kinds of numbers the parameters are.
     pub kinds: Vec<&'static str>,
@@ -74,7 +74,7 @@ pub(crate) fn network(seed: u64) -> Random {
     let kinds = write_members(&mut file, &mut numbers, (&places, &fixed), &pairs, deep);
     write_held(&mut file, &mut numbers, &places, body, deep);
     let steps = write_steps(&mut file, &mut numbers, places.len(), &kinds, deep);
-    let probes = write_probes(&mut file, &mut numbers, places.len(), pairs.len(), steps, deep);
+    let (probes, scale) = write_probes(&mut file, &mut numbers, places.len(), pairs.len(), steps, deep);
     let Numbers { values, kinds, .. } = numbers;
     let parameters: Vec<String> = (1..=values.len()).map(|index| format!("p{index}")).collect();
     let written: Vec<String> =
@@ -84,7 +84,7 @@ pub(crate) fn network(seed: u64) -> Random {
         "format = \"pennate/1\"\ndimension = \"{dimension}\"\nparameters = {{ {} }}\n{file}",
         written.join(", ")
     );
-    let scales = vec![0.1 * LENGTH, 10.0, 0.1 * BENDING / LENGTH, 0.0][..probes.len()].to_vec();
+    let scales = vec![0.1 * LENGTH, 10.0, 0.1 * BENDING / LENGTH, scale][..probes.len()].to_vec();
     Random { text, parameters, probes, scales, kinds }
 }
 
@@ -375,7 +375,7 @@ fn write_probes(
     members: usize,
     steps: usize,
     deep: bool,
-) -> Vec<String> {
+) -> (Vec<String>, f64) {
     file.push_str("[probes]\n");
     let mut probes = vec!["x".to_owned(), "turn".to_owned(), "root".to_owned()];
     let (node, other) = (numbers.random.usize(1..nodes), nodes - 1);
@@ -383,17 +383,22 @@ fn write_probes(
     let _ = writeln!(file, "turn = {{ node = \"N{node}\", rotation = \"rz\" }}");
     let component = if deep { "rx" } else { "rz" };
     let _ = writeln!(file, "root = {{ node = \"N0\", reaction = \"{component}\" }}");
+    let mut scale = 0.1 * LENGTH;
     match numbers.random.u8(0..5) {
         0 => file.push_str(&format!("more = {{ nodes = [\"N0\", \"N{other}\"], distance = true }}\n")),
         1 => {
             let member = numbers.random.usize(0..members);
             file.push_str(&format!("more = {{ member = \"m{member}\", axial_force = \"middle\" }}\n"));
+            scale /= LENGTH.powi(3) / BENDING;
         }
-        2 => file.push_str(&format!("more = {{ node = \"N{node}\", stiffness = \"uy\" }}\n")),
+        2 => {
+            file.push_str(&format!("more = {{ node = \"N{node}\", stiffness = \"uy\" }}\n"));
+            scale /= LENGTH.powi(4) / BENDING;
+        }
         3 => file.push_str(&format!("more = \"= x@s{} - turn / 3\"\n", steps - 1)),
         _ if steps > 1 => file.push_str("more = \"= x@s0 * 2\"\n"),
-        _ => return probes,
+        _ => return (probes, scale),
     }
     probes.push("more".to_owned());
-    probes
+    (probes, scale)
 }
