@@ -1,7 +1,9 @@
 //! Paths, singular points, stability and spectra.
 
+mod arches;
 mod buckling;
 mod chains;
+mod columns;
 mod critical_points;
 mod flutter;
 mod guide;
