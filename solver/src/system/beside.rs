@@ -7,7 +7,7 @@
 use crate::joints::Topology;
 use crate::packs;
 use crate::spring::Spring;
-use crate::structure::{Member, Structure};
+use crate::structure::{Dimension, Member, Structure};
 
 /// So many times as stiff as what its ends are held by, across its length too, an auxiliary stiffness may be: rounding of it takes digits of
 /// that where the member lies across the axes. With ten times as much the critical load of a portal whose beam is 10⁷ times as stiff as its
@@ -73,9 +73,10 @@ impl<'a> Joints<'a> {
     fn of(structure: &Structure, topology: &'a Topology, sections: &[Section]) -> Self {
         let count = topology.references.len();
         let joint = |node: usize| topology.links[node].joint;
+        let translations = if structure.dimension == Dimension::Space { 3 } else { 2 };
         let mut fixed = vec![false; count];
         for support in &structure.supports {
-            fixed[joint(support.node)] |= support.fixed[..2] == [true; 2];
+            fixed[joint(support.node)] |= support.fixed[..translations].iter().all(|&fixed| fixed);
         }
         let (mut stiffness, mut grounded) = (vec![0.0; count], vec![0.0; count]);
         for (member, section) in structure.members.iter().zip(sections) {
