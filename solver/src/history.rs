@@ -202,7 +202,8 @@ pub struct Equilibrium {
     /// Force of an axial spring (positive in tension), else the norm of the force; in the order of the springs.
     pub springs: Vec<f64>,
     /// Displacement and rotation of the nodes of [`crate::structure::Structure::compliances`] for unit forces and moments
-    /// on them, by columns, with everything else free to follow; global axes.
+    /// on them, by columns, with everything else free to follow; global axes. Not a number where members that cannot be stretched or
+    /// sheared leave the node no motion along what is asked for.
     pub compliances: Vec<[[f64; 6]; 6]>,
     /// Section forces along the members of [`crate::structure::Structure::sections`], from start to end.
     pub sections: Vec<Vec<SectionForces>>,

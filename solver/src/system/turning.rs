@@ -207,8 +207,8 @@ impl<const D: usize> System<D> {
         if self.pattern.equations.active.len() != 6 {
             return;
         }
-        let whole = self.turning.filter(|turning| self.turned_most(turning.axis).is_none());
-        let Some(Turning { axis, stiffness }) = self.turning_of_member(index).or(whole) else { return };
+        let whole = || self.turning.filter(|turning| self.turned_most(turning.axis).is_none());
+        let Some(Turning { axis, stiffness }) = self.turning_of_member(index).or_else(whole) else { return };
         let Some((end, across)) = self.end_turned_most(index, axis) else { return };
         let square = dot(across, across);
         let block = if end == 0 { &mut ends.k00 } else { &mut ends.k11 };
