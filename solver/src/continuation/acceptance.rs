@@ -29,12 +29,11 @@ const HINGE: f64 = PI / 12.0;
 const RADIAN: f64 = 1.0;
 
 impl<const D: usize> Continuation<'_, D> {
-    /// Iterations that are too many to believe that the present state is the next one of the path.
+    /// Iterations that are too many to believe that a part of an increment led to the next state of the path: after a radian none are.
     pub(super) fn too_many(&self, rose: bool) -> usize {
-        match rose {
-            _ if self.system.distance(&self.last).rotation > RADIAN => usize::MAX,
-            true => self.tuning.few(),
-            false => self.tuning.many,
+        match self.system.distance(&self.last).rotation > RADIAN {
+            true => usize::MAX,
+            false => self.tuning.most_nearby(rose),
         }
     }
 

@@ -456,7 +456,7 @@ impl<const D: usize> Continuation<'_, D> {
         let rose = !conservative && count.own > self.base.own;
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
-        let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
+        let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= tuning.most_nearby(rose);
         let far = (guarded || doubtful || aside || flipped) && step > bracket;
         let mut torn = doubtful && found.iterations >= tuning.many;
         let mut passed = None;

@@ -97,6 +97,12 @@ impl Tuning {
         self.many.div_ceil(2) + 1
     }
 
+    /// Iterations from which on a state is made sure of that loads without a potential led to: fewer where positive pivots were lost
+    /// on the way.
+    pub(crate) fn most_nearby(&self, rose: bool) -> usize {
+        if rose { self.few() } else { self.many }
+    }
+
     /// Distance (radians, or lengths) by which a prediction is wrong.
     pub(crate) fn wrong(&self) -> f64 {
         self.longer * self.miss
