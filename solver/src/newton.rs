@@ -230,7 +230,7 @@ impl Newton {
         let mut last = f64::INFINITY;
         let mut before = f64::INFINITY;
         let mut misfit = 0.0;
-        let mut violation = self.tuning.tolerance;
+        let mut violation = self.tuning.tolerance();
         let mut asked = 0;
         let mut contraction = 0.0;
         let mut slow = 0;
@@ -243,7 +243,7 @@ impl Newton {
                 return Err(Lost { iterations: 0, factorizations: 0, residual, why: Why::Slow });
             }
             let small = last * system.loading.slenderness().max(1.0) <= TURNED && last <= SERVES * before;
-            let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance.sqrt();
+            let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance().sqrt();
             let serve = has_factors
                 && (small || may_end)
                 && start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
@@ -262,9 +262,9 @@ impl Newton {
             if iterations == 1 {
                 misfit = residual.largest();
                 violation = match start.aim {
-                    Aim::Result | Aim::Passing => self.tuning.tolerance,
+                    Aim::Result | Aim::Passing => self.tuning.tolerance(),
                     Aim::Rough => self.tuning.shortest,
-                    Aim::Comparison => self.tuning.tolerance.max(self.tuning.near * system.members.violation()),
+                    Aim::Comparison => self.tuning.tolerance().max(self.tuning.near * system.members.violation()),
                 };
             }
             let enough = match start.aim {
@@ -272,9 +272,9 @@ impl Newton {
                 // Right beyond a limit point forces nearly balance, and increments go on without end.
                 Aim::Passing => {
                     last <= self.tuning.shortest.min(self.tuning.contraction * before)
-                        && residual.largest() <= self.tuning.tolerance
+                        && residual.largest() <= self.tuning.tolerance()
                 }
-                Aim::Rough => last <= self.tuning.tolerance.sqrt() && residual.largest() <= self.tuning.shortest,
+                Aim::Rough => last <= self.tuning.tolerance().sqrt() && residual.largest() <= self.tuning.shortest,
                 Aim::Comparison => last <= self.tuning.trust && residual.largest() <= self.tuning.near * misfit,
             };
             let converged =
@@ -347,7 +347,7 @@ impl Newton {
         let next = last * last * (last / (before * before)).max(1.0);
         let foreseen = before <= self.tuning.trust && next <= self.tuning.rounding;
         let twice = before <= self.tuning.increment || foreseen && last <= 0.1 * self.tuning.increment;
-        let rounding = twice && (residual.largest() <= self.tuning.tolerance || still);
+        let rounding = twice && (residual.largest() <= self.tuning.tolerance() || still);
         last <= self.tuning.increment && (settled || rounding) || settled && foreseen
     }
 
@@ -356,7 +356,7 @@ impl Newton {
     pub(crate) fn held_part(&self, aim: Aim) -> f64 {
         let residual = match aim {
             Aim::Result => self.tuning.residual,
-            Aim::Passing => self.tuning.tolerance,
+            Aim::Passing => self.tuning.tolerance(),
             Aim::Rough | Aim::Comparison => self.tuning.shortest,
         };
         (10.0 * residual).min(self.tuning.near)
@@ -367,7 +367,7 @@ impl Newton {
     fn is_rounding<const D: usize>(&self, system: &mut System<D>, last: f64, before: f64, residual: Residual) -> bool {
         let stays = last <= self.tuning.increment
             && before <= self.tuning.increment
-            && residual.largest() > self.tuning.tolerance;
+            && residual.largest() > self.tuning.tolerance();
         stays && residual.largest() <= (TIMES * rounding::floor(system)).min(self.tuning.near)
     }
 

@@ -30,7 +30,7 @@ fn moved(factor: f64) -> Vec<(&'static str, Tuning)> {
     }
     numbers!(
         counts: iterations, many;
-        sizes: increment, residual, tolerance, rounding, contraction, trust, near, buckling, miss, shorter, longer, missed, swing,
+        sizes: increment, residual, rounding, contraction, trust, near, buckling, miss, shorter, longer, missed, swing,
         bracket, shortest, straight, exact, amplitude, endless
     );
     // No angle has a cosine beyond one; what is shortened must be shorter; and an iteration that begins 0.05 away comes to

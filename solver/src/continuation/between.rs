@@ -11,10 +11,6 @@ use super::Continuation;
 use super::follow::Run;
 use crate::system::State;
 
-/// Part of the way to the middle that a rate is a difference over: small against what bends on it, and large against what an iteration
-/// leaves of its residual.
-const PART: f64 = 0.01;
-
 impl<const D: usize> Continuation<'_, D> {
     /// Whether what lies half way between the last state and the present one, at these fractions, is not on a path that joins them: one
     /// step of an iteration leads far from where a cubic says that it is, or a motion has lost its stiffness there that has some at
@@ -54,8 +50,11 @@ impl<const D: usize> Continuation<'_, D> {
     /// with that of the second and the state before the first.
     fn state_between(&mut self, run: &mut Run<'_>, [from, to]: [f64; 2], ratio: Option<f64>) -> Option<State> {
         let middle = 0.5 * (from + to);
+        // A rate is a difference over a part of the way: small against what bends on it, and large against what an iteration leaves of
+        // its residual.
+        let part = self.tuning.near;
         let onward = |path: &mut Self, at: f64| {
-            run.ramp.apply(&mut path.system, at + PART * (middle - at));
+            run.ramp.apply(&mut path.system, at + part * (middle - at));
             path.system.refresh(true);
             path.system.advance(true)?;
             Some(path.system.snapshot())
@@ -67,12 +66,12 @@ impl<const D: usize> Continuation<'_, D> {
                 let before = 1.0 / ratio;
                 let share = (0.5 + before) / (2.0 * (1.0 + before));
                 let bend = (0.5 * share - 0.25) / (1.0 + before);
-                (None, [-0.5 + 0.5 * share + bend, -bend / before, share / PART])
+                (None, [-0.5 + 0.5 * share + bend, -bend / before, share / part])
             }
             None => {
                 self.back_to_last(run.ramp, from);
                 run.effort.factorizations += 1;
-                (Some(onward(self, from)?), [-0.5, -0.25 / PART, 0.25 / PART])
+                (Some(onward(self, from)?), [-0.5, -0.25 / part, 0.25 / part])
             }
         };
         run.ramp.apply(&mut self.system, middle);

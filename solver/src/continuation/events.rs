@@ -246,7 +246,7 @@ impl<const D: usize> Continuation<'_, D> {
         let is_last = |increment: &Increment| {
             let nodes = increment.state.nodes.iter().zip(&last.state.nodes);
             let mut apart = nodes.map(|(a, b)| norm(sub(a.displacement, b.displacement)));
-            (increment.fraction - last.fraction).abs() <= self.tuning.tolerance
+            (increment.fraction - last.fraction).abs() <= self.tuning.tolerance()
                 && apart.all(|apart| apart <= self.tuning.shortest * size)
         };
         before.iter().rev().skip(self.tuning.iterations).any(is_last)

@@ -283,7 +283,7 @@ impl<const D: usize> Continuation<'_, D> {
                     Retry::Shorter => Tried::Interrupted,
                     Retry::Never => {
                         let fold = by.nears_a_fold(&self.tuning) && run.effort.accepted > 1;
-                        let lost = by.reason(lost, self.tuning.tolerance);
+                        let lost = by.reason(lost, self.tuning.tolerance());
                         Tried::Lost(self.ending_of([by.fraction, trial.target], &lost, fold))
                     }
                 }

@@ -13,9 +13,6 @@ use crate::history::{CriticalKind, CriticalPoint, Jump};
 use crate::newton::{Newton, Start};
 use pennate_elements::small::{V3, norm};
 
-/// Part of the stiffness of the unloaded network that is soft against it: dashpots begin with it.
-const SOFT: f64 = 1e-3;
-
 /// How a jump ends.
 pub(super) enum Release {
     /// In a stable equilibrium at this fraction.
@@ -39,7 +36,7 @@ impl<const D: usize> Continuation<'_, D> {
         let before = self.system.potential_energy();
         // The bottleneck that a limit point leaves is passed in few steps of the flow.
         let beside = self.tuning.beside();
-        let beyond = (beside * point.fraction.abs()).clamp(self.tuning.tolerance, self.tuning.bracket);
+        let beyond = (beside * point.fraction.abs()).clamp(self.tuning.tolerance(), self.tuning.bracket);
         let fraction = (point.fraction + beyond).min(1.0);
         if point.kind == CriticalKind::Bifurcation {
             let amplitude = self.tuning.miss * self.tuning.amplitude;
@@ -116,7 +113,8 @@ impl<const D: usize> Continuation<'_, D> {
     /// Flows down the energy at the present loads; true where a stable equilibrium was reached, false where there is no
     /// end to it. It is left where it gets farther than `reach`, in lengths or radians, from the state `last`.
     pub(super) fn flow(&mut self, run: &mut Run<'_>, reach: f64) -> Option<bool> {
-        let Tuning { tolerance, longer, trust, .. } = self.tuning;
+        let Tuning { longer, trust, .. } = self.tuning;
+        let tolerance = self.tuning.tolerance();
         let near = self.tuning.wrong();
         // What is gone on from.
         let coarse = Newton::new(Tuning { increment: tolerance, residual: tolerance, ..self.tuning });
@@ -165,10 +163,10 @@ impl<const D: usize> Continuation<'_, D> {
         None
     }
 
-    /// Dashpots that are soft against the unloaded network.
+    /// Dashpots that are soft against the unloaded network: as soft as it is right beside a singular point.
     fn first_dashpots(&mut self) -> f64 {
         let rest = self.system.tangent.rest_stiffness_of_displacements();
-        SOFT * rest / self.system.size
+        self.tuning.beside() * rest / self.system.size
     }
 
     fn farthest(&self) -> (usize, f64) {

@@ -16,8 +16,6 @@ pub struct Tuning {
     /// Residual, over the largest force or moment, at which such a state needs no further iteration: rounding of sums of a
     /// million terms.
     pub residual: f64,
-    /// Residual, and strain that is held to zero, that count as an equilibrium where no iteration makes them smaller.
-    pub tolerance: f64,
     /// Increment (radians, or lengths) that is rounding.
     pub rounding: f64,
     /// Contraction of one increment of an iteration over the one before that is no quadratic convergence, and its inverse where
@@ -69,7 +67,6 @@ impl Default for Tuning {
             iterations: 16,
             increment: 1e-7,
             residual: 1e-10,
-            tolerance: 1e-6,
             rounding: 1e-12,
             contraction: 0.5,
             trust: 0.5,
@@ -101,6 +98,12 @@ impl Tuning {
     /// on the way.
     pub(crate) fn most_nearby(&self, rose: bool) -> usize {
         if rose { self.few() } else { self.many }
+    }
+
+    /// Residual, and strain that is held to zero, that count as an equilibrium where no iteration makes them smaller: half of the digits
+    /// that rounding leaves.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.rounding.sqrt()
     }
 
     /// Distance (radians, or lengths) by which a prediction is wrong.
