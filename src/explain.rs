@@ -224,6 +224,10 @@ fn about(model: &Model, motion: &FreeMotion) -> Option<String> {
     }
 }
 
+/// What helps where a network does not come into its prestress.
+const STRAINED: &str = "let strains, curvatures and springs strain it less, or bring them in by a step of their own, as an actuation or a \
+                        prescribed displacement, which may jump or follow the arc";
+
 /// A step that did not reach its end: how far it came, what it looks like and what to try.
 pub fn failed_step(model: &Model, index: usize, step: &StepHistory) -> Option<Message> {
     let cause = match step.status {
@@ -241,19 +245,23 @@ pub fn failed_step(model: &Model, index: usize, step: &StepHistory) -> Option<Me
 fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) -> Message {
     let names = model.step_names();
     let name = shown(names[index]);
-    let reached = percent(step.fraction);
+    // Before a ramp begins a network comes into its prestress.
+    let (way, reached, of) = match step.prestress {
+        Some(part) => (format!("the prestress before step '{name}'"), percent(part), "it"),
+        None => (format!("step '{name}'"), percent(step.fraction), "its ramp"),
+    };
     let title = match failure.cause {
         Cause::LimitPoint | Cause::Unbounded => {
-            format!("step '{name}' ends at a limit point, at {reached} of its ramp")
+            format!("{way} ends at a limit point, at {reached} of {of}")
         }
         Cause::Bifurcation | Cause::SidewaysBifurcation => {
-            format!("step '{name}' ends at a bifurcation, at {reached} of its ramp")
+            format!("{way} ends at a bifurcation, at {reached} of {of}")
         }
-        Cause::Interrupted => format!("step '{name}' was interrupted at {reached} of its ramp"),
-        Cause::Endless => format!("step '{name}' does not come to its end: its path is left at {reached} of its ramp"),
-        Cause::LeadsAway => format!("the path of step '{name}' leads away from its ramp, to {reached} of it"),
+        Cause::Interrupted => format!("{way} was interrupted at {reached} of {of}"),
+        Cause::Endless => format!("{way} does not come to its end: its path is left at {reached} of {of}"),
+        Cause::LeadsAway => format!("the path of {way} leads away from its ramp, to {reached} of it"),
         Cause::StepTooSmall | Cause::IllConditioned | Cause::Overheld { .. } => {
-            format!("step '{name}' finds no equilibrium beyond {reached} of its ramp")
+            format!("{way} finds no equilibrium beyond {reached} of {of}")
         }
     };
     let inside = step.critical_points.last().and_then(|point| point.member);
@@ -267,12 +275,20 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
         (None, None) => "a node".to_owned(),
     };
     let mut notes = Vec::new();
-    notes.extend(reached_values(model, index, step));
+    match step.prestress {
+        Some(_) => notes.push(
+            "no load of the step acts yet: strains, curvatures and springs strain the network by themselves".to_owned(),
+        ),
+        None => notes.extend(reached_values(model, index, step)),
+    }
     let taut = match failure.cause {
         Cause::LimitPoint => strains::taut(model, step),
         _ => None,
     };
-    let help = taut.as_ref().map_or_else(|| advice(failure, &place), |taut| Some(taut.help.clone()));
+    let help = match step.prestress {
+        Some(_) if failure.cause != Cause::Interrupted => Some(STRAINED.to_owned()),
+        _ => taut.as_ref().map_or_else(|| advice(failure, &place), |taut| Some(taut.help.clone())),
+    };
     notes.extend(taut.map(|taut| taut.note).or_else(|| looks_like(failure.cause, &place)));
     notes.extend(worst_residual(model, failure));
     notes.extend(pushed_muscles(model, step));

@@ -106,6 +106,7 @@ fn history() -> History {
     let done = StepHistory {
         status: Status::LimitPoint,
         fraction: 0.75,
+        prestress: None,
         iterations: 9,
         factorizations: 10,
         increments: vec![increment(0.5), increment(0.75)],
@@ -119,6 +120,7 @@ fn history() -> History {
         critical_points: vec![CriticalPoint {
             kind: CriticalKind::LimitPoint,
             fraction: 0.76,
+            in_prestress: false,
             error: None,
             located: None,
             node: 1,

@@ -57,6 +57,8 @@ pub struct StepHistory {
     pub status: Status,
     /// Part of the step's ramp that was reached, 0 to 1.
     pub fraction: f64,
+    /// Part of the prestress at which the way to the first step ended before its ramp began; `None` where it came to an end.
+    pub prestress: Option<f64>,
     /// Newton iterations and factorizations, tries that were given up included.
     pub iterations: usize,
     /// Factorizations of the tangent, those of increments that were taken back among them.
@@ -95,6 +97,7 @@ impl StepHistory {
         Self {
             status: Status::NotConverged,
             fraction: 0.0,
+            prestress: None,
             iterations: 0,
             factorizations: 0,
             increments: Vec::new(),
@@ -282,6 +285,8 @@ pub struct CriticalPoint {
     pub kind: CriticalKind,
     /// Fraction of the step's ramp; an arc length may leave 0 to 1.
     pub fraction: f64,
+    /// Whether it lies on the way to the first step, and the fraction is a part of the prestress.
+    pub in_prestress: bool,
     /// Estimated discretization error of the fraction.
     pub error: Option<f64>,
     /// How well the fraction is located on its mesh: how far apart two locations of it are, or where it was not located the

@@ -88,6 +88,9 @@ struct Step<'a> {
     name: &'a str,
     status: &'static str,
     fraction: f64,
+    /// The part of the prestress at which the way to the first step ended.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prestress: Option<f64>,
     increments: usize,
     iterations: usize,
     factorizations: usize,
@@ -142,6 +145,9 @@ struct Jump<'a> {
 struct CriticalPoint<'a> {
     kind: &'static str,
     fraction: f64,
+    /// Whether the fraction is a part of the prestress.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    prestress: bool,
     error: Option<f64>,
     node: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -255,6 +261,7 @@ impl<'a> Step<'a> {
             name,
             status: status_name(step.status),
             fraction: step.fraction,
+            prestress: step.prestress,
             increments: step.increments.len(),
             iterations: step.iterations,
             factorizations: step.factorizations,
@@ -288,6 +295,7 @@ fn critical_points<'a>(model: &'a Model, step: &StepHistory) -> Vec<CriticalPoin
             CriticalKind::Bifurcation => "bifurcation",
         },
         fraction: point.fraction,
+        prestress: point.in_prestress,
         error: point.error,
         node: &model.nodes[point.node].name,
         member: point.member.map(|member| model.members[member].name.as_str()),

@@ -210,9 +210,10 @@ fn nodes(solution: &Solution) -> String {
     }
     let mut align = vec![Align::Right; rows[0].len()];
     align[0] = Align::Left;
-    let place = match step.fraction {
-        1.0 => format!("after '{}'", shown(name)),
-        part => format!("at {} of '{}'", percent(part), shown(name)),
+    let place = match (step.prestress, step.fraction) {
+        (Some(part), _) => format!("at {} of the prestress, before '{}'", percent(part), shown(name)),
+        (None, 1.0) => format!("after '{}'", shown(name)),
+        (None, part) => format!("at {} of '{}'", percent(part), shown(name)),
     };
     let mut out = format!("{place}:\n{}", columns(&align, &rows));
     if model.nodes.len() > NODE_ROWS {
@@ -288,7 +289,8 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
         None => format!("node {}", shown(&model.nodes[point.node].name)),
     };
     let error = point.error.map_or_else(|| "not known".to_owned(), estimate);
-    format!("{kind}{sideways} at fraction {:.9} (error {error}), where {place} moves most.", point.fraction)
+    let of = if point.in_prestress { " of the prestress" } else { "" };
+    format!("{kind}{sideways} at fraction {:.9}{of} (error {error}), where {place} moves most.", point.fraction)
 }
 
 fn jump_in_words(model: &Model, jump: &Jump) -> String {

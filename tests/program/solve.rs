@@ -163,3 +163,42 @@ fn few_digits_are_warned_of_with_their_place() {
         }
     }
 }
+
+/// A shallow toggle, pulled down by a spring that is too short for its place.
+const PULLED: &str = r#"
+format = "pennate/1"
+dimension = "plane"
+nodes = { A = [-50, 0], C = [0, 5], B = [50, 0], D = [0, -50] }
+members.l = { nodes = ["A", "C"], section = "a" }
+members.r = { nodes = ["C", "B"], section = "a" }
+sections.a.stiffness = { EA = 100, EI3 = 1 }
+springs.s = { nodes = ["C", "D"], stiffness = 0.01, natural_length = 10 }
+steps = [{ name = "push", force = { C = [0, -1e-3] } }]
+"#;
+
+#[test]
+fn what_a_network_meets_on_the_way_into_its_prestress_is_told_from_its_first_step() {
+    let place = Workplace::new();
+    let held =
+        format!("{PULLED}supports = {{ A = \"pinned\", B = \"pinned\", C = [\"ux\", \"rz\"], D = \"pinned\" }}\n");
+    let file = place.file("held.toml", &held);
+    let output = solve(&file).arg("--json").output().unwrap();
+    expect(&output, 1);
+    for words in ["the prestress before step 'push' ends at a limit point", "no load of the step acts yet"] {
+        assert!(err(&output).contains(words), "{words} in\n{}", err(&output));
+    }
+    assert!(!err(&output).contains("reached: force"), "{}", err(&output));
+    let step = &serde_json::from_slice::<Value>(&output.stdout).unwrap()["steps"][0];
+    assert_eq!(step["fraction"], 0.0);
+    let part = step["prestress"].as_f64().unwrap();
+    assert!(part > 0.0 && part < 1.0, "{part}");
+    assert_eq!(step["critical_points"][0]["prestress"], true);
+
+    let free = format!("{PULLED}supports = {{ A = \"pinned\", B = \"pinned\", D = \"pinned\" }}\n");
+    let output = solve(&place.file("free.toml", &free)).arg("--json").output().unwrap();
+    expect(&output, 0);
+    let step = &serde_json::from_slice::<Value>(&output.stdout).unwrap()["steps"][0];
+    assert!(step.get("prestress").is_none());
+    let points = step["critical_points"].as_array().unwrap();
+    assert!(!points.is_empty() && points.iter().all(|point| point["prestress"] == true), "{points:?}");
+}

@@ -240,6 +240,7 @@ mod tests {
         let step = StepHistory {
             status: Status::Converged,
             fraction: 0.75,
+            prestress: None,
             iterations: 0,
             factorizations: 0,
             increments: vec![increment(0.5), increment(0.75)],

@@ -107,7 +107,9 @@ fn partner<'a>(own: &[CriticalPoint], index: usize, others: &'a [CriticalPoint])
 
 /// The nearest of the same kind.
 fn nearest(to: &CriticalPoint, among: &[CriticalPoint]) -> Option<usize> {
-    let alike = |(_, other): &(usize, &CriticalPoint)| other.kind == to.kind && other.sideways == to.sideways;
+    let alike = |(_, other): &(usize, &CriticalPoint)| {
+        other.kind == to.kind && other.sideways == to.sideways && other.in_prestress == to.in_prestress
+    };
     let distance = |(_, other): &(usize, &CriticalPoint)| (other.fraction - to.fraction).abs();
     let found = among.iter().enumerate().filter(alike).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
     Some(found.0)

@@ -563,6 +563,7 @@ impl<const D: usize> Continuation<'_, D> {
             let noted = CriticalPoint {
                 kind: wanted.kind(),
                 fraction: root.fraction,
+                in_prestress: false,
                 error: None,
                 located: Some(root.scatter.max(doubt)),
                 node,

@@ -309,6 +309,9 @@ impl<'a, const D: usize> Continuation<'a, D> {
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
+        if !steps.is_empty() {
+            note_prestress(record, so_far.going);
+        }
         if self.is_loose && so_far.going {
             self.free = self.free_under_prestress(steps);
             so_far.going = self.free.is_empty();
@@ -539,6 +542,15 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let missing = refined.members.chains().map(|(pack, lane)| chain::top_energy(pack, lane)).collect();
         Some((state, missing, found.inertia.negative))
     }
+}
+
+/// Says of what the way to the first step left in its record that it lies before the ramp of that step, and whether the way came to an
+/// end: fractions are parts of the prestress there.
+fn note_prestress(record: &mut StepHistory, came_to_its_end: bool) {
+    record.prestress = (!came_to_its_end).then_some(record.fraction);
+    record.fraction = 0.0;
+    record.increments.iter_mut().for_each(|increment| increment.fraction = 0.0);
+    record.critical_points.iter_mut().for_each(|point| point.in_prestress = true);
 }
 
 /// The longest part of a ramp that a step asks for; its prestress comes in by as many increments.

@@ -90,7 +90,18 @@ impl<const D: usize> Continuation<'_, D> {
         let hidden = if is_hidden { self.tuning.bracket * fraction.abs() } else { 0.0 };
         let located = since.map(|since| (fraction - since).abs().max(hidden));
         let middles = Vec::new();
-        CriticalPoint { kind, fraction, error: None, located, node, member: None, sideways, mode, middles }
+        CriticalPoint {
+            kind,
+            fraction,
+            in_prestress: false,
+            error: None,
+            located,
+            node,
+            member: None,
+            sideways,
+            mode,
+            middles,
+        }
     }
 
     /// The node that moves most, and the motion of every node.
