@@ -135,8 +135,15 @@ pub(super) fn add_local<const D: usize>(
 ) {
     if !scatter.direct.is_empty() {
         let stiffness = reduced.stiffness.as_flattened();
+        if linear.is_wide() {
+            for &(place, position) in &scatter.direct {
+                linear.add(position as usize, stiffness[usize::from(place)]);
+            }
+            return;
+        }
+        // One look at how sums are kept is enough for all.
         for &(place, position) in &scatter.direct {
-            linear.add(position as usize, stiffness[usize::from(place)]);
+            linear.values[position as usize] += stiffness[usize::from(place)];
         }
         return;
     }
