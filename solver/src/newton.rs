@@ -90,7 +90,8 @@ pub struct Start<'a> {
     /// The system is linearized at the state, the motion of held components included.
     pub linearized: bool,
     /// Factors serve on once increments are small, as long as the smallest of their pivots is no less than this: an increment then
-    /// costs a fraction of what it costs with new ones. `None` where every increment has factors of its own.
+    /// costs a fraction of what it costs with new ones. `None` where every increment has factors of its own. Those of a comparison
+    /// serve for its last look at the forces alone, and stay those of the state before.
     pub reuses_factors: Option<f64>,
 }
 
@@ -245,8 +246,17 @@ impl Newton {
             let small = last * system.loading.slenderness().max(1.0) <= TURNED && last <= SERVES * before;
             let may_end = start.aim == Aim::Rough && last <= self.tuning.tolerance().sqrt();
             let serve = has_factors
+                && start.aim != Aim::Comparison
                 && (small || may_end)
                 && start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
+            if self.may_end_by_forces(system, start, &inertia, last) {
+                unknowns.refresh(system);
+                let residual = system.residual();
+                if residual.largest() <= self.tuning.near * misfit && system.tangent.has_potential() {
+                    let factorizations = iterations - 1 + asked;
+                    return Ok(Convergence { iterations, factorizations, inertia, residual, contraction });
+                }
+            }
             if iterations == 1 && start.linearized {
                 (inertia, has_factors) = (system.tangent.inertia(), true);
             } else if !(serve
@@ -334,6 +344,21 @@ impl Newton {
             last = size;
         }
         unreachable!("the loop ends at its last iteration")
+    }
+
+    /// Whether forces by the factors at hand may tell that a comparison has come to its end: nothing that was moved since by so
+    /// little turns a sign of these.
+    fn may_end_by_forces<const D: usize>(
+        &self,
+        system: &System<D>,
+        start: Start<'_>,
+        inertia: &Inertia,
+        last: f64,
+    ) -> bool {
+        let firm = start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
+        let stable = inertia.negative + inertia.neutral == 0;
+        let moved = last <= self.tuning.shortest && !system.loading.holds_strains();
+        start.aim == Aim::Comparison && firm && stable && moved
     }
 
     /// Whether an iteration with these last two increments has nothing left to gain.

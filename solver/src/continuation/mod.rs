@@ -536,7 +536,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
             refined.hold(self.held.values().map(|held| held.shifted(apart(held))).collect());
         }
         refined.prolong(&self.system);
-        let found = self.newton.solve(refined, Start { aim: Aim::Comparison, ..Start::nearby() }).ok()?;
+        // Compliances are those of the equilibrium itself, and so are pivots where any of them is small for the loads.
+        let firm = self.base.own == 0 && self.system.tangent.is_firm() && refined.structure.compliances.is_empty();
+        let start = Start { aim: Aim::Comparison, reuses_factors: firm.then_some(0.0), ..Start::nearby() };
+        let found = self.newton.solve(refined, start).ok()?;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
         let missing = refined.members.chains().map(|(pack, lane)| chain::top_energy(pack, lane)).collect();

@@ -11,6 +11,9 @@ use crate::linear::{Pivots, Symmetric};
 use crate::reduce::ReleaseFactor;
 use crate::structure::MemberId;
 
+/// Part of the smallest pivot of the unloaded structure that is far from none.
+const FIRM: f64 = 0.5;
+
 /// Largest residual of the joints, over the scale of its kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residual {
@@ -98,6 +101,8 @@ pub struct Tangent<const D: usize> {
     /// structure.
     pub(super) stiffness: Vec<[f64; 6]>,
     rest_stiffness: Vec<[f64; 6]>,
+    /// The smallest pivot of the unloaded structure; infinite where it is not known.
+    rest_smallest: f64,
 }
 
 impl<const D: usize> Tangent<D> {
@@ -122,6 +127,7 @@ impl<const D: usize> Tangent<D> {
             linearizations: 0,
             stiffness: vec![[0.0; 6]; joints],
             rest_stiffness: vec![[0.0; 6]; joints],
+            rest_smallest: f64::INFINITY,
         }
     }
 
@@ -135,6 +141,7 @@ impl<const D: usize> Tangent<D> {
         self.spring_forces.fill(0.0);
         self.spring_energy = 0.0;
         self.rest_stiffness.fill([0.0; 6]);
+        self.rest_smallest = f64::INFINITY;
         self.linear.rest.fill(0.0);
     }
 
@@ -218,13 +225,21 @@ impl<const D: usize> Tangent<D> {
     /// Takes the stiffness of the last assembly as that of the unloaded structure, which pivots are measured by.
     pub fn note_rest(&mut self, pattern: &Pattern<D>) {
         self.rest_stiffness.copy_from_slice(&self.stiffness);
+        self.rest_smallest = self.inertia.smallest;
         self.measure_by_rest(pattern);
     }
 
     /// Takes the stiffness of the unloaded structure from the same structure on another mesh.
     pub(crate) fn take_rest(&mut self, pattern: &Pattern<D>, other: &Self) {
         self.rest_stiffness.copy_from_slice(&other.rest_stiffness);
+        self.rest_smallest = other.rest_smallest;
         self.measure_by_rest(pattern);
+    }
+
+    /// Whether no pivot of the last assembly is negative or much smaller than the smallest of the unloaded structure.
+    pub(crate) fn is_firm(&self) -> bool {
+        let Inertia { negative, neutral, smallest, .. } = self.inertia;
+        negative + neutral == 0 && smallest >= FIRM * self.rest_smallest
     }
 
     fn measure_by_rest(&mut self, pattern: &Pattern<D>) {
