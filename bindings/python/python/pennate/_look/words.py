@@ -30,6 +30,8 @@ def status(step: Mapping[str, Any]) -> str:
         return "reached its end"
     if kind == "not reached":
         return "was not tried"
+    if "prestress" in step:
+        return f"ended at {100 * step['prestress']:.4g} % of the prestress, before its ramp: {kind}"
     return f"ended at {100 * step['fraction']:.4g} % of its ramp: {kind}"
 
 
@@ -37,7 +39,9 @@ def critical(step: Mapping[str, Any], units: str) -> list[str]:
     """What a path passed or stopped at, a sentence each; `units` are those of the network."""
     length, force = {"mm-N-MPa": ("mm", "N"), "m-N-Pa": ("m", "N")}[units]
     found = [
-        f"{point['kind'].replace('_', ' ').capitalize()} at {100 * point['fraction']:.5g} % of step '{step['name']}'"
+        f"{point['kind'].replace('_', ' ').capitalize()} at {100 * point['fraction']:.5g} % of "
+        + ("the prestress before " if point.get("prestress") else "")
+        + f"step '{step['name']}'"
         + (f", where node {point['node']} moves most." if point.get("node") else ".")
         for point in step["critical_points"]
     ]
