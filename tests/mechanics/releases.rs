@@ -91,7 +91,7 @@ fn hinge_in_space_carries_no_moment_about_its_axis() {
         assert_near(moment.dot(&(solved.rotation("J") * axis)), 0.0, 1e-8 * moment.norm());
         let (force, moment) = solved.imbalance(&[("J", [8.0, -30.0, 25.0], [100.0, -150.0, 60.0])]);
         assert!(force < 1e-8 && moment < 1e-6, "{force} {moment}");
-        assert!(solved.factorizations() < 45, "{}", solved.factorizations());
+        assert!(solved.factorizations() < 50, "{}", solved.factorizations());
     }
 }
 
