@@ -456,7 +456,9 @@ impl<const D: usize> Continuation<'_, D> {
         let rose = !conservative && count.own > self.base.own;
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
-        let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= tuning.most_nearby(rose);
+        let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
+        // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice.
+        let unsure = hard || !conservative && found.iterations >= tuning.most_nearby(rose);
         let far = (guarded || doubtful || aside || flipped) && step > bracket;
         let mut torn = doubtful && found.iterations >= tuning.many;
         let mut passed = None;
@@ -477,7 +479,7 @@ impl<const D: usize> Continuation<'_, D> {
             return shorter(bracket);
         }
         torn |= hard && step <= shortest;
-        if rose && step > bracket || hard && step > shortest {
+        if rose && step > bracket || unsure && step > shortest {
             let again = if rose && hard { None } else { self.in_two_parts(run, ends, ratio) };
             let Some(again) = again else { return Judged::TooLong(0.5 * step) };
             if rose
