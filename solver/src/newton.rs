@@ -249,10 +249,9 @@ impl Newton {
                 && start.aim != Aim::Comparison
                 && (small || may_end)
                 && start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
-            if self.may_end_by_forces(system, start, &inertia, last) {
-                unknowns.refresh(system);
+            if self.may_end_by_forces(system, start, &inertia, last) && unknowns.refresh(system) {
                 let residual = system.residual();
-                if residual.largest() <= self.tuning.near * misfit && system.tangent.has_potential() {
+                if residual.largest() <= self.tuning.near * misfit {
                     let factorizations = iterations - 1 + asked;
                     return Ok(Convergence { iterations, factorizations, inertia, residual, contraction });
                 }

@@ -53,9 +53,11 @@ pub fn write(solution: &Solution, directory: &Path, name: &str, written: &mut Ve
     Ok(())
 }
 
-/// The increment at a point: the path keeps its state there, if it could locate it.
+/// The increment at a point: the path keeps its state there, if it could locate it. States in the prestress are at the beginning of the
+/// ramp.
 fn nearest<'a>(step: &'a StepHistory, point: &CriticalPoint) -> Option<&'a Increment> {
-    let far = |increment: &Increment| (increment.fraction - point.fraction).abs();
+    let fraction = if point.in_prestress { 0.0 } else { point.fraction };
+    let far = |increment: &Increment| (increment.fraction - fraction).abs();
     step.increments.iter().min_by(|a, b| far(a).total_cmp(&far(b)))
 }
 

@@ -52,12 +52,17 @@ pub(super) fn keep_lost_points(coarse: &History, fine: &mut History) {
         }
         let (others, known) = (&other.critical_points, &own.critical_points);
         let near = |point: &CriticalPoint| {
-            known.iter().any(|own| (own.fraction - point.fraction).abs() <= SCATTER * point.fraction.abs())
+            known.iter().any(|own| {
+                own.in_prestress == point.in_prestress
+                    && (own.fraction - point.fraction).abs() <= SCATTER * point.fraction.abs()
+            })
         };
         let is_lost = |index: &usize| partner(others, *index, known).is_none() && !near(&others[*index]);
         let lost: Vec<usize> = (0..others.len()).filter(is_lost).collect();
         for point in lost.into_iter().map(|index| &others[index]) {
-            let later = own.critical_points.iter().position(|own| own.fraction > point.fraction);
+            // Those of the prestress come first.
+            let place = |point: &CriticalPoint| (!point.in_prestress, point.fraction);
+            let later = own.critical_points.iter().position(|own| place(own) > place(point));
             let lost = CriticalPoint { error: None, located: None, ..point.clone() };
             own.critical_points.insert(later.unwrap_or(own.critical_points.len()), lost);
         }
