@@ -120,21 +120,24 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
     }
 
-    /// A spring on one node.
+    /// Springs on one node.
     fn draw_node(&self, dashpots: &mut Dashpots<T, D>, drawn: &Drawn) {
-        let Drawn { lane, component: d, stiffness, to, .. } = *drawn;
-        let (stiffnesses, forces, at) = match drawn.node {
-            InnerNode::Between(index) => {
-                let place = B::pose(&self.state.nodes[index], lane).displacement[d];
-                (&mut dashpots.stiffnesses[index], &mut dashpots.forces[index], place)
-            }
-            InnerNode::Within(element, i) => {
-                let node = element * Self::INNER_NODES + i;
-                let place = self.state.local[element * P + i][d].lane(lane);
-                (&mut dashpots.inner_stiffness[node], &mut dashpots.inner_force[node], place)
-            }
-        };
-        stiffnesses[d].set_lane(lane, stiffnesses[d].lane(lane) + stiffness);
-        forces[d].set_lane(lane, forces[d].lane(lane) + stiffness * (at - to));
+        let Drawn { lane, stiffness, to, .. } = *drawn;
+        for d in 0..Self::TRANSLATIONS {
+            let Some(to) = to[d] else { continue };
+            let (stiffnesses, forces, at) = match drawn.node {
+                InnerNode::Between(index) => {
+                    let place = B::pose(&self.state.nodes[index], lane).displacement[d];
+                    (&mut dashpots.stiffnesses[index], &mut dashpots.forces[index], place)
+                }
+                InnerNode::Within(element, i) => {
+                    let node = element * Self::INNER_NODES + i;
+                    let place = self.state.local[element * P + i][d].lane(lane);
+                    (&mut dashpots.inner_stiffness[node], &mut dashpots.inner_force[node], place)
+                }
+            };
+            stiffnesses[d].set_lane(lane, stiffnesses[d].lane(lane) + stiffness);
+            forces[d].set_lane(lane, forces[d].lane(lane) + stiffness * (at - to));
+        }
     }
 }

@@ -64,19 +64,17 @@ pub enum InnerNode {
     Within(usize, usize),
 }
 
-/// A spring that draws a node between the ends to a place in one component.
+/// Springs that draw a node between the ends to a place.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn {
     /// Lane of the member.
     pub lane: usize,
     /// The node.
     pub node: InnerNode,
-    /// Component of its displacement: 0 to 2 (1 in the plane).
-    pub component: usize,
     /// Stiffness (force per length).
     pub stiffness: f64,
-    /// The displacement (length) that the spring draws it to.
-    pub to: f64,
+    /// The displacement (length) that it is drawn to in every component; where there is none it is left alone.
+    pub to: [Option<f64>; 3],
 }
 
 /// A number between -1 and 1, another one for each component: forces that go with it single out no motion.

@@ -14,8 +14,6 @@ pub struct History {
     pub steps: Vec<StepHistory>,
     /// How large the mesh is.
     pub mesh: MeshSize,
-    /// Members that lost their stability between their ends, where the motions of the joints do not show it.
-    pub inside: Vec<MemberId>,
     /// The softest motion of the unloaded structure, where it was asked for and is nearly free.
     pub near_motion: Option<NearMotion>,
     /// Time that the refined states took (those of [`StepHistory::refined`]), by [`crate::options::Options::clock`].

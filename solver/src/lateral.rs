@@ -99,9 +99,11 @@ impl Lateral {
         let rows: Vec<Held> = plane.pattern.equations.held.iter().chain(&self.held).copied().collect();
         space.loading.fading.clone_from(&plane.loading.fading);
         space.hold(flat_rows(plane));
+        space.turning = None;
         space.lift(plane);
         Newton::default().exact().solve(space, Start::nearby()).ok()?;
         space.hold(rows);
+        space.turning = space.turning_inside();
         space.assemble(false);
         Some(space)
     }

@@ -28,7 +28,6 @@ pub mod rigid;
 mod rounding;
 pub mod sensitivity;
 pub mod spectral;
-mod split;
 mod spring;
 pub mod structure;
 pub mod system;
@@ -45,7 +44,6 @@ use history::{History, Note, StepHistory};
 use joints::{Active, Topology};
 use lateral::Lateral;
 use options::{Options, Progress};
-use split::Split;
 use structure::{Dimension, Stability, Step, Structure};
 use system::System;
 
@@ -116,16 +114,7 @@ pub fn solve_along(
     let options = &Options { near_motion: options.near_motion && known.is_none(), ..options.clone() };
     let (mut history, kept) = follow(&structure, steps, options, coarse, observe)?;
     history.near_motion = history.near_motion.or(known.flatten());
-    if history.inside.is_empty() {
-        return Ok((history, Some(kept)));
-    }
-    let split = Split::new(&structure, steps, &history.inside);
-    let near_motion = history.near_motion.clone();
-    match follow(&split.structure, &split.steps, options, None, observe) {
-        Ok((better, _)) => Ok((History { near_motion, ..split.joined(better) }, None)),
-        // A bar that spins about itself between two pins is a mechanism in halves.
-        Err(SolveError::Mechanism(_)) => Ok((history, None)),
-    }
+    Ok((history, Some(kept)))
 }
 
 fn follow(

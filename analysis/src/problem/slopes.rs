@@ -230,9 +230,6 @@ impl<'a> Slopes<'a> {
         if !self.problem.reads(index) && kept.is_empty() {
             return Ok(());
         }
-        if !history.inside.is_empty() {
-            return Err(Reason::Singular { step: index });
-        }
         // What stops at a value of its own moves with all parameters along the path.
         if record.fraction != 1.0 {
             let output = self.problem.outputs.iter().position(|output| output.step >= index).unwrap_or_default();

@@ -290,7 +290,7 @@ impl<const D: usize> Continuation<'_, D> {
         if by.metric.inner(&ahead, &by.tangent) < 0.0 {
             ahead.reverse();
         }
-        let chord = Direction { motions: self.system.motions_since(&self.last), rate: point.fraction - by.fraction };
+        let chord = Direction { motions: self.system.seen_since(&self.last), rate: point.fraction - by.fraction };
         let tangents = [&by.tangent, &ahead];
         // States that are one lie on one path, whatever the tangents and the number of iterations say: those of members that cannot
         // be stretched give way a little, as the auxiliary stiffness does, and near a bifurcation that sways a frame which in truth

@@ -97,10 +97,9 @@ impl<const D: usize> Continuation<'_, D> {
             return None;
         }
         let near = self.system.loading.fraction;
-        self.note_inside(run, ends, point.fraction);
-        let by_joints = if self.inside.is_empty() { self.switch(run, point.fraction) } else { None };
+        let inside = self.gives_way_inside(run, ends, point.fraction);
+        let by_joints = if inside { None } else { self.switch(run, point.fraction) };
         let at = by_joints.or_else(|| self.switch_inside(run, point, near))?;
-        self.inside.clear();
         let residual = self.system.residual();
         self.accept(run.record, at, residual);
         let next = (4.0 * (at - point.fraction)).clamp(2.0 * self.tuning.shortest, 1.0);
@@ -201,22 +200,21 @@ impl<const D: usize> Continuation<'_, D> {
         Some(Onward::From { at, next: self.tuning.bracket, last: None })
     }
 
-    /// Notes the members that have more negative pivots between their ends at `next` than at `last`, at these fractions; the
-    /// state is as it was, at the fraction `at`.
-    fn note_inside(&mut self, run: &mut Run<'_>, ends: [f64; 2], at: f64) {
+    /// Whether a member has more negative pivots between its ends at `next` than at `last`, at these fractions; the state is as it
+    /// was, at the fraction `at`.
+    fn gives_way_inside(&mut self, run: &mut Run<'_>, ends: [f64; 2], at: f64) -> bool {
         let here = self.system.snapshot();
         let system = &mut self.system;
-        let mut pivots = [(&self.last, ends[0]), (&self.next, ends[1])].map(|(state, fraction)| {
+        let pivots = [(&self.last, ends[0]), (&self.next, ends[1])].map(|(state, fraction)| {
             system.restore(state);
             run.ramp.apply(system, fraction);
             system.gather(false);
             system.members.chains().map(|(pack, lane)| pack.interior(lane).negative).collect::<Vec<_>>()
         });
-        let far = std::mem::take(&mut pivots[1]);
-        self.inside = (0..far.len()).filter(|&member| far[member] > pivots[0][member]).collect();
         self.system.restore(&here);
         run.ramp.apply(&mut self.system, at);
         self.system.assemble(false);
+        pivots[1].iter().zip(&pivots[0]).any(|(far, near)| far > near)
     }
 
     /// The motion that nothing resists at a singular point, the present state; the factors are not those of increments then.

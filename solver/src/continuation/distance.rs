@@ -64,7 +64,7 @@ impl<const D: usize> Unknowns<D> for AtDistance<'_> {
 
     fn advance(&mut self, system: &mut System<D>) -> Option<f64> {
         let (origin, from) = self.origin;
-        let gap = self.functional.along(&system.motions_since(origin), self.fraction - from) - self.distance;
+        let gap = self.functional.along(&system.seen_since(origin), self.fraction - from) - self.distance;
         let change = -(gap + self.functional.along(&self.linearized.step_motions, 0.0)) / self.gain;
         if !self.is_solved || !change.is_finite() {
             return None;
@@ -77,6 +77,12 @@ impl<const D: usize> Unknowns<D> for AtDistance<'_> {
         self.changed = change.abs();
         system.loading.fraction = self.fraction;
         system.pattern.equations.update(&system.topology, &system.places.joints, self.fraction);
+        if self.functional.motions.len() > system.places.joints.len() {
+            // What members between joints that do not move do by the change of the fraction belongs to this increment: near a singular
+            // tangent it is as large as what they do at the old one, and takes it back.
+            self.ramp.apply(system, self.fraction);
+            system.gather(true);
+        }
         Some(system.move_by(&solution, true).largest().max(change.abs()))
     }
 }
@@ -107,9 +113,27 @@ impl<const D: usize> Locator<'_, D> {
     /// The path's direction at the present state, which is an equilibrium: motion of the joints for a unit of the
     /// fraction.
     pub(crate) fn rate(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
+        if self.is_misled() {
+            return self.rate_as_stiff_as_it_is(fraction);
+        }
         let ahead = self.ahead();
         let (linearized, solved) = linearize(self.system, self.ramp, fraction, ahead);
         self.factorizations += 1;
+        solved.then_some(linearized.rate_motions)
+    }
+
+    /// Whether the tangent is that of eased strains, and tells another direction of the path: members between joints that do not move
+    /// hang by the stretch that is eased, and a taut thread sags by its tangent up to three times as fast as in truth.
+    fn is_misled(&self) -> bool {
+        self.system.loading.auxiliary.eases && !self.system.out_of_sight().is_empty()
+    }
+
+    /// The path's direction by the tangent of strains as stiff as they are.
+    fn rate_as_stiff_as_it_is(&mut self, fraction: f64) -> Option<Vec<[f64; 6]>> {
+        let (ahead, ramp) = (self.ahead(), self.ramp);
+        let (linearized, solved) = self.system.uneased(|system| linearize(system, ramp, fraction, ahead));
+        // One with these strains, one for the linearization, and one to come back.
+        self.factorizations += 3;
         solved.then_some(linearized.rate_motions)
     }
 
@@ -132,14 +156,22 @@ impl<const D: usize> Locator<'_, D> {
         let outcome = self.newton.solve_for(self.system, Start::nearby(), &mut unknowns);
         self.factorizations += outcome.as_ref().map_or_else(|lost| lost.factorizations, |found| found.factorizations);
         let found = outcome?;
+        let AtDistance { fraction, linearized, mut gain, .. } = unknowns;
+        let mut rate = linearized.rate_motions;
+        if self.is_misled()
+            && let Some(stiff) = self.rate_as_stiff_as_it_is(fraction)
+        {
+            gain = n.along(&stiff, 1.0);
+            rate = stiff;
+        }
         Ok(Point {
-            fraction: unknowns.fraction,
+            fraction,
             distance: s,
             iterations: found.iterations,
             inertia: found.inertia,
             residual: found.residual,
-            rate: unknowns.linearized.rate_motions,
-            gain: unknowns.gain,
+            rate,
+            gain,
         })
     }
 }

@@ -7,17 +7,12 @@
 
 use super::follow::Run;
 use super::{Continuation, Count};
-use crate::chain::{Middle, Size, middle};
+use crate::chain::Size;
 use crate::history::CriticalPoint;
 use crate::packs;
 use crate::structure::MemberId;
-use crate::system::{Inner, State, System};
-use pennate_elements::rotation::{compose, exp, inverse, log};
-use pennate_elements::small::{norm, sub};
-
-/// Part of its pull at the bifurcation that a spring has left where it is said to pull no more: what is left moves the fraction by
-/// that part of its way, and the last iteration goes without the spring.
-const PULLS_NO_MORE: f64 = 1e-4;
+use crate::system::{Inner, State, between};
+use pennate_elements::small::norm;
 
 /// Part of its stiffness against bending that is next to none for a member.
 const NEXT_TO_NONE: f64 = 1e-7;
@@ -52,7 +47,7 @@ impl<const D: usize> Continuation<'_, D> {
                 }
                 path.draw_aside(run, fraction, (inner, pulled), wanted / amplitude)
             });
-            self.system.draw(inner.member, None);
+            self.system.draw(&inner, None);
             found
         });
         if found.is_none() {
@@ -124,26 +119,38 @@ impl<const D: usize> Continuation<'_, D> {
         let motions = system.motions_since(&self.last);
         let mut nodes: Vec<[f64; 6]> =
             system.topology.links.iter().map(|link| system.places.motion_of(link, &motions)).collect();
-        let middles = |system: &System<D>| system.members.chains().map(|(pack, lane)| middle(pack, lane)).collect();
+        let all: Vec<MemberId> = (0..system.members.count()).collect();
         let aside = system.snapshot();
-        let now: Vec<Middle> = middles(system);
+        let now = system.middles(&all);
         system.restore(&self.last);
-        let then: Vec<Middle> = middles(system);
+        let then = system.middles(&all);
         system.restore(&aside);
-        let moved = now.iter().zip(&then).map(|(now, then)| {
-            let shift = sub(now.displacement, then.displacement);
-            let [now, then] = [now, then].map(|middle| exp(middle.rotation_vector));
-            let spin = log(compose(now, inverse(then)));
-            [shift[0], shift[1], shift[2], spin[0], spin[1], spin[2]]
-        });
-        let mut middles: Vec<(MemberId, [f64; 6])> = moved.enumerate().collect();
-        let size = system.size;
-        let largest = |m: &[f64; 6]| (norm([m[0], m[1], m[2]]) / size).max(norm([m[3], m[4], m[5]]));
-        let all = nodes.iter().chain(middles.iter().map(|(_, motion)| motion));
-        let most = all.map(largest).fold(f64::MIN_POSITIVE, f64::max);
-        let all = nodes.iter_mut().chain(middles.iter_mut().map(|(_, motion)| motion));
-        all.flatten().for_each(|x| *x /= most);
+        let mut middles: Vec<(MemberId, [f64; 6])> = between(&then, &now).enumerate().collect();
+        scale_to_one(system.size, &mut nodes, &mut middles);
         (point.mode, point.middles) = (nodes, middles);
+    }
+
+    /// Draws at a limit point what members between joints that do not move do there, where that is more than what joints do; `rate` is
+    /// what the path does for a unit of the fraction.
+    pub(super) fn draw_out_of_sight(&self, point: &mut CriticalPoint, rate: &[[f64; 6]]) {
+        let system = &self.system;
+        let members = system.out_of_sight();
+        let (joints, middles) = rate.split_at(rate.len() - members.len());
+        let farthest = |motions: &[[f64; 6]]| {
+            let sizes = motions.iter().map(|motion| size_of(system.size, motion)).enumerate();
+            sizes.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most })
+        };
+        let (member, far) = farthest(middles);
+        if far <= farthest(joints).1 {
+            return;
+        }
+        let mut nodes: Vec<[f64; 6]> =
+            system.topology.links.iter().map(|link| system.places.motion_of(link, joints)).collect();
+        let mut middles: Vec<(MemberId, [f64; 6])> = members.iter().copied().zip(middles.iter().copied()).collect();
+        scale_to_one(system.size, &mut nodes, &mut middles);
+        (point.mode, point.middles) = (nodes, middles);
+        point.member = Some(members[member]);
+        point.node = system.structure.members[members[member]].nodes[0];
     }
 
     /// Draws a node so many times as far aside as it is in another state, from the state `last`, a bifurcation at this fraction, and
@@ -158,14 +165,14 @@ impl<const D: usize> Continuation<'_, D> {
     ) -> Option<f64> {
         run.ramp.apply(&mut self.system, fraction);
         self.system.predict(&self.last, aside, times - 1.0);
-        self.system.draw(inner.member, Some((inner, inner.from + times * (inner.to - inner.from))));
+        self.system.draw(&inner, Some(times));
         self.pull(run, fraction, inner, times)
     }
 
     /// The part of its way that a spring draws a node by at a fraction.
     fn pull(&mut self, run: &mut Run<'_>, fraction: f64, inner: Inner, times: f64) -> Option<f64> {
         self.solve_at(run, fraction)?;
-        let pull = 1.0 - (self.system.place_within(&inner) - inner.from) / (times * (inner.to - inner.from));
+        let pull = 1.0 - inner.part(self.system.place_within(&inner), times);
         #[cfg(feature = "trace")]
         eprintln!("pull {pull:e} at {fraction}");
         Some(pull)
@@ -186,7 +193,8 @@ impl<const D: usize> Continuation<'_, D> {
         for _ in 0..tuning.iterations {
             let now = self.pull(run, at, inner, times)?;
             let next = at - now * (at - last) / (now - value);
-            let settled = now.abs() <= PULLS_NO_MORE * first;
+            // What is left of the pull moves the fraction by that part of its way, and the last iteration goes without it.
+            let settled = now.abs() <= tuning.shortest * first;
             let leads_on = next > fraction && next - fraction < 1.0;
             if !(settled || leads_on) {
                 return None;
@@ -197,13 +205,26 @@ impl<const D: usize> Continuation<'_, D> {
             }
             at = next;
         }
-        self.system.draw(inner.member, None);
+        self.system.draw(&inner, None);
         let found = self.solve_at(run, last)?;
-        let moved = (self.system.place_within(&inner) - inner.from) / (times * (inner.to - inner.from));
+        let moved = inner.part(self.system.place_within(&inner), times);
         let count = self.count(&found.inertia);
         #[cfg(feature = "trace")]
         eprintln!("left alone at {last} it is {moved} of the way aside: {count:?}");
         let stays = (moved - 1.0).abs() <= tuning.contraction;
         (stays && count.own <= self.base.own && count.lateral <= self.base.lateral).then_some((last, count))
     }
+}
+
+/// How far a motion goes: displacement over the size of the network, or radians.
+fn size_of(size: f64, m: &[f64; 6]) -> f64 {
+    (norm([m[0], m[1], m[2]]) / size).max(norm([m[3], m[4], m[5]]))
+}
+
+/// Makes the farthest motion of nodes and middles one.
+fn scale_to_one(size: f64, nodes: &mut [[f64; 6]], middles: &mut [(MemberId, [f64; 6])]) {
+    let all = nodes.iter().chain(middles.iter().map(|(_, motion)| motion));
+    let most = all.map(|motion| size_of(size, motion)).fold(f64::MIN_POSITIVE, f64::max);
+    let all = nodes.iter_mut().chain(middles.iter_mut().map(|(_, motion)| motion));
+    all.flatten().for_each(|x| *x /= most);
 }

@@ -152,7 +152,7 @@ impl<const D: usize> Locator<'_, D> {
         let tuning = self.newton.tuning;
         let (exact, nearly) = (tuning.exact, tuning.residual.sqrt());
         self.system.restore(self.next);
-        let motions = self.system.motions_since(self.last);
+        let motions = self.system.seen_since(self.last);
         let rate = ends[1] - ends[0];
         let metric = metric.unwrap_or_else(|| Metric::balanced(&motions, rate, self.system.size, tuning.near));
         let secant = Direction { motions, rate };
@@ -560,7 +560,7 @@ impl<const D: usize> Continuation<'_, D> {
                 _ => self.system.pattern.motions_of(&mode),
             };
             let (node, mode) = self.mode_of(&motions);
-            let noted = CriticalPoint {
+            let mut noted = CriticalPoint {
                 kind: wanted.kind(),
                 fraction: root.fraction,
                 in_prestress: false,
@@ -572,6 +572,9 @@ impl<const D: usize> Continuation<'_, D> {
                 mode,
                 middles: Vec::new(),
             };
+            if wanted == Wanted::Limit {
+                self.draw_out_of_sight(&mut noted, &root.point.rate);
+            }
             (noted, root.point.fraction)
         });
         self.lateral = lateral;

@@ -11,13 +11,13 @@ use std::sync::Arc;
 
 use crate::chain;
 use crate::error::{FreeMotion, NearMotion};
-use crate::history::{Cause, Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
+use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
 use crate::joints::Held;
 use crate::mechanism;
 use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
-use crate::structure::{Dimension, MemberId, NodeId, Step};
+use crate::structure::{Dimension, NodeId, Step};
 use crate::system::{Inertia, State, System};
 
 mod acceptance;
@@ -118,8 +118,6 @@ pub struct Continuation<'a, const D: usize> {
     tuning: Tuning,
     newton: Newton,
     base: Count,
-    /// Members that lost their stability between their ends.
-    inside: Vec<MemberId>,
     /// Whether the unloaded structure has motions that nothing resists but, perhaps, its prestress.
     is_loose: bool,
     /// Motions that the prestress does not resist either: nothing is followed where there are any.
@@ -200,7 +198,6 @@ impl<'a, const D: usize> Continuation<'a, D> {
             newton: Newton::new(tuning),
             tuning,
             base: Count::default(),
-            inside: Vec::new(),
             is_loose: false,
             refined_stands: false,
             refined_held: BTreeMap::new(),
@@ -261,7 +258,6 @@ impl<'a, const D: usize> Continuation<'a, D> {
             self.refined_ends.push(kept);
             history.steps.push(record);
         }
-        history.inside = std::mem::take(&mut self.inside);
         self.let_turn();
         history
     }
@@ -377,26 +373,12 @@ impl<'a, const D: usize> Continuation<'a, D> {
         so_far.going = known || self.follow(&mut run);
         self.first_stiffness = None;
         self.judge_end(&ramp, record);
-        // A member that no force keeps at its length has none in halves either.
-        let overheld = record.failure.as_ref().is_some_and(|failure| matches!(failure.cause, Cause::Overheld { .. }));
-        if !so_far.going && record.status != Status::Interrupted && self.inside.is_empty() && !overheld {
-            self.inside = self.members_out_of_sight();
-        }
     }
 
     /// The part of a ramp that turns nothing that is held by more than a quarter turn; equal ones make the whole.
     fn longest_turn(&self) -> f64 {
         let turns = self.held.values().filter(|held| held.component > 2).map(|held| (held.to - held.from).abs());
         1.0 / (turns.fold(0.0, f64::max) / QUARTER_TURN).ceil().max(1.0)
-    }
-
-    /// Members between joints that do not move: neither an arc nor a mode can be measured by the motions of these, and what
-    /// ends a ramp may lie within such a member.
-    fn members_out_of_sight(&self) -> Vec<MemberId> {
-        let system = &self.system;
-        let held = |node: &usize| system.pattern.equations.holds_all(system.topology.links[*node].joint);
-        let members = system.structure.members.iter().enumerate();
-        members.filter(|(_, member)| member.nodes.iter().all(held)).map(|(index, _)| index).collect()
     }
 
     /// Whether the loads have a potential along the whole of a ramp; the state is left at its beginning.

@@ -169,13 +169,16 @@ impl<const D: usize> Continuation<'_, D> {
         self.tuning.beside() * rest / self.system.size
     }
 
-    fn farthest(&self) -> (usize, f64) {
-        let motions = self.system.motions_since(&self.last);
-        let links = &self.system.topology.links;
-        let far = |node: usize| {
-            let m = self.system.places.motion_of(&links[node], &motions);
-            norm([m[0], m[1], m[2]])
-        };
-        (0..links.len()).map(|node| (node, far(node))).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    /// The node that moved farthest since the state `last`, and how far; of a member between joints that do not move its first node,
+    /// with the motion of its middle.
+    fn farthest(&mut self) -> (usize, f64) {
+        let system = &mut self.system;
+        let motions = system.seen_since(&self.last);
+        let far = |m: &[f64; 6]| norm([m[0], m[1], m[2]]);
+        let links = system.topology.links.iter();
+        let nodes = links.map(|link| far(&system.places.motion_of(link, &motions))).enumerate();
+        let middles = motions[system.places.joints.len()..].iter().map(far);
+        let members = system.out_of_sight().into_iter().map(|member| system.structure.members[member].nodes[0]);
+        nodes.chain(members.zip(middles)).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 }

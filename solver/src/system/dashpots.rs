@@ -1,8 +1,9 @@
-//! Dashpots on every node, and the potential of what is conservative: for the flow down the energy; forces on every node and a
-//! spring on one, for branches along which members bend between their ends.
+//! Dashpots on every node, and the potential of what is conservative: for the flow down the energy; forces on every node and
+//! springs on one, for branches along which members bend between their ends.
 
-use pennate_elements::small::{dot, norm};
+use pennate_elements::small::{V3, cross, dot, norm, sub};
 
+use super::turning::IN_LINE;
 use super::{Places, State, System};
 use crate::chain::{Drawn, InnerNode, PackMesh, any, load_work};
 use crate::structure::MemberId;
@@ -16,6 +17,8 @@ pub(super) struct Dashpots {
     anchor: Places,
     /// Force on every node for a unit of mass; zero where there is none.
     push: f64,
+    /// The pack with a member that a spring on a node between its ends keeps from turning.
+    turns: Option<usize>,
     /// Mass and inertia of the joints; empty until they are asked for.
     masses: Vec<[f64; 2]>,
 }
@@ -24,23 +27,46 @@ pub(super) struct Dashpots {
 /// and 192 between clamps.
 const SPRING: f64 = 100.0;
 
-/// A node between the ends of a member in one component of its displacement, and where it is in two states.
+/// A node between the ends of a member, and where it is in two states: its displacements, which are those in the frame of the element
+/// within elements.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inner {
     pub member: MemberId,
     node: InnerNode,
+    /// The component in which it is drawn, and another one where the member bends alike in all directions.
     component: usize,
+    other: Option<usize>,
     /// Of the member.
     length: f64,
-    pub from: f64,
-    pub to: f64,
+    from: V3<f64>,
+    to: V3<f64>,
 }
 
 impl Inner {
-    /// How far it is from where it was (lengths of the member).
+    /// How far it is from where it was in its component (lengths of the member).
     pub(crate) fn moved(&self) -> f64 {
-        (self.to - self.from).abs() / self.length
+        (self.to[self.component] - self.from[self.component]).abs() / self.length
     }
+
+    /// The part of so many times its way that a place of it lies at.
+    pub(crate) fn part(&self, place: V3<f64>, times: f64) -> f64 {
+        let c = self.component;
+        (place[c] - self.from[c]) / (times * (self.to[c] - self.from[c]))
+    }
+
+    /// Displacements that it is drawn to, at so many times its way.
+    fn drawn(&self, times: f64) -> [Option<f64>; 3] {
+        let mut to = [None; 3];
+        for c in [Some(self.component), self.other].into_iter().flatten() {
+            to[c] = Some(self.from[c] + times * (self.to[c] - self.from[c]));
+        }
+        to
+    }
+}
+
+/// The component of a vector that is largest by size.
+fn largest(vector: V3<f64>) -> usize {
+    (0..3).fold(0, |most, c| if vector[c].abs() > vector[most].abs() { c } else { most })
 }
 
 /// Unloaded length of a member.
@@ -71,13 +97,38 @@ impl<const D: usize> System<D> {
         self.know_masses();
     }
 
-    /// Draws a node between the ends of a member to a place by a spring, or none any more.
-    pub(crate) fn draw(&mut self, member: MemberId, to: Option<(Inner, f64)>) {
-        let stiffness = SPRING * self.bending_of(member);
-        let slot = &self.members.slots[member];
-        let lane = slot.lane;
-        let drawn = to.map(|(Inner { node, component, .. }, to)| Drawn { lane, node, component, stiffness, to });
+    /// Draws a node between the ends of a member so many times its way by springs, or none any more.
+    pub(crate) fn draw(&mut self, inner: &Inner, times: Option<f64>) {
+        let stiffness = SPRING * self.bending_of(inner.member);
+        let slot = &self.members.slots[inner.member];
+        let (lane, node) = (slot.lane, inner.node);
+        let drawn = times.map(|times| Drawn { lane, node, stiffness, to: inner.drawn(times) });
         self.members.packs[slot.pack].settings().drawn = drawn;
+        self.dashpots.turns = None;
+    }
+
+    /// Resists turning about the axis of the whole network where nothing but a node between the ends of a member moves in that: by a
+    /// spring on the node, from where it is.
+    pub(super) fn resist_turning_inside(&mut self) {
+        if let Some(pack) = self.dashpots.turns.take() {
+            self.members.packs[pack].settings().drawn = None;
+        }
+        let Some(axis) = self.turns_inside() else { return };
+        let between = self.inner_nodes().into_iter().filter(|inner| matches!(inner.node, InnerNode::Between(_)));
+        let turned = between.map(|inner| (inner, cross(axis, inner.to)));
+        let most = turned.max_by(|(_, a), (_, b)| norm(*a).total_cmp(&norm(*b)));
+        let Some((inner, turns)) = most.filter(|(_, turns)| norm(*turns) > IN_LINE * self.size) else { return };
+        let slot = &self.members.slots[inner.member];
+        let (pack, lane) = (slot.pack, slot.lane);
+        if self.members.packs[pack].settings().drawn.is_some() {
+            return;
+        }
+        // A turn by a radian is resisted as bending is.
+        let component = largest(turns);
+        let stiffness = self.bending_of(inner.member) * (inner.length / turns[component]).powi(2);
+        let drawn = Inner { component, from: inner.to, ..inner }.drawn(1.0);
+        self.members.packs[pack].settings().drawn = Some(Drawn { lane, node: inner.node, stiffness, to: drawn });
+        self.dashpots.turns = Some(pack);
     }
 
     /// EI/L³ of a member (force per length), with the largest EI that it has and that is not infinite.
@@ -93,41 +144,55 @@ impl<const D: usize> System<D> {
     /// The node between the ends of a member that is farthest from where it is in another state, over the length of its member.
     pub(crate) fn farthest_within(&mut self, since: &State) -> Option<Inner> {
         let here = self.snapshot();
-        let now = self.inner_places();
+        let mut nodes = self.inner_nodes();
         self.restore(since);
-        let then = self.inner_places();
+        nodes.iter_mut().for_each(|inner| inner.from = self.place_within(inner));
         self.restore(&here);
-        let moved = now.into_iter().zip(then).map(|(now, then)| Inner { from: then.to, ..now });
-        moved.max_by(|a, b| a.moved().total_cmp(&b.moved()))
+        let components = |inner: Inner| (0..Self::TRANSLATIONS).map(move |component| Inner { component, ..inner });
+        let farthest = nodes.into_iter().flat_map(components).max_by(|a, b| a.moved().total_cmp(&b.moved()))?;
+        Some(Inner { other: self.other_component(&farthest), ..farthest })
     }
 
-    /// Where the nodes between the ends of all members are.
-    fn inner_places(&self) -> Vec<Inner> {
-        let mut places = Vec::new();
+    /// The component in which a node goes that is turned about the axis of its member, where that is round: it may bend that way as well
+    /// as in the component in which it went.
+    fn other_component(&self, inner: &Inner) -> Option<usize> {
+        let axis = self.round_axis(inner.member)?;
+        let axis = if let InnerNode::Between(_) = inner.node { axis } else { [1.0, 0.0, 0.0] };
+        let turns = cross(axis, sub(inner.to, inner.from));
+        let others = (0..3).filter(|&c| c != inner.component);
+        others.max_by(|&a, &b| turns[a].abs().total_cmp(&turns[b].abs()))
+    }
+
+    /// The nodes between the ends of all members where they are.
+    fn inner_nodes(&self) -> Vec<Inner> {
+        let mut nodes = Vec::new();
         for member in 0..self.members.count() {
             let (pack, lane) = self.members.chain(member);
             let length = length_of(pack.mesh(), lane);
-            let inner = |node, component, to| Inner { member, node, component, length, from: to, to };
+            let inner = |node, to| Inner { member, node, component: 0, other: None, length, from: to, to };
             for element in 0..pack.mesh().elements() {
                 if element > 0 {
-                    let u = pack.node(lane, element).displacement;
-                    places.extend((0..Self::TRANSLATIONS).map(|c| inner(InnerNode::Between(element), c, u[c])));
+                    nodes.push(inner(InnerNode::Between(element), pack.node(lane, element).displacement));
                 }
                 let local = pack.local(lane, element);
                 for (i, u) in local.iter().enumerate().take(pack.mesh().order - 1) {
-                    places.extend((0..Self::TRANSLATIONS).map(|c| inner(InnerNode::Within(element, i), c, u[c])));
+                    let u = if D == 3 { [u[0], u[1], 0.0] } else { [u[0], u[1], u[2]] };
+                    nodes.push(inner(InnerNode::Within(element, i), u));
                 }
             }
         }
-        places
+        nodes
     }
 
-    /// Where a node between the ends of a member is in its component.
-    pub(crate) fn place_within(&self, inner: &Inner) -> f64 {
+    /// Where a node between the ends of a member is.
+    pub(crate) fn place_within(&self, inner: &Inner) -> V3<f64> {
         let (pack, lane) = self.members.chain(inner.member);
         match inner.node {
-            InnerNode::Between(index) => pack.node(lane, index).displacement[inner.component],
-            InnerNode::Within(element, i) => pack.local(lane, element)[i][inner.component],
+            InnerNode::Between(index) => pack.node(lane, index).displacement,
+            InnerNode::Within(element, i) => {
+                let u = pack.local(lane, element)[i];
+                if D == 3 { [u[0], u[1], 0.0] } else { [u[0], u[1], u[2]] }
+            }
         }
     }
 

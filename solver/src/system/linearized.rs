@@ -1,6 +1,6 @@
 //! How the equilibrium moves with the fraction of a ramp.
 
-use super::{Inertia, Residual, System};
+use super::{Inertia, Residual, System, between};
 
 /// The equations at a state, linearized in the motion of the joints and in the fraction of the ramp.
 #[derive(Debug, Default)]
@@ -13,9 +13,9 @@ pub struct Linearized {
     pub step: Vec<f64>,
     /// What a unit of the fraction adds to it.
     pub rate: Vec<f64>,
-    /// The same two as motions of the joints, what is held included.
+    /// The same two as motions of the joints, what is held included, and after them of the middles of members out of sight.
     pub step_motions: Vec<[f64; 6]>,
-    /// Motions of the joints for a unit of the fraction.
+    /// Motions of these for a unit of the fraction.
     pub rate_motions: Vec<[f64; 6]>,
 }
 
@@ -31,9 +31,11 @@ impl<const D: usize> System<D> {
         ahead: f64,
         apply: &mut dyn FnMut(&mut Self, f64),
     ) -> (Linearized, bool) {
+        let members = self.out_of_sight();
         apply(self, fraction + ahead);
         self.gather(true);
         let there = self.sides();
+        let middles_there = if members.is_empty() { Vec::new() } else { self.middles_ahead(&members) };
         apply(self, fraction);
         let inertia = self.assemble(true);
         let residual = self.residual();
@@ -42,8 +44,14 @@ impl<const D: usize> System<D> {
         let solved = self.tangent.solve(&mut step) && self.tangent.solve(&mut slope.rhs);
         let equations = &self.pattern.equations;
         let joints = 0..equations.joints.len();
-        let step_motions = joints.map(|joint| equations.motion(joint, &step, true)).collect();
-        let rate_motions = self.motions_of(&slope);
+        let mut step_motions: Vec<[f64; 6]> = joints.map(|joint| equations.motion(joint, &step, true)).collect();
+        let mut rate_motions = self.motions_of(&slope);
+        if !members.is_empty() {
+            let here = self.middles(&members);
+            let stepped = self.middles_ahead(&members);
+            step_motions.extend(between(&here, &stepped));
+            rate_motions.extend(between(&stepped, &middles_there).map(|motion| motion.map(|x| x / ahead)));
+        }
         (Linearized { inertia, residual, step, rate: slope.rhs, step_motions, rate_motions }, solved)
     }
 

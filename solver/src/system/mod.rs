@@ -24,6 +24,7 @@ mod linearized;
 mod loading;
 mod loads;
 mod members;
+mod middles;
 mod moves;
 mod parts;
 mod pattern;
@@ -45,6 +46,7 @@ pub(crate) use dashpots::Inner;
 pub use linearized::Linearized;
 pub use loading::{Fading, Loading, NodeLoad};
 pub use members::{MemberSlot, Members};
+pub(crate) use middles::between;
 pub use moves::Moves;
 pub use pattern::Pattern;
 pub use places::Places;
@@ -240,6 +242,7 @@ impl<const D: usize> System<D> {
 
     /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
     pub fn gather(&mut self, pending: bool) -> Inertia {
+        self.resist_turning_inside();
         self.members.condense();
         self.collect(pending)
     }
@@ -247,6 +250,7 @@ impl<const D: usize> System<D> {
     /// The forces of the present state, by the factors that members have of the one before: for a state that little was moved
     /// since. The stiffness, its factors and its pivots are what they were; whether all members keep factors to go on with is said.
     pub fn refresh(&mut self, pending: bool) -> bool {
+        self.resist_turning_inside();
         let keep = self.members.refresh();
         self.tangent.keeps_matrix = true;
         self.collect(pending);

@@ -26,7 +26,7 @@ const SAME: f64 = 1e-12;
 /// Motion of a joint (radians, or displacement over the size of the network) for a radian by which all is turned, below which the network
 /// lies along the axis still: columns that stand straight keep to it within 1e-12 up to their critical load, and lean by 2e-2 a
 /// ten-thousandth beyond it, and else with the root of that.
-const IN_LINE: f64 = 1e-6;
+pub(super) const IN_LINE: f64 = 1e-6;
 
 /// How a network may be turned as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,6 +144,26 @@ impl<const D: usize> System<D> {
                 whole && values.into_iter().all(|value| lies_along(axis, value))
             })
         })
+    }
+
+    /// The axis about which the network may be turned as a whole while no joint moves in that; nothing where there is none.
+    pub(super) fn turns_inside(&self) -> Option<V3<f64>> {
+        self.turning.map(|turning| turning.axis).filter(|axis| self.turned_most(*axis).is_none())
+    }
+
+    /// How the network may be turned at its present loads, where no joint moves in that.
+    pub(crate) fn turning_inside(&self) -> Option<Turning> {
+        let drives = self.loading.drives.as_slice();
+        self.may_be_turned([drives; 2]).filter(|turning| self.turned_most(turning.axis).is_none())
+    }
+
+    /// The axis of a member that is straight and bends alike in all directions, in space.
+    pub(super) fn round_axis(&self, index: usize) -> Option<V3<f64>> {
+        let member = &self.structure.members[index];
+        let is_straight = |segment: usize| member.segments[segment].initial_curvature[1..] == [0.0; 2];
+        let alike =
+            (0..member.segments.len()).all(|segment| is_straight(segment) && is_round(&self.section(index, segment)));
+        (D == 6 && alike).then_some(member.axes[0])
     }
 
     /// Resists turning about the axis, where there is one and the network has left it.
