@@ -26,7 +26,8 @@ pub(super) struct Root {
     scatter: f64,
     /// Change of the test function with the fraction, where that is known.
     slope: Option<f64>,
-    /// Negative pivots right beyond it, where they are known.
+    /// Negative pivots right before it and right beyond it, where they are known.
+    before: Option<usize>,
     beyond: Option<usize>,
 }
 
@@ -241,11 +242,12 @@ impl<const D: usize> Locator<'_, D> {
                 }
                 _ => None,
             };
-            let beyond = sides[1].map(|(.., negative)| negative);
+            let [before, beyond] = sides.map(|side| side.map(|(.., negative)| negative));
             let (point, ..) = at(self, root)?;
             let second = line.map(|(from, a, slope)| from - a / slope);
             let scatter = second.map_or(to - from, |second| second - point.fraction).abs();
-            return Some(Root { fraction: point.fraction, point, scatter, slope: line.map(|line| line.2), beyond });
+            let slope = line.map(|line| line.2);
+            return Some(Root { fraction: point.fraction, point, scatter, slope, before, beyond });
         }
         // What is known on the near side is good enough, and the fraction follows by interpolation.
         let part = match bracket.values {
@@ -257,7 +259,8 @@ impl<const D: usize> Locator<'_, D> {
             return None;
         }
         let (point, ..) = at(self, bracket.at[0])?;
-        Some(Root { point, fraction: from + part * (to - from), scatter: apart, slope: None, beyond: None })
+        let fraction = from + part * (to - from);
+        Some(Root { point, fraction, scatter: apart, slope: None, before: None, beyond: None })
     }
 }
 
@@ -439,9 +442,11 @@ impl<const D: usize> Continuation<'_, D> {
         const BOTH: &[Test] = &[Test::Mode, Test::Pivot];
         let [from, to] = interval.ends;
         let is_lost = |before: Option<f64>, after: Option<f64>| before.zip(after).is_some_and(|(a, b)| a * b < 0.0);
+        // Of several that are lost the softest one need not be the first.
+        let several = interval.events.count.own > self.base.own + 1;
         let after = self.system.tangent.singular_test(&softest);
         let before = self.stiffness_at(run, Saved::Last, from, &softest);
-        if is_lost(before, after) {
+        if !several && is_lost(before, after) {
             return (softest, BOTH);
         }
         let mut locator = self.locator(run.ramp);
@@ -481,11 +486,13 @@ impl<const D: usize> Continuation<'_, D> {
         let (base, count) = (self.base, events.count);
         let conservative = base.potential && count.potential;
         let far = inertia.negative;
+        // Where several are lost in an increment that is too short to separate them, the first one counts.
+        let lost = count.own.saturating_sub(base.own);
         let is_near = move |inertia: &Inertia| {
             if !conservative {
                 inertia.is_odd() == base.odd
-            } else if count.own > base.own {
-                inertia.negative < far
+            } else if lost > 0 {
+                inertia.negative + lost <= far
             } else {
                 inertia.negative > far
             }
@@ -529,6 +536,12 @@ impl<const D: usize> Continuation<'_, D> {
         let mut find = |&test: &Test| {
             let value = if matches!(test, Test::Mode) { Value::Smooth } else { Value::Side };
             let root = locator.root(ends, metric, value, &mut |system, point| judge(test, system, point))?;
+            // The stiffness of a mode that changes its sign with every one that is lost may find a later one.
+            let others =
+                wanted == Wanted::Bifurcation && lost > 1 && root.before.is_some_and(|before| before + lost > far);
+            if others && matches!(test, Test::Mode) {
+                return None;
+            }
             Some(Root { slope: root.slope.filter(|_| matches!(test, Test::Mode)), ..root })
         };
         let found = tests.iter().find_map(&mut find);

@@ -71,7 +71,7 @@ fn largest(vector: V3<f64>) -> usize {
 
 /// Unloaded length of a member.
 fn length_of(mesh: &PackMesh, lane: usize) -> f64 {
-    mesh.spans(lane).iter().sum()
+    (0..mesh.elements()).map(|element| mesh.length(lane, element)).sum()
 }
 
 impl<const D: usize> System<D> {

@@ -30,13 +30,22 @@ impl<const D: usize> System<D> {
         let members = self.out_of_sight();
         if !members.is_empty() {
             let now = self.middles(&members);
-            let here = self.snapshot();
-            self.restore(then);
-            let then = self.middles(&members);
-            self.restore(&here);
+            let then = self.middles_at(&members, then);
             motions.extend(between(&then, &now));
         }
         motions
+    }
+
+    /// Where the middles of members are in another state.
+    pub(super) fn middles_at(&mut self, members: &[MemberId], state: &State) -> Vec<Middle> {
+        if members.is_empty() {
+            return Vec::new();
+        }
+        let here = self.snapshot();
+        self.restore(state);
+        let middles = self.middles(members);
+        self.restore(&here);
+        middles
     }
 
     /// Where a step of the iteration at the last assembly carries the middles of members out of sight; the state stays as it is. Their

@@ -17,7 +17,7 @@ use pennate_elements::rotation::turn;
 use pennate_elements::small::{V3, add, cross, dot, norm, scale, sub};
 
 use super::{State, System};
-use crate::chain::MemberEnds;
+use crate::chain::{MemberEnds, Middle};
 use crate::joints::{EndKind, HeldKind};
 use crate::structure::{Drive, Release, SectionState};
 
@@ -178,7 +178,8 @@ impl<const D: usize> System<D> {
 
     /// Whether the network has left an axis, so that turning it moves anything.
     pub(crate) fn has_left(&self, axis: V3<f64>) -> bool {
-        self.turned_most(axis).is_some()
+        let is_aside = |middle: &Middle| norm(cross(axis, middle.displacement)) > IN_LINE * self.size;
+        self.turned_most(axis).is_some() || self.middles(&self.out_of_sight()).iter().any(is_aside)
     }
 
     /// The joint that moves most where the network is turned about an axis, and how it moves for a radian; nothing where none does.
@@ -203,21 +204,27 @@ impl<const D: usize> System<D> {
         motion.iter().zip(self.measured(motion)).map(|(x, n)| x * n).sum()
     }
 
-    /// How far (lengths of the network, or radians) joints moved since a state besides what turning the network about an axis does: along
-    /// it or away from it, or out of line by more. A spin about themselves is left out: of pinned members it is anything.
-    pub(crate) fn moved_but_for_turning(&self, then: &State, axis: V3<f64>) -> f64 {
+    /// How far (lengths of the network, or radians) joints, and middles of members out of sight, moved since a state besides what
+    /// turning the network about an axis does: along it or away from it, or out of line by more. A spin about themselves is left out: of
+    /// pinned members it is anything.
+    pub(crate) fn moved_but_for_turning(&mut self, then: &State, axis: V3<f64>) -> f64 {
         let parts = |vector: V3<f64>| [dot(axis, vector), norm(cross(axis, vector))];
         let apart = |now: V3<f64>, then: V3<f64>| {
             let ([a, b], [c, d]) = (parts(now), parts(then));
             (a - c).abs().max((b - d).abs())
         };
+        let members = self.out_of_sight();
+        let now = self.middles(&members);
+        let middles_then = self.middles_at(&members, then);
+        let middles = now.iter().zip(&middles_then).map(|(now, then)| apart(now.displacement, then.displacement));
+        let inside = middles.fold(0.0, f64::max) / self.size;
         let joints = self.places.joints.iter().zip(&then.places.joints);
         let moved = joints.map(|(now, then)| {
             let [now, then] = [&now.place, &then.place];
             let shifted = apart(now.displacement, then.displacement) / self.size;
             shifted.max(apart(turn(now.rotation, axis), turn(then.rotation, axis)))
         });
-        moved.fold(0.0, f64::max)
+        moved.fold(inside, f64::max)
     }
 
     /// Resists turning a member by one of its released ends: about the line between its ends, where both are free to turn and nothing
