@@ -225,6 +225,10 @@ impl Lateral {
             let LateralEnds { ends, negative, smallest } = found[slot.pack][slot.lane];
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
+            if system.is_plain(index) {
+                system.scatter_plain(index, &ends);
+                continue;
+            }
             let mut factor = system.tangent.releases[index];
             let info = plane.end_info(index, &plane.tangent.ends[index]);
             let reduced = reduce::reduce(&ends, &[2, 3, 4], &info, Some(&mut factor));

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pennate_elements::small::{M3, norm};
+use pennate_elements::small::{M3, V3, norm};
 
-use crate::chain::Pack;
+use crate::chain::{MemberEnds, Pack};
 use crate::held::HeldForces;
 use crate::joints::{Active, Held, Topology};
 use crate::linear::Symmetric;
@@ -402,9 +402,8 @@ impl<const D: usize> System<D> {
         let [first, last] = self.structure.members[index].nodes;
         let links = [&self.topology.links[first], &self.topology.links[last]];
         let joints = [links[0].joint, links[1].joint];
-        let scatter = &self.pattern.scatters.members[index];
         let released = self.members.slots[index].released;
-        if scatter.is_plain && !released && !links[0].has_arm() && !links[1].has_arm() {
+        if self.is_plain(index) {
             for end in 0..2 {
                 let forces = self.tangent.ends[index][end];
                 let sum = &mut self.tangent.forces[joints[end]];
@@ -415,6 +414,15 @@ impl<const D: usize> System<D> {
             if pending || !self.tangent.keeps_matrix {
                 self.assemble_plain(index, joints, pending, moved);
             }
+            return;
+        }
+        let moves = pending && joints.iter().any(|&joint| self.pattern.equations.pending[joint] != [0.0; 6]);
+        if self.tangent.keeps_matrix && !released && !moves {
+            self.assemble_forces(index, &self.levers(index));
+            return;
+        }
+        if self.pattern.in_blocks && !released && !moves && self.pattern.scatters.members[index].is_plain {
+            self.assemble_carried(index, joints);
             return;
         }
         let mut ends = self.members.condensed(index);
@@ -444,6 +452,51 @@ impl<const D: usize> System<D> {
         self.add_member(index, &reduced);
     }
 
+    /// Whether the ends of a member are those of its joints, whose components are free or held each by itself.
+    pub(crate) fn is_plain(&self, index: usize) -> bool {
+        let arms = self.structure.members[index].nodes.iter().any(|&node| self.topology.links[node].has_arm());
+        self.pattern.scatters.members[index].is_plain && !self.members.slots[index].released && !arms
+    }
+
+    /// From the joints of a member to its ends, turned.
+    fn levers(&self, index: usize) -> [V3<f64>; 2] {
+        self.structure.members[index].nodes.map(|node| self.places.lever(&self.topology.links[node]))
+    }
+
+    /// Adds the forces of a welded member alone to its joints, which may carry it by arms.
+    fn assemble_forces(&mut self, index: usize, levers: &[V3<f64>; 2]) {
+        let active = self.pattern.equations.active;
+        let joints = self.structure.members[index].nodes.map(|node| self.topology.links[node].joint);
+        for (end, lever) in levers.iter().enumerate() {
+            let own = active.map(|component| self.tangent.ends[index][end][component]);
+            let on_joint = reduce::on_joint(&active, *lever, own);
+            let sum = &mut self.tangent.forces[joints[end]];
+            for i in 0..D {
+                sum[active[i]] += on_joint[i];
+            }
+        }
+    }
+
+    /// Adds a welded member whose joints carry it by arms, block by block: what [`reduce::reduce`] makes of it, but for rounding.
+    fn assemble_carried(&mut self, index: usize, joints: [usize; 2]) {
+        let active = self.pattern.equations.active;
+        let levers = self.levers(index);
+        let mut ends = self.members.condensed(index);
+        let (pack, lane) = self.members.chain(index);
+        let mixed = pack.mixed_forces(lane);
+        for end in 0..2 {
+            if levers[end] != [0.0; 3] {
+                reduce::carry(&mut ends, &active, end, levers[end], &mixed[end]);
+            }
+        }
+        self.assemble_forces(index, &levers);
+        for i in 0..D {
+            self.tangent.stiffness[joints[0]][active[i]] += ends.k00[i][i];
+            self.tangent.stiffness[joints[1]][active[i]] += ends.k11[i][i];
+        }
+        self.scatter_plain(index, &ends);
+    }
+
     /// Adds the stiffness of a member whose ends are those of its joints: there is nothing to reduce.
     fn assemble_plain(&mut self, index: usize, joints: [usize; 2], pending: bool, moved: &mut [[f64; 6]]) {
         let ends = self.members.condensed(index);
@@ -471,6 +524,11 @@ impl<const D: usize> System<D> {
             self.tangent.stiffness[joints[0]][active[i]] += ends.k00[i][i];
             self.tangent.stiffness[joints[1]][active[i]] += ends.k11[i][i];
         }
+        self.scatter_plain(index, &ends);
+    }
+
+    /// Adds the stiffness of the ends of a member that are those of its joints to the matrix alone.
+    pub(crate) fn scatter_plain(&mut self, index: usize, ends: &MemberEnds<D>) {
         let blocks = [ends.k00.as_flattened(), ends.k01.as_flattened(), ends.k11.as_flattened()];
         let linear = &mut self.tangent.linear;
         if linear.is_wide() {
