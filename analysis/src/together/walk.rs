@@ -3,7 +3,6 @@
 //! What the ordinary solver does besides iterating (shorter increments, singular points, records of every state) is left to
 //! it: a design for which any of its doubts arises is solved by it alone.
 
-use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -115,7 +114,7 @@ fn walk<const D: usize>(
         system.and_then(|mut system| system.renew(Arc::clone(&structure), Arc::clone(&topology)).then_some(system));
     let mut system = renewed.unwrap_or_else(|| kind.build(structure, topology, 0));
     system.members.keep_factors();
-    let (finer, lateral, held) = (None, None, BTreeMap::new());
+    let (finer, lateral, held) = (None, None, Vec::new());
     let (way, times, missed) = (None, None, None);
     let (rest, here) = (Firmness::default(), Firmness::default());
     let (begins, passed) = (false, false);
@@ -152,7 +151,8 @@ struct Walk<const D: usize> {
     system: System<D>,
     /// The same on elements of the next order, once it was looked at.
     finer: Option<System<D>>,
-    held: BTreeMap<(usize, usize), Held>,
+    /// What is held, by node and component.
+    held: Vec<Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
     /// Memory of what judged the group before.
     spare: Option<Box<dyn OutOfPlane<D> + Send>>,
@@ -226,22 +226,27 @@ impl<const D: usize> Walk<D> {
         let structure = Arc::clone(&self.system.structure);
         for support in &structure.supports {
             for component in (0..6).filter(|&component| support.fixed[component]) {
-                self.insert(support.node, component, 0.0);
+                self.insert_along(support.node, component, 0.0, support.axes[component % 3]);
             }
         }
-        let supports = self.held.clone();
-        for (node, component) in continuation::first_rows(&structure, steps) {
+        let mut rows = continuation::first_rows(&structure, steps);
+        rows.retain(|&(node, component)| self.place_of(node, component).is_err());
+        let supports = (!rows.is_empty()).then(|| self.held.clone());
+        for &(node, component) in &rows {
             self.insert(node, component, 0.0);
         }
-        let beside = self.held.len() > supports.len();
         self.hold(kind, kept, 0);
-        self.held = supports;
+        let beside = supports.is_some();
+        if let Some(supports) = supports {
+            self.held = supports;
+        }
         self.system.loading.prestress = 1.0;
         // Loads of the first step that bring no stiffness leave that of the unloaded structure to its first linearization.
         self.begins = !beside && steps[0].changes.is_empty() && brings_no_stiffness(&self.system);
         if self.begins {
             return Some(());
         }
+        self.system.apply_drives();
         self.system.assemble(false);
         self.look_at_rest(kind)
     }
@@ -271,9 +276,21 @@ impl<const D: usize> Walk<D> {
     }
 
     fn insert(&mut self, node: usize, component: usize, to: f64) {
-        let axis = kind::axis(&self.system.structure, node, component);
+        self.insert_along(node, component, to, kind::axis(&self.system.structure, node, component));
+    }
+
+    fn insert_along(&mut self, node: usize, component: usize, to: f64, axis: [f64; 3]) {
         let kind = HeldKind::of(component, axis);
-        self.held.insert((node, component), Held { node, component, kind, from: to, to });
+        let row = Held { node, component, kind, from: to, to };
+        match self.place_of(node, component) {
+            Ok(known) => self.held[known] = row,
+            Err(place) => self.held.insert(place, row),
+        }
+    }
+
+    /// Where the row of a component is among those that are held, or would be.
+    fn place_of(&self, node: usize, component: usize) -> Result<usize, usize> {
+        self.held.binary_search_by_key(&(node, component), |held| (held.node, held.component))
     }
 
     /// Takes what a step changes of what is held; nothing where that turns anything by more than one increment does.
@@ -298,7 +315,9 @@ impl<const D: usize> Walk<D> {
                 }
                 // The reaction has fallen to zero at the end of the step.
                 Change::Free { node, component } => {
-                    self.held.remove(&(node, component));
+                    if let Ok(place) = self.place_of(node, component) {
+                        self.held.remove(place);
+                    }
                 }
             }
         }
@@ -307,14 +326,13 @@ impl<const D: usize> Walk<D> {
 
     /// Sets what is held, by the analysis of a design before where there is one, and keeps that of this one where they are kept.
     fn hold(&mut self, kind: &Kind<D>, kept: Option<&mut Kept<D>>, index: usize) {
-        let rows: Vec<Held> = self.held.values().copied().collect();
+        let rows = self.held.clone();
         let Some(Kept { systems: analysed, .. }) = kept else {
             self.system.hold(rows);
             return;
         };
         if let Some(known) = analysed.get(index) {
-            self.system.hold_like(known);
-            self.system.hold(rows);
+            self.system.hold_by(rows, known);
             return;
         }
         self.system.hold(rows);

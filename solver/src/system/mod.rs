@@ -133,14 +133,21 @@ impl<const D: usize> System<D> {
     pub fn hold(&mut self, held: Vec<Held>) {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         if self.pattern.hold(&self.topology, held) {
-            let linear = self.pattern.analyse(&self.structure, &self.topology);
-            let side = |entries| {
-                Side::of(&self.structure, &self.topology, &self.members, &self.pattern.scatters, entries).map(Arc::new)
-            };
-            self.pattern.side = if self.pattern.in_blocks { side(linear.values.len()) } else { None };
-            self.resize(linear);
+            self.analyse();
         } else {
             self.renew_carriers();
+        }
+    }
+
+    /// The same by the analysis of another system of the same joints, where the equations of both are alike.
+    pub fn hold_by(&mut self, held: Vec<Held>, other: &Self) {
+        self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
+        if !self.pattern.hold(&self.topology, held) {
+            self.renew_carriers();
+        } else if self.pattern.equations.are_like(&other.pattern.equations) {
+            self.take_analysis(other);
+        } else {
+            self.analyse();
         }
     }
 
@@ -149,13 +156,28 @@ impl<const D: usize> System<D> {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         let held = other.pattern.equations.held.iter().chain(&other.pattern.aside).copied().collect();
         if self.pattern.hold(&self.topology, held) {
-            self.pattern.scatters = Arc::clone(&other.pattern.scatters);
-            self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
-            self.check_side();
-            self.resize(other.tangent.linear.alike());
+            self.take_analysis(other);
         } else {
             self.renew_carriers();
         }
+    }
+
+    /// Finds where everything goes in the matrix of the equations.
+    fn analyse(&mut self) {
+        let linear = self.pattern.analyse(&self.structure, &self.topology);
+        let side = |entries| {
+            Side::of(&self.structure, &self.topology, &self.members, &self.pattern.scatters, entries).map(Arc::new)
+        };
+        self.pattern.side = if self.pattern.in_blocks { side(linear.values.len()) } else { None };
+        self.resize(linear);
+    }
+
+    /// The same as another system found it for equations like these.
+    fn take_analysis(&mut self, other: &Self) {
+        self.pattern.scatters = Arc::clone(&other.pattern.scatters);
+        self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
+        self.check_side();
+        self.resize(other.tangent.linear.alike());
     }
 
     /// Lets members go one by one where those beside each other do not meet their joints as they did where that was found out.
@@ -260,7 +282,7 @@ impl<const D: usize> System<D> {
 
     /// Puts together what members, springs and loads give.
     fn collect(&mut self, pending: bool) -> Inertia {
-        self.begin();
+        self.begin(pending);
         self.tangent.linearizations += 1;
         let mut moved = std::mem::take(&mut self.moves.motions);
         if pending {
@@ -290,6 +312,9 @@ impl<const D: usize> System<D> {
             self.add_constraint_stiffness();
         }
         for (joint, force) in self.tangent.forces.iter().enumerate() {
+            if self.pattern.equations.holds_all(joint) {
+                continue;
+            }
             let mut total = *force;
             if pending {
                 for c in 0..6 {
@@ -314,9 +339,9 @@ impl<const D: usize> System<D> {
         self.tangent.residual(&self.pattern, &self.loading, self.size)
     }
 
-    /// Brings the equations up to date with the state, and empties matrix and forces before an assembly.
-    pub(crate) fn begin(&mut self) {
-        self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction);
+    /// Brings the equations up to date with the state, with `pending` what is held and not there yet, and empties matrix and forces before an assembly.
+    pub(crate) fn begin(&mut self, pending: bool) {
+        self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction, pending);
         if !self.tangent.keeps_matrix {
             self.tangent.linear.widen(self.loading.is_diverse());
         }
