@@ -12,6 +12,7 @@ use std::fmt;
 use std::rc::Rc;
 use std::sync::{Mutex, PoisonError};
 
+use pennate_models::Model;
 use pennate_solver::structure::{Dimension, Step, Structure};
 use pennate_solver::system::System;
 
@@ -41,6 +42,8 @@ pub(crate) struct Asked<'a> {
 /// What is kept from one group to the next: analyses of equations, which no answer depends on.
 #[derive(Default)]
 pub(crate) struct Workspace {
+    /// Models of designs that were solved, which those of others may be evaluated in.
+    pub models: Vec<Model>,
     plane: Analysed<3>,
     space: Analysed<6>,
 }
