@@ -53,7 +53,8 @@ impl Problem {
         control: &Control,
         workspace: &mut Workspace,
     ) -> Vec<Option<Vec<f64>>> {
-        let look = |step| if self.reads(step) { Look::State } else { Look::Not };
+        let own = if self.middle.probes.measure_members() { Look::State } else { Look::Nodes };
+        let look = |step| if self.reads(step) { own } else { Look::Not };
         let found = self.find_together(designs, &look, control, workspace).into_iter();
         let outputs =
             |(design, found): (&&Design, Option<Found>)| found.map(|found| self.outputs_of(design, &found.ends));

@@ -56,6 +56,8 @@ pub(crate) fn joins(structure: &Structure) -> bool {
 pub(crate) enum Look {
     /// It is gone on from.
     Not,
+    /// Its state but for what is measured along members.
+    Nodes,
     /// Its state.
     State,
     /// Its state, and the system there.
@@ -211,8 +213,8 @@ impl<const D: usize> Walk<D> {
             self.step(&steps[first..=index], kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
-                Look::State | Look::System => Some(End { state: self.read(), finer: None }),
-                Look::Error => Some(End { state: self.read(), finer: Some(self.refine(kind)?) }),
+                Look::Nodes | Look::State | Look::System => Some(End { state: self.read(look), finer: None }),
+                Look::Error => Some(End { state: self.read(look), finer: Some(self.refine(kind)?) }),
             });
             if index + 1 < steps.len() {
                 systems.push((look == Look::System).then(|| Rc::new(self.copy(kind))));
@@ -394,7 +396,7 @@ impl<const D: usize> Walk<D> {
         }
         // In the plane new factors cost little more than the steps that do without them, which a state that is read has to make up
         // for in the end; a system that is asked for has those of its state.
-        let pays = aim != Aim::Result || D == 6 && look == Look::State;
+        let pays = aim != Aim::Result || D == 6 && matches!(look, Look::Nodes | Look::State);
         let reuses_factors = pays.then_some(WEAK * self.rest.own);
         let system = &mut self.system;
         self.states.rotate_right(1);
@@ -449,7 +451,7 @@ impl<const D: usize> Walk<D> {
 
     /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
     /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
-    fn read(&mut self) -> Equilibrium {
+    fn read(&mut self, look: Look) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
         for _ in 0..MORE {
             let Some(size) = self.system.advance(pending) else { break };
@@ -457,7 +459,10 @@ impl<const D: usize> Walk<D> {
                 break;
             }
         }
-        results::equilibrium(&mut self.system)
+        match look {
+            Look::Nodes => results::motions_and_forces(&mut self.system),
+            _ => results::equilibrium(&mut self.system),
+        }
     }
 
     /// A system that stays where the present one is.
