@@ -262,6 +262,15 @@ impl<const D: usize> System<D> {
         inertia
     }
 
+    /// The same where nothing but what is held is other than at the last assembly, or at a [`System::refresh`] beside it: members are
+    /// left as they are.
+    pub fn assemble_joints(&mut self, pending: bool) -> Inertia {
+        let within = self.collect(pending);
+        let inertia = self.tangent.factorize(within);
+        self.tangent.inertia = inertia;
+        inertia
+    }
+
     /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
     pub fn gather(&mut self, pending: bool) -> Inertia {
         self.resist_turning_inside();

@@ -185,7 +185,7 @@ impl<const D: usize> Tangent<D> {
     }
 
     /// A number that changes with every linearization: what was found at one holds until the next.
-    pub(crate) fn linearizations(&self) -> u64 {
+    pub fn linearizations(&self) -> u64 {
         self.linearizations
     }
 
