@@ -13,18 +13,19 @@ use pennate_models::Model;
 use pennate_models::probes::Operand;
 use pennate_models::slopes::Weights;
 use pennate_solver::history::Equilibrium;
-use pennate_solver::joints::HeldKind;
+use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::packs::{self, Auxiliary};
 use pennate_solver::rigid::{AUXILIARIES, Limit};
 use pennate_solver::system::System;
 
 use super::Reason;
-use super::explicit::{Explicit, Joints, Kept};
+use super::design::Design;
+use super::explicit::{self, Explicit, Joints, Kept};
 use super::moved::Mover;
-use super::nearby::{Nearby, apart, size};
+use super::nearby::{self, Nearby, apart, size};
 use super::neighbour;
 use super::numbers::Places;
-use super::slopes::{Component, Slopes};
+use super::slopes::{Component, Greatest, Slopes};
 use crate::together;
 
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
@@ -34,6 +35,11 @@ const CHANGED: f64 = 0.1;
 /// A second difference larger than this part of the first one is a corner.
 const CORNER: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
+/// What extrapolation to no distance may change of a derivative, over the largest of its probe: its square is left, or less. Where it
+/// changes more, distances are shorter.
+const CORRECTED: f64 = 1e-5;
+/// A probe whose derivatives are less than this part of what is greatest of its kind is measured by that.
+const FIXED: f64 = 1e-3;
 /// Auxiliary stiffnesses that are tried at most: of what statics fixes, all of them leave rounding, which never agrees.
 const ENOUGH: usize = 6;
 /// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
@@ -55,7 +61,7 @@ impl Slopes<'_> {
         (kept, whole): (&[Component], bool),
         copies: &mut Option<Kept<D>>,
     ) -> Option<Result<Exact, Reason>> {
-        if !self.is_linear(system) || D == 6 && kept.iter().any(|&(_, component)| component >= 3) {
+        if !self.bears_along_vectors(system) || D == 6 && kept.iter().any(|&(_, component)| component >= 3) {
             return None;
         }
         let probes = &self.design.model.probes;
@@ -81,7 +87,7 @@ impl Slopes<'_> {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, (index, state), (&needed, &read, missing), (&all, kept.len()), copies);
+        let found = self.slopes_of(system, (index, state), (&needed, &read, missing), (&all, kept), copies);
         self.nearby = Some(Some(all));
         found
     }
@@ -91,13 +97,15 @@ impl Slopes<'_> {
         system: &mut System<D>,
         (index, state): (usize, &Equilibrium),
         (needed, read, mut missing): (&BTreeSet<usize>, &[(usize, Weights)], BTreeSet<usize>),
-        (all, kept): (&[Nearby], usize),
+        (all, kept): (&[Nearby], &[Component]),
         copies: &mut Option<Kept<D>>,
     ) -> Option<Result<Exact, Reason>> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
         let sizes: Vec<f64> = self.row.iter().map(|&value| size(value)).collect();
         let mut limit = Limit::new(&sizes);
         let mut explicit = Vec::new();
+        let mut parts = vec![f64::NAN; inputs];
+        let floors = self.floors(index, state, read);
         let auxiliaries = if system.loading.holds_strains() { &AUXILIARIES[..ENOUGH] } else { &[packs::AUXILIARY] };
         for &auxiliary in auxiliaries {
             if let Err(reason) = self.wanted() {
@@ -106,27 +114,47 @@ impl Slopes<'_> {
             }
             take_auxiliary(system, auxiliary);
             system.assemble(false);
-            let Some(found) = self.explicit(system, (index, all), copies) else {
+            let Some(found) = self.explicit(system, (index, all, &mut parts), copies) else {
                 set_auxiliary(system, packs::AUXILIARY);
                 return None;
             };
             explicit = found;
             let moves = explicit.iter().any(|explicit| explicit.moves);
             system.tangent.transpose();
-            let mut slopes = vec![f64::NAN; (probes + kept) * inputs];
-            for (quantity, weights) in read {
-                let Some((mu, pull)) = adjoint_of(system, weights, moves) else {
-                    system.tangent.transpose();
-                    set_auxiliary(system, packs::AUXILIARY);
-                    return Some(Err(Reason::Singular { step: index }));
-                };
-                for (input, explicit) in explicit.iter().enumerate() {
-                    let of = |a: &Joints, b: &Joints| a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum::<f64>();
-                    let held = if explicit.moves { of(&pull, &explicit.held) } else { 0.0 };
-                    slopes[quantity * inputs + input] = of(&mu, &explicit.forces) + held;
-                }
-            }
+            let adjoints: Option<Vec<(Joints, Joints)>> =
+                read.iter().map(|(_, weights)| adjoint_of(system, weights, moves)).collect();
             system.tangent.transpose();
+            let Some(adjoints) = adjoints else {
+                set_auxiliary(system, packs::AUXILIARY);
+                return Some(Err(Reason::Singular { step: index }));
+            };
+            let mut slopes = vec![f64::NAN; (probes + kept.len()) * inputs];
+            loop {
+                let mut far = vec![false; inputs];
+                for (((quantity, _), (mu, pull)), floor) in read.iter().zip(&adjoints).zip(&floors) {
+                    let own = &mut slopes[quantity * inputs..][..inputs];
+                    for (slope, explicit) in own.iter_mut().zip(&explicit) {
+                        let held = if explicit.moves { product(pull, &explicit.held) } else { 0.0 };
+                        *slope = product(mu, &explicit.forces) + held;
+                    }
+                    let largest =
+                        own.iter().zip(&sizes).map(|(slope, size)| (slope * size).abs()).fold(*floor, f64::max);
+                    for (input, far) in far.iter_mut().enumerate() {
+                        *far |= (product(mu, &explicit[input].corrections) * sizes[input]).abs() > CORRECTED * largest;
+                    }
+                }
+                let shorter = |input: usize| if far[input] { explicit::shorter(parts[input]) } else { None };
+                let nearer: Vec<Option<f64>> = (0..inputs).map(shorter).collect();
+                if nearer.iter().all(Option::is_none) {
+                    break;
+                }
+                parts.iter_mut().zip(nearer).for_each(|(part, nearer)| *part = nearer.unwrap_or(*part));
+                let Some(found) = self.explicit(system, (index, all, &mut parts), copies) else {
+                    set_auxiliary(system, packs::AUXILIARY);
+                    return None;
+                };
+                explicit = found;
+            }
             if limit.add(slopes) {
                 break;
             }
@@ -134,7 +162,7 @@ impl Slopes<'_> {
         let mut slopes = limit.take();
         for nearby in all {
             for &input in &nearby.inputs {
-                self.add_own(system, state, read, (nearby, input), &mut slopes);
+                self.add_own(system, state, (read, kept), (nearby, input), &mut slopes);
             }
         }
         if self.combine(index, all, (needed, &mut missing), &mut slopes).is_none() {
@@ -150,11 +178,25 @@ impl Slopes<'_> {
         Some(Ok(Exact { slopes, regular, whole: missing.is_empty() }))
     }
 
-    /// Whether forces and motions are all that there is: no rows that turn with their joint.
-    fn is_linear<const D: usize>(&self, system: &System<D>) -> bool {
+    /// What derivatives of these quantities are measured by at least, each over the whole of a parameter.
+    fn floors(&self, index: usize, state: &Equilibrium, read: &[(usize, Weights)]) -> Vec<f64> {
+        let (probes, greatest) = (&self.design.model.probes, Greatest::of(state));
+        let floor = |(quantity, _): &(usize, Weights)| {
+            let kind = (*quantity < probes.len()).then(|| probes.kind(*quantity));
+            let value = self.after[index].get(*quantity).copied().unwrap_or(0.0);
+            FIXED * greatest.like(kind, value)
+        };
+        read.iter().map(floor).collect()
+    }
+
+    /// Whether rows bear what they bear along vectors of their own: those that hold a turn in space in part follow that turn.
+    fn bears_along_vectors<const D: usize>(&self, system: &System<D>) -> bool {
         let equations = &system.pattern.equations;
-        let general = |joint: usize| equations.is_general(joint) && !equations.holds_nothing(joint);
-        !(0..equations.joints.len()).any(general)
+        let turns = |held: &Held| {
+            let general = equations.is_general(system.topology.links[held.node].joint);
+            D == 6 && general && matches!(held.kind, HeldKind::Rotation { .. })
+        };
+        !equations.held.iter().any(turns)
     }
 
     /// The probes whose derivatives are asked for at a step, or go into others that are.
@@ -183,7 +225,7 @@ impl Slopes<'_> {
         &self,
         system: &System<D>,
         state: &Equilibrium,
-        read: &[(usize, Weights)],
+        (read, kept): (&[(usize, Weights)], &[Component]),
         (nearby, input): (&Nearby, usize),
         slopes: &mut [f64],
     ) {
@@ -192,13 +234,28 @@ impl Slopes<'_> {
         let mover = Mover { design: self.design, nearby, places: &places, input, drives: &[] };
         let far = 2.0 * apart(self.row[input]);
         let owned = |quantity: usize| quantity < model.probes.len() && nearby.is_owned(places.probes + quantity, input);
-        let mut both: Option<[Vec<f64>; 2]> = None;
+        let mut around: Option<[Vec<f64>; 4]> = None;
         for (quantity, weights) in read {
             let slope = &mut slopes[quantity * self.row.len() + input];
             if owned(*quantity) {
-                let values = |model: &Model| model.probes.evaluate(state, &[]);
-                let [low, high] = both.get_or_insert_with(|| [values(&nearby.low.model), values(&nearby.high.model)]);
-                *slope += (high[*quantity] - low[*quantity]) / far;
+                let values = |design: &Design| design.model.probes.evaluate(state, &[]);
+                let around = around.get_or_insert_with(|| nearby.around().map(values));
+                *slope += nearby::change(around.each_ref().map(|values| values[*quantity])) / far;
+            }
+            for &(node, weight) in &weights.reactions {
+                let rows = system.pattern.equations.held.iter().enumerate().filter(|(_, held)| held.node == node);
+                for (row, held) in rows {
+                    let turn = mover.axis(node, held.component);
+                    if turn != [0.0; 3] {
+                        let offset = if matches!(held.kind, HeldKind::Rotation { .. }) { 3 } else { 0 };
+                        let along = dot(turn, [weight[offset], weight[offset + 1], weight[offset + 2]]) / far;
+                        *slope += system.reaction_along(row) * along;
+                    }
+                }
+            }
+            if let Some(&(node, component)) = quantity.checked_sub(model.probes.len()).and_then(|place| kept.get(place))
+            {
+                *slope += dot(mover.axis(node, component), state.nodes[node].displacement) / far;
             }
             for &(node, [x, y, z, ..]) in &weights.motions {
                 let link = system.topology.links[node];
@@ -247,16 +304,15 @@ impl Slopes<'_> {
                 // Numbers that other parameters set are those of the design.
                 let places = Places::of(&self.design.structure, &self.design.steps);
                 let owned = nearby.is_owned(places.probes + probe, input);
-                let [low, high] = match owned {
-                    true => [&nearby.low.model, &nearby.high.model],
-                    false => [&self.design.model; 2],
-                };
-                let (low, middle, high) = (at(low, -by), values[probe], at(high, by));
+                let designs = if owned { nearby.around() } else { [self.design; 4] };
+                let far = [-by, by, -2.0 * by, 2.0 * by];
+                let around: [f64; 4] = std::array::from_fn(|side| at(&designs[side].model, far[side]));
+                let ([low, high, ..], middle) = (around, values[probe]);
                 let corner = (high - 2.0 * middle + low).abs();
                 if !(corner <= CORNER * (high - low).abs() + ROUNDING * middle.abs().max(1.0)) {
                     return None;
                 }
-                slopes[probe * inputs + input] = (high - low) / (2.0 * by);
+                slopes[probe * inputs + input] = nearby::change(around) / (2.0 * by);
             }
         }
         Some(())
@@ -346,15 +402,25 @@ fn adjoint_of<const D: usize>(system: &mut System<D>, weights: &Weights, moves: 
         }
     }
     for &(node, weight) in &weights.reactions {
-        for held in system.pattern.equations.held.iter().filter(|held| held.node == node) {
+        let joint = system.topology.links[node].joint;
+        let mut shares = Vec::new();
+        for (row, held) in system.pattern.equations.held.iter().enumerate().filter(|(_, held)| held.node == node) {
             let (vector, offset) = match held.kind {
                 HeldKind::Translation { direction } => (direction, 0),
                 HeldKind::Rotation { axis } => (axis, 3),
             };
             let along = dot(vector, [weight[offset], weight[offset + 1], weight[offset + 2]]);
-            for c in 0..3 {
-                forces[system.topology.links[node].joint][offset + c] += along * vector[c];
+            if system.pattern.equations.is_general(joint) {
+                shares.push((row, along));
+                continue;
             }
+            for c in 0..3 {
+                forces[joint][offset + c] += along * vector[c];
+            }
+        }
+        if !shares.is_empty() {
+            let own = system.along_rows(joint, &shares);
+            forces[joint].iter_mut().zip(own).for_each(|(sum, share)| *sum += share);
         }
     }
     let by_motions = |system: &mut System<D>, forces: &Joints| -> Joints {
@@ -396,6 +462,11 @@ fn weights_of<const D: usize>(system: &System<D>, (node, component): Component) 
     let mut weights = [0.0; 6];
     weights[offset..offset + 3].copy_from_slice(&axis);
     Weights { motions: vec![(node, weights)], reactions: Vec::new() }
+}
+
+/// The work of forces along motions.
+fn product(a: &Joints, b: &Joints) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum()
 }
 
 fn dot6(a: &[f64; 6], b: &[f64; 6]) -> f64 {

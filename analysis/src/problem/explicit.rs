@@ -1,18 +1,34 @@
 //! What follows each of the parameters at an equilibrium while the joints stay where they are: forces of the parts that it
 //! reaches, and the motion of what is held.
 
-use pennate_solver::joints::HeldKind;
+use std::collections::BTreeMap;
+
+use pennate_elements::small::{add, scale, sub};
+use pennate_solver::joints::{Held, HeldKind, dot6};
 use pennate_solver::structure::{Drive, MemberId};
 use pennate_solver::system::System;
 
+use super::design::Design;
 use super::moved::{Copies, Mover};
-use super::nearby::{Nearby, apart, size};
+use super::nearby::{self, Nearby, apart, size};
 use super::numbers::{Places, change_value};
 use super::slopes::{Hold, Slopes};
 
-/// Parts of a parameter at which forces are compared: h and 2 h, extrapolated to h = 0, leave (λ h)⁴, λ the slenderness of a member
-/// with what holds strains, some 10³: interiors follow by the factors of the middle. Rounding leaves 10⁻¹⁶ / h.
-const PARTS: [f64; 4] = [3e-6, -3e-6, 6e-6, -6e-6];
+/// Times the part of a parameter at which forces are compared.
+const TIMES: [f64; 4] = [1.0, -1.0, 2.0, -2.0];
+/// That part over the slenderness λ of the members that a parameter reaches: h and 2 h, extrapolated to h = 0, leave (λ h)⁴ / 30, since
+/// interiors follow by the factors of the middle.
+const OVER_SLENDERNESS: f64 = 6e-3;
+/// The shortest and the longest: rounding leaves 10⁻¹⁶ λ² / h of a derivative.
+const SHORTEST: f64 = 3e-6;
+const LONGEST: f64 = 3e-4;
+/// Slenderness of a member that is at least as stiff as what holds strains first, and of one that is held as it is held in the end.
+const HELD: [f64; 2] = [1e2, 1e3];
+/// How many times shorter the next distance is where one is too long.
+const SHORTER: f64 = 8.0;
+
+/// Part of what rows of a joint are to move by that they may miss: more where they depend on each other.
+const MISSED: f64 = 1e-9;
 
 /// Values for every joint.
 pub(super) type Joints = Vec<[f64; 6]>;
@@ -23,33 +39,53 @@ pub(super) struct Kept<const D: usize> {
     copies: Copies<D>,
     members: Vec<Vec<MemberId>>,
     controls: Vec<f64>,
+    parts: Vec<f64>,
 }
 
 /// What follows a parameter while the joints stay where they are, and the motion of what is held.
 pub(super) struct Explicit {
     pub forces: Joints,
+    /// By how much the forces differ from those that the nearer distance tells alone.
+    pub corrections: Joints,
     pub held: Joints,
     pub moves: bool,
 }
 
+/// The part of a parameter, which reaches these members, at which forces are compared.
+fn part_of<const D: usize>(system: &System<D>, members: &[MemberId]) -> f64 {
+    let slenderness =
+        members.iter().map(|&member| system.loading.slenderness_of(member)).fold(OVER_SLENDERNESS / LONGEST, f64::max);
+    let [first, last] = HELD;
+    let is_held = system.loading.holds_strains() && slenderness >= 0.9 * first;
+    (OVER_SLENDERNESS / if is_held { slenderness.max(last) } else { slenderness }).max(SHORTEST)
+}
+
+/// A shorter part; `None` where there is none.
+pub(super) fn shorter(part: f64) -> Option<f64> {
+    (part > SHORTEST).then(|| (part / SHORTER).max(SHORTEST))
+}
+
 impl Slopes<'_> {
-    /// What follows each of the parameters while the joints stay where they are.
+    /// What follows each of the parameters while the joints stay where they are, by differences at these parts of the parameters; those
+    /// that are not known yet, not numbers, are chosen.
     pub(super) fn explicit<const D: usize>(
         &self,
         system: &System<D>,
-        (index, all): (usize, &[Nearby]),
+        (index, all, parts): (usize, &[Nearby], &mut [f64]),
         copies: &mut Option<Kept<D>>,
     ) -> Option<Vec<Explicit>> {
         let structure = &self.design.structure;
         let places = Places::of(structure, &self.design.steps);
         let joints = system.places.joints.len();
         let mut explicit: Vec<Explicit> = (0..self.row.len())
-            .map(|_| Explicit { forces: vec![[0.0; 6]; joints], held: vec![[0.0; 6]; joints], moves: false })
+            .map(|_| Explicit {
+                forces: vec![[0.0; 6]; joints],
+                corrections: vec![[0.0; 6]; joints],
+                held: vec![[0.0; 6]; joints],
+                moves: false,
+            })
             .collect();
         let pairs = || all.iter().flat_map(|nearby| nearby.inputs.iter().map(move |&input| (nearby, input)));
-        if pairs().any(|(nearby, input)| (places.supports..places.springs).any(|part| nearby.is_owned(part, input))) {
-            return None;
-        }
         for (nearby, input) in pairs() {
             self.hold_along(system, (nearby, input), &places, &mut explicit[input])?;
         }
@@ -59,22 +95,29 @@ impl Slopes<'_> {
             .zip(&rates)
             .map(|((nearby, input), drives)| Mover { design: self.design, nearby, places: &places, input, drives })
             .collect();
+        for mover in &movers {
+            if parts[mover.input].is_nan() {
+                parts[mover.input] = part_of(system, &mover.members(&system.topology));
+            }
+        }
         let times = |input: usize| {
-            let times = size(self.row[input]) / apart(self.row[input]);
-            PARTS.map(|part| part * times)
+            let times = parts[input] * size(self.row[input]) / apart(self.row[input]);
+            TIMES.map(|far| far * times)
         };
         let drives: Vec<Vec<f64>> = (movers.iter())
             .flat_map(|mover| times(mover.input).map(|times| mover.drives_at(&system.loading.drives, times)))
             .collect();
-        let moved = self.moved(system, (&movers, times), copies);
+        let moved = self.moved(system, (&movers, times, parts), copies);
         let forces = moved.forces(system, &drives);
         let whose = movers.iter().map(|mover| mover.input);
-        for (forces, input) in forces.chunks_exact(PARTS.len()).zip(whose) {
-            let far = size(self.row[input]);
-            for (joint, total) in explicit[input].forces.iter_mut().enumerate() {
-                for (c, total) in total.iter_mut().enumerate() {
-                    let slope = |at: usize| (forces[at][joint][c] - forces[at + 1][joint][c]) / (2.0 * far * PARTS[at]);
-                    *total = slope(0) + (slope(0) - slope(2)) / 3.0;
+        for (forces, input) in forces.chunks_exact(TIMES.len()).zip(whose) {
+            let far = parts[input] * size(self.row[input]);
+            let Explicit { forces: totals, corrections, .. } = &mut explicit[input];
+            for (joint, (total, correction)) in totals.iter_mut().zip(corrections).enumerate() {
+                for c in 0..6 {
+                    let slope = |at: usize| (forces[at][joint][c] - forces[at + 1][joint][c]) / (2.0 * far * TIMES[at]);
+                    correction[c] = (slope(0) - slope(2)) / 3.0;
+                    total[c] += slope(0) + correction[c];
                 }
             }
         }
@@ -85,14 +128,15 @@ impl Slopes<'_> {
     fn moved<'a, const D: usize>(
         &self,
         system: &System<D>,
-        (movers, times): (&[Mover<'_>], impl Fn(usize) -> [f64; PARTS.len()]),
+        (movers, times, parts): (&[Mover<'_>], impl Fn(usize) -> [f64; TIMES.len()], &[f64]),
         kept: &'a mut Option<Kept<D>>,
     ) -> &'a mut Copies<D> {
         let members: Vec<Vec<MemberId>> = movers.iter().map(|mover| mover.members(&system.topology)).collect();
         let drives = self.design.structure.drives.iter().zip(&system.loading.drives);
         let controls: Vec<f64> =
             drives.filter(|(drive, _)| **drive == Drive::Control).map(|(_, &value)| value).collect();
-        let known = kept.take().filter(|kept| kept.members == members && kept.controls == controls);
+        let is_same = |kept: &Kept<D>| kept.members == members && kept.controls == controls && kept.parts == parts;
+        let known = kept.take().filter(is_same);
         let kept = kept.insert(known.unwrap_or_else(|| {
             let at = |(mover, members): (&Mover<'_>, &Vec<MemberId>)| {
                 let laws = mover.laws(members, &system.loading.drives);
@@ -101,12 +145,16 @@ impl Slopes<'_> {
             let still =
                 |members: &[MemberId]| movers[0].at(members, &movers[0].laws(members, &system.loading.drives), 0.0);
             let copies = Copies::of(system, movers.iter().zip(&members).flat_map(at).collect(), still);
-            Kept { copies, members, controls }
+            Kept { copies, members, controls, parts: parts.to_vec() }
         }));
         &mut kept.copies
     }
 
-    /// The motion of what is held by a parameter; `None` where it is a turn in space.
+    /// The motion of what is held by a parameter, and what is left out of balance where reactions turn with what holds them;
+    /// `None` where it is a turn in space, or where rows depend on each other.
+    ///
+    /// Rows gᵢ(d, p) = 0 with gradients Gᵢ bear the forces of their joint, F = Σ λᵢ Gᵢ: they move by −∂gᵢ/∂p, and of the forces
+    /// Σ λᵢ ∂Gᵢ/∂p is no change of λ.
     fn hold_along<const D: usize>(
         &self,
         system: &System<D>,
@@ -124,20 +172,46 @@ impl Slopes<'_> {
             if !nearby.is_owned(firsts[step] + place, input) {
                 return 0.0;
             }
-            let value = |steps: &[pennate_solver::structure::Step]| change_value(&steps[step].changes[place]);
-            (value(&nearby.high.steps) - value(&nearby.low.steps)) / (2.0 * apart(self.row[input]))
+            let value = |design: &Design| change_value(&design.steps[step].changes[place]);
+            nearby::change(nearby.around().map(value)) / (2.0 * apart(self.row[input]))
         };
-        for held in &system.pattern.equations.held {
+        let mover = Mover { design: self.design, nearby, places, input, drives: &[] };
+        let equations = &system.pattern.equations;
+        let mut general: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+        for (row, held) in equations.held.iter().enumerate() {
             let rate = match self.holds.get(&(held.node, held.component)) {
                 None => 0.0,
                 Some(Hold::To(step, place)) => change((*step, *place)),
                 Some(Hold::From(moved, rates)) => moved.map_or(0.0, change) + rates[input],
             };
+            let link = system.topology.links[held.node];
+            let arm = sub(mover.node(held.node), mover.node(system.topology.references[link.joint]));
+            let turn = mover.axis(held.node, held.component);
+            if equations.is_general(link.joint) || arm != [0.0; 3] || turn != [0.0; 3] {
+                if rate == 0.0 && arm == [0.0; 3] && turn == [0.0; 3] {
+                    continue;
+                }
+                let at = |times: f64| {
+                    let kind = held.kind.turned(scale(times, turn));
+                    system.row_at(&Held { kind, ..*held }, add(link.arm, scale(times, arm)))
+                };
+                let ((low, before), (high, after)) = (at(-0.5), at(0.5));
+                let far = 2.0 * apart(self.row[input]);
+                let reaction = system.reaction_along(row);
+                for c in 0..6 {
+                    explicit.forces[link.joint][c] -= reaction * (after[c] - before[c]) / far;
+                }
+                if matches!(held.kind, HeldKind::Rotation { .. }) && D == 6 {
+                    return None;
+                }
+                general.entry(link.joint).or_default().push((row, rate - (high - low) / far));
+                continue;
+            }
             if rate == 0.0 {
                 continue;
             }
             explicit.moves = true;
-            let motion = &mut explicit.held[system.topology.links[held.node].joint];
+            let motion = &mut explicit.held[link.joint];
             let (vector, offset) = match held.kind {
                 HeldKind::Translation { direction } => (direction, 0),
                 HeldKind::Rotation { .. } if D == 6 => return None,
@@ -145,6 +219,21 @@ impl Slopes<'_> {
             };
             for c in 0..3 {
                 motion[offset + c] += rate * vector[c];
+            }
+        }
+        for (joint, rates) in general {
+            let motion = system.along_rows(joint, &rates);
+            let missed = |&(row, rate): &(usize, f64)| {
+                let held = &equations.held[row];
+                let (_, gradient) = system.row_at(held, system.topology.links[held.node].arm);
+                (dot6(&gradient, &motion) - rate).abs() > MISSED * rate.abs()
+            };
+            if rates.iter().any(missed) {
+                return None;
+            }
+            explicit.moves |= motion != [0.0; 6];
+            for (own, motion) in explicit.held[joint].iter_mut().zip(motion) {
+                *own += motion;
             }
         }
         Some(())

@@ -57,7 +57,7 @@ impl Problem {
     /// Derivatives are those of the equilibrium on the mesh, by every parameter: geometry, sections, tables of muscles, loads,
     /// pressures, springs, what steps prescribe. They are found by the adjoint method: one solve with the factors of the
     /// equilibrium for every output, and for every parameter the forces of the parts that it reaches. Where
-    /// supports in turned axes hold a node partly, or an output is read from more than motions and reactions, they are differences
+    /// rows hold a turn in space in part, or an output is read from more than motions and reactions, they are differences
     /// of equilibria a thousandth of a parameter apart, which the factors at hand lead to; two distances tell whether these
     /// are to be trusted, and shorter ones are tried where they are not. Next to a limit point, where derivatives grow without
     /// bound, there is a reason in place of numbers.

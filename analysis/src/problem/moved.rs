@@ -13,7 +13,7 @@ use pennate_solver::structure::{
 use pennate_solver::system::System;
 
 use super::design::Design;
-use super::nearby::Nearby;
+use super::nearby::{Nearby, change, changes};
 use super::numbers::Places;
 use crate::together::{self, Posed};
 
@@ -49,7 +49,18 @@ impl Mover<'_> {
         if !self.moves_node(node) {
             return [0.0; 3];
         }
-        sub(self.nearby.high.structure.nodes[node], self.nearby.low.structure.nodes[node])
+        changes(self.nearby.around().map(|design| design.structure.nodes[node]))
+    }
+
+    /// The change of the axis along which a component of a node is held, from the lower to the upper design.
+    pub(super) fn axis(&self, node: usize, component: usize) -> [f64; 3] {
+        let supports = &self.design.structure.supports;
+        match supports.iter().position(|support| support.node == node) {
+            Some(support) if self.owns(self.places.supports + support) => {
+                changes(self.nearby.around().map(|design| together::axis(&design.structure, node, component)))
+            }
+            _ => [0.0; 3],
+        }
     }
 
     /// The members whose forces change while the joints stay where they are.
@@ -89,16 +100,15 @@ impl Mover<'_> {
         drives.iter().zip(self.drives).map(|(value, way)| value + 0.5 * times * way).collect()
     }
 
-    /// The laws of all segments of some members: of the design, and of those on both sides where the member follows the parameter.
+    /// The laws of all segments of some members: of the design, and of those around it where the member follows the parameter.
     /// They are on the pieces of their tables that the drives lie on: differences over a corner would be those of no piece.
-    pub(super) fn laws(&self, members: &[MemberId], drives: &[f64]) -> Vec<[Arc<Known>; 3]> {
+    pub(super) fn laws(&self, members: &[MemberId], drives: &[f64]) -> Vec<[Arc<Known>; 5]> {
         let law = |design: &Design, member: MemberId, segment: usize| {
             let own = &design.structure.members[member];
             let law = &design.structure.laws[own.segments[segment].law];
             let piece = own.control.and_then(|control| law.piece(drives[control]));
             Arc::new(Known { law: piece.unwrap_or_else(|| Arc::clone(law)), found: OnceLock::new() })
         };
-        let (low, high) = (&self.nearby.low, &self.nearby.high);
         let segments = |&member: &MemberId| {
             let count = self.design.structure.members[member].segments.len();
             (0..count).map(move |segment| (member, segment))
@@ -106,21 +116,23 @@ impl Mover<'_> {
         let all = |(member, segment): (MemberId, usize)| {
             let middle = law(self.design, member, segment);
             if self.owns(self.places.members + member) {
-                [middle, law(low, member, segment), law(high, member, segment)]
+                let [low, high, lower, higher] = self.nearby.around().map(|design| law(design, member, segment));
+                [middle, low, high, lower, higher]
             } else {
-                [Arc::clone(&middle), Arc::clone(&middle), middle]
+                std::array::from_fn(|_| Arc::clone(&middle))
             }
         };
         members.iter().flat_map(segments).map(all).collect()
     }
 
     /// The parts with these laws, so many times as far as half the way from the lower to the upper design.
-    pub(super) fn at(&self, members: &[MemberId], known: &[[Arc<Known>; 3]], times: f64) -> Moved {
-        let (structure, low, high) = (&self.design.structure, &self.nearby.low, &self.nearby.high);
+    pub(super) fn at(&self, members: &[MemberId], known: &[[Arc<Known>; 5]], times: f64) -> Moved {
+        let structure = &self.design.structure;
+        let around = self.nearby.around().map(|design| &design.structure);
         let between = Between { times };
         let mut laws: Vec<Arc<dyn SectionLaw>> = Vec::with_capacity(known.len());
         let nodes = |node: usize| match self.moves_node(node) {
-            true => between.vector(structure.nodes[node], low.structure.nodes[node], high.structure.nodes[node]),
+            true => between.vector(structure.nodes[node], around.map(|structure| structure.nodes[node])),
             false => structure.nodes[node],
         };
         let member = |&member: &MemberId| {
@@ -132,36 +144,32 @@ impl Mover<'_> {
                 };
                 return Member { segments: own.segments.iter().map(segment).collect(), ..own.clone() };
             }
-            let [low_member, high_member] = [low, high].map(|design| &design.structure.members[member]);
-            let segment = |((part, from), to): ((&Segment, &Segment), &Segment)| {
+            let others = around.map(|structure| &structure.members[member]);
+            let segment = |(index, part): (usize, &Segment)| {
+                let segments = others.map(|other| &other.segments[index]);
                 laws.push(Arc::new(BetweenLaws { known: known[laws.len()].clone(), between }));
                 Segment {
-                    length: between.number(part.length, from.length, to.length),
+                    length: between.number(part.length, segments.map(|segment| segment.length)),
                     law: laws.len() - 1,
-                    initial_curvature: between.vector(
-                        part.initial_curvature,
-                        from.initial_curvature,
-                        to.initial_curvature,
-                    ),
+                    initial_curvature: between
+                        .vector(part.initial_curvature, segments.map(|segment| segment.initial_curvature)),
                     ..*part
                 }
             };
-            let pairs = own.segments.iter().zip(&low_member.segments).zip(&high_member.segments);
             let release = |end: usize| {
-                let all = (&own.releases[end], &low_member.releases[end], &high_member.releases[end]);
-                match all {
-                    (Release::Axes(own), Release::Axes(low), Release::Axes(high)) => {
-                        let axes = own.iter().zip(low).zip(high);
-                        Release::Axes(axes.map(|((own, low), high)| between.vector(*own, *low, *high)).collect())
-                    }
-                    _ => own.releases[end].clone(),
-                }
+                let Release::Axes(axes) = &own.releases[end] else { return own.releases[end].clone() };
+                let axis = |(index, own): (usize, &[f64; 3])| {
+                    let axis = |other: &Member| match &other.releases[end] {
+                        Release::Axes(axes) => axes.get(index).copied().unwrap_or(*own),
+                        _ => *own,
+                    };
+                    between.vector(*own, others.map(axis))
+                };
+                Release::Axes(axes.iter().enumerate().map(axis).collect())
             };
             Member {
-                segments: pairs.map(segment).collect(),
-                axes: std::array::from_fn(|axis| {
-                    between.vector(own.axes[axis], low_member.axes[axis], high_member.axes[axis])
-                }),
+                segments: own.segments.iter().enumerate().map(segment).collect(),
+                axes: std::array::from_fn(|axis| between.vector(own.axes[axis], others.map(|other| other.axes[axis]))),
                 releases: [release(0), release(1)],
                 ..own.clone()
             }
@@ -171,14 +179,14 @@ impl Mover<'_> {
         let spring = |index: usize| {
             let own = &structure.springs[index];
             match self.owns(self.places.springs + index) {
-                true => between.spring(own, &low.structure.springs[index], &high.structure.springs[index]),
+                true => between.spring(own, around.map(|structure| &structure.springs[index])),
                 false => own.clone(),
             }
         };
         let body = |(index, own): (usize, &RigidBody)| {
-            let [low, high] = [low, high].map(|design| design.structure.bodies[index].mass);
+            let masses = around.map(|structure| structure.bodies[index].mass);
             let owned = self.owns(self.places.bodies + index);
-            RigidBody { mass: if owned { between.number(own.mass, low, high) } else { own.mass }, ..own.clone() }
+            RigidBody { mass: if owned { between.number(own.mass, masses) } else { own.mass }, ..own.clone() }
         };
         let drive = |drive: &Drive| match *drive {
             Drive::Distributed(member, component) => match members.iter().position(|&own| own == member) {
@@ -318,32 +326,34 @@ fn topology(own: &Topology, all: &[Moved]) -> Topology {
     topology
 }
 
-/// Numbers so many times as far from the middle as half the way from the low to the high one.
+/// Numbers so many times as far from the middle as half the way from the lower to the upper design, by their derivative: from what they
+/// are in these two, and in those twice as far away.
 #[derive(Clone, Copy, Debug)]
 struct Between {
     times: f64,
 }
 
 impl Between {
-    fn number(self, middle: f64, low: f64, high: f64) -> f64 {
-        if low == high { middle } else { middle + 0.5 * self.times * (high - low) }
+    fn number(self, middle: f64, around: [f64; 4]) -> f64 {
+        let [low, high, ..] = around;
+        if low == high { middle } else { middle + 0.5 * self.times * change(around) }
     }
 
-    fn vector<const N: usize>(self, middle: [f64; N], low: [f64; N], high: [f64; N]) -> [f64; N] {
-        std::array::from_fn(|i| self.number(middle[i], low[i], high[i]))
+    fn vector<const N: usize>(self, middle: [f64; N], around: [[f64; N]; 4]) -> [f64; N] {
+        std::array::from_fn(|i| self.number(middle[i], around.map(|vector| vector[i])))
     }
 
-    fn spring(self, middle: &Spring, low: &Spring, high: &Spring) -> Spring {
+    fn spring(self, middle: &Spring, around: [&Spring; 4]) -> Spring {
         let mut spring = middle.clone();
-        let values = low.numbers().into_iter().zip(high.numbers());
-        for (number, (low, high)) in spring.numbers_mut().into_iter().zip(values) {
-            *number = self.number(*number, low, high);
+        let around: [Vec<f64>; 4] = around.map(|spring| spring.numbers().into_iter().collect());
+        for (index, number) in spring.numbers_mut().into_iter().enumerate() {
+            *number = self.number(*number, around.each_ref().map(|numbers| numbers[index]));
         }
         spring
     }
 
-    fn section(self, middle: &Section, low: &Section, high: &Section) -> Section {
-        let number = |of: fn(&Section) -> f64| self.number(of(middle), of(low), of(high));
+    fn section(self, middle: &Section, around: [&Section; 4]) -> Section {
+        let number = |of: fn(&Section) -> f64| self.number(of(middle), around.map(of));
         Section {
             ea: number(|section| section.ea),
             ga2: number(|section| section.ga2),
@@ -352,7 +362,7 @@ impl Between {
             ei2: number(|section| section.ei2),
             ei3: number(|section| section.ei3),
             mass_per_length: number(|section| section.mass_per_length),
-            rotary_inertia: self.vector(middle.rotary_inertia, low.rotary_inertia, high.rotary_inertia),
+            rotary_inertia: self.vector(middle.rotary_inertia, around.map(|section| section.rotary_inertia)),
         }
     }
 }
@@ -375,21 +385,20 @@ impl SectionLaw for Known {
     }
 }
 
-/// The sections of a segment, between those of two designs: of the middle, the lower and the upper one.
+/// The sections of a segment, between those of designs: of the middle, the lower and the upper one, and those twice as far away.
 #[derive(Debug)]
 struct BetweenLaws {
-    known: [Arc<Known>; 3],
+    known: [Arc<Known>; 5],
     between: Between,
 }
 
 impl SectionLaw for BetweenLaws {
     fn at(&self, control: f64) -> SectionState {
-        let [middle, low, high] = &self.known;
-        let (middle, low, high) = (middle.at(control), low.at(control), high.at(control));
+        let [middle, around @ ..] = self.known.each_ref().map(|known| known.at(control));
         SectionState {
-            section: self.between.section(&middle.section, &low.section, &high.section),
-            strain: self.between.number(middle.strain, low.strain, high.strain),
-            curvature: self.between.vector(middle.curvature, low.curvature, high.curvature),
+            section: self.between.section(&middle.section, around.each_ref().map(|state| &state.section)),
+            strain: self.between.number(middle.strain, around.map(|state| state.strain)),
+            curvature: self.between.vector(middle.curvature, around.map(|state| state.curvature)),
         }
     }
 

@@ -4,17 +4,19 @@
 //! designs tell the derivatives of all of them. What reaches what is found out once for a problem; a third design, moved by
 //! other distances, tells whether it holds here too.
 
-use pennate_solver::structure::Step;
-
 use super::Problem;
 use super::design::Design;
 use super::numbers::{Numbers, Places, controls};
 
 /// Parts of a parameter by which it is moved to see what it reaches.
 const MOVES: [f64; 4] = [1e-3, -1e-3, 0.03, -0.05];
-/// Part of a parameter by which designs on both sides are apart: numbers of a design have all their digits, so that what
-/// curvature and rounding leave of a difference is some 10⁻¹⁰ of it.
-const APART: f64 = 3e-5;
+/// Part of a parameter by which designs on both sides are apart; others are twice as far. Places and lengths have to follow a
+/// parameter alike to many digits: what they differ by strains a member as if it were stretched, and joints follow that by the square of
+/// its slenderness. Differences at both distances, extrapolated to none, leave 10⁻¹² of rounding; at five times the distance curvature
+/// counted where a coordinate is some lengths of a member.
+const APART: f64 = 4e-5;
+/// Differences at that distance and at twice as much, extrapolated to none.
+const EXTRAPOLATED: [f64; 2] = [4.0 / 3.0, -1.0 / 6.0];
 
 /// What each parameter of a problem reaches, and which of them are moved at once.
 #[derive(Clone, Debug)]
@@ -29,6 +31,8 @@ pub(super) struct Nearby {
     pub inputs: Vec<usize>,
     pub low: Design,
     pub high: Design,
+    /// Those twice as far away: lower, then higher.
+    beyond: [Design; 2],
     /// The parameter that every part of the design follows, if any does.
     pub owners: Vec<Option<usize>>,
 }
@@ -40,6 +44,18 @@ fn numbers_of(design: &Design, controls: &[f64]) -> Numbers {
 /// By how much a parameter of this value is moved.
 pub(super) fn apart(value: f64) -> f64 {
     APART * size(value)
+}
+
+/// The change of a number from the lower to the upper design by its derivative, from what it is in the lower and the upper one, and
+/// in those twice as far away.
+pub(super) fn change([low, high, lower, higher]: [f64; 4]) -> f64 {
+    let [near, far] = EXTRAPOLATED;
+    near * (high - low) + far * (higher - lower)
+}
+
+/// The same of vectors.
+pub(super) fn changes<const N: usize>(all: [[f64; N]; 4]) -> [f64; N] {
+    std::array::from_fn(|n| change(all.map(|vector| vector[n])))
 }
 
 /// What a parameter is measured by.
@@ -121,12 +137,14 @@ impl Around<'_> {
     fn moved(&self, inputs: &[usize], reached: Option<&[Vec<bool>]>) -> Option<Option<Nearby>> {
         let [low, high] = [-1.0, 1.0].map(|times| self.design(inputs, |_| times));
         let ((low, below), (high, above)) = (low?, high?);
+        let [lower, higher] = [-2.0, 2.0].map(|times| self.design(inputs, |_| times));
+        let ((lower, far_below), (higher, far_above)) = (lower?, higher?);
         let mut owners = vec![None; self.numbers.len()];
         for (part, owner) in owners.iter_mut().enumerate() {
             if !below.differs(&above, part) && !below.differs(self.numbers, part) {
                 continue;
             }
-            if !self.numbers.is_smooth(&below, &above, part) {
+            if !self.numbers.is_smooth([&below, &above], [&far_below, &far_above], part) {
                 return None;
             }
             let Some(reached) = reached.filter(|_| inputs.len() > 1) else {
@@ -151,7 +169,7 @@ impl Around<'_> {
                 }
             }
         }
-        Some(Some(Nearby { inputs: inputs.to_vec(), low, high, owners }))
+        Some(Some(Nearby { inputs: inputs.to_vec(), low, high, beyond: [lower, higher], owners }))
     }
 
     fn design(&self, inputs: &[usize], times: impl Fn(usize) -> f64) -> Option<(Design, Numbers)> {
@@ -166,6 +184,12 @@ impl Around<'_> {
 }
 
 impl Nearby {
+    /// The lower and the upper design, and those twice as far away.
+    pub(super) fn around(&self) -> [&Design; 4] {
+        let [lower, higher] = &self.beyond;
+        [&self.low, &self.high, lower, higher]
+    }
+
     /// Whether a part of the design follows this parameter.
     pub(super) fn is_owned(&self, part: usize, input: usize) -> bool {
         self.owners[part] == Some(input)
@@ -175,10 +199,10 @@ impl Nearby {
     pub(super) fn drives(&self, input: usize, index: usize, places: &Places, count: usize) -> Vec<f64> {
         let mut rates = vec![0.0; count];
         let mut part = places.targets;
-        let both = |steps: &[Step]| steps.iter().take(index + 1).map(|step| step.targets.clone()).collect::<Vec<_>>();
-        for (low, high) in both(&self.low.steps).into_iter().zip(both(&self.high.steps)) {
-            for (&(drive, low), &(_, high)) in low.iter().zip(&high) {
-                rates[drive] = if self.is_owned(part, input) { high - low } else { 0.0 };
+        for (step, own) in self.low.steps.iter().enumerate().take(index + 1) {
+            for (place, &(drive, _)) in own.targets.iter().enumerate() {
+                let change = || change(self.around().map(|design| design.steps[step].targets[place].1));
+                rates[drive] = if self.is_owned(part, input) { change() } else { 0.0 };
                 part += 1;
             }
         }

@@ -2,10 +2,10 @@
 //!
 //! The system of a neighbour, whose numbers differ a little, takes over the displacements, rotations, local unknowns and
 //! stresses of the equilibrium at hand. What is out of balance then, interiors of members included, is solved for with the
-//! factors at hand: one back-substitution instead of a factorization. The error of such a step is of second order in the
-//! distance, and smooth: differences of neighbours on both sides have the exact first derivative. Multipliers of held strains
-//! converge by the ratio of their auxiliary stiffness, and reactions along rows that turn with their joint with the turn, so that
-//! steps are repeated where there are any.
+//! factors at hand, by back-substitutions instead of factorizations. The error of one such step is of second order in the
+//! distance, and what is left of it in differences of neighbours on both sides goes with the square of the slenderness. So steps are
+//! repeated until one changes nothing that counts: each leaves of the last one what the tangent changes by over the distance, and
+//! of multipliers of held strains the ratio of their auxiliary stiffness.
 
 use pennate_solver::history::{Equilibrium, History, Increment, StepHistory};
 use pennate_solver::joints::{Held, HeldKind};
@@ -18,17 +18,41 @@ use crate::together::axis;
 /// A first step smaller than this (radians, or sizes of the network) is rounding: the numbers that differ have no influence.
 pub(super) const NOTHING: f64 = 1e-10;
 /// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
-const MOST: usize = 8;
+const MOST: usize = 12;
 const SETTLED: f64 = 1e-11;
 /// The part of the first one that the last one may be.
 const NEARLY: f64 = 1e-9;
 
+/// Steps by which an equilibrium is brought to its last digits, at most, and one (radians, or lengths of a member) after which what
+/// is left is rounding.
+const MORE: usize = 4;
+const EXACT: f64 = 1e-13;
+
+/// Brings the end of a path to its last digits: paths end where what is left counts for no value, but of derivatives that are left
+/// of large ones it is a part. Mixed stresses are one iteration behind the state, besides.
+pub(super) fn settle<const D: usize>(system: &mut System<D>) {
+    system.advance(system.pattern.equations.has_general());
+    polish(system);
+}
+
+/// Brings a state that is next to its equilibrium to the last digits, by factors of its own.
+pub(super) fn polish<const D: usize>(system: &mut System<D>) {
+    let pending = system.pattern.equations.has_general();
+    system.assemble(pending);
+    for _ in 0..MORE {
+        let Some(size) = system.advance(pending) else { break };
+        if !system.refresh(pending) || size.largest() <= EXACT {
+            break;
+        }
+    }
+}
+
 /// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
 /// there but for the factors. Gives how far its joints moved (radians, or sizes of the network), to second order: the step
-/// after the last one that was made counts; and whether steps that are repeated settled. `None` where the tangent has no inverse.
+/// after the last one that was made counts; and whether steps settled. `None` where the tangent has no inverse.
 pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<(Vec<f64>, bool)> {
     let (mut first, mut last, mut moved) = (0.0, 0.0, Vec::new());
-    let repeats = system.loading.holds_strains() || system.pattern.equations.has_general();
+    let mut most: f64 = 0.0;
     system.gather(true);
     for pass in 0..MOST {
         let (step, components) = step(system, known)?;
@@ -40,16 +64,17 @@ pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut Syste
         } else {
             moved.iter_mut().zip(&components).for_each(|(sum, component)| *sum += component);
         }
-        let done = pass > 0 && (!repeats || size <= SETTLED * first);
-        if done {
-            break;
-        }
-        if !system.move_by(&step, true).largest().is_finite() {
+        let inside = system.move_by(&step, true).largest();
+        if !inside.is_finite() {
             return None;
         }
         system.gather(true);
+        most = most.max(inside);
+        if pass > 0 && inside <= SETTLED * most {
+            break;
+        }
     }
-    let settled = !repeats || last <= NEARLY * first || first < NOTHING;
+    let settled = last <= NEARLY * first || first < NOTHING;
     Some((moved, settled))
 }
 

@@ -124,17 +124,22 @@ impl Numbers {
         a.len() != b.len() || a.iter().zip(b).any(|(a, b)| !same(*a, *b))
     }
 
-    /// Whether a part changes as smoothly as a curve does from one design over the present one to another one as far away.
-    pub(super) fn is_smooth(&self, low: &Self, high: &Self, part: usize) -> bool {
-        let (low, middle, high) = (low.of_part(part), self.of_part(part), high.of_part(part));
-        if low.len() != middle.len() || high.len() != middle.len() {
+    /// Whether a part changes as smoothly as a curve does over designs on both sides and those twice as far away: second differences of a
+    /// curve go with the square of the distance, those over a corner with the distance.
+    pub(super) fn is_smooth(&self, near: [&Self; 2], far: [&Self; 2], part: usize) -> bool {
+        let middle = self.of_part(part);
+        let [low, high, lower, higher] = [near[0], near[1], far[0], far[1]].map(|numbers| numbers.of_part(part));
+        if [low.len(), high.len(), lower.len(), higher.len()] != [middle.len(); 4] {
             return false;
         }
         let rounding = ROUNDING * largest(middle);
-        let smooth = |((low, middle), high): ((&f64, &f64), &f64)| {
-            low == high && low == middle || (high - 2.0 * middle + low).abs() <= CORNER * (high - low).abs() + rounding
+        let smooth = |n: usize| {
+            let bend = |low: f64, high: f64| high - 2.0 * middle[n] + low;
+            let stays = low[n] == high[n] && low[n] == middle[n];
+            let corner = bend(lower[n], higher[n]) - 4.0 * bend(low[n], high[n]);
+            stays || corner.abs() <= CORNER * (high[n] - low[n]).abs() + rounding
         };
-        low.iter().zip(middle).zip(high).all(smooth)
+        (0..middle.len()).all(smooth)
     }
 
     /// Whether a part of another design is where `times` the way from the lower to the upper one leads to.
@@ -145,9 +150,10 @@ impl Numbers {
         }
         let rounding = ROUNDING * largest(middle);
         (0..middle.len()).all(|n| {
-            let way = 0.5 * (high[n] - low[n]);
+            let (way, bend) = (0.5 * (high[n] - low[n]), high[n] - 2.0 * middle[n] + low[n]);
             let stays = same(low[n], high[n]) && same(other[n], middle[n]);
-            stays || (middle[n] + times * way - other[n]).abs() <= CORNER * way.abs() + rounding
+            let foretold = middle[n] + times * (way + 0.5 * times * bend);
+            stays || (foretold - other[n]).abs() <= CORNER * way.abs() + rounding
         })
     }
 }

@@ -28,7 +28,7 @@ const APART: [f64; 3] = [1e-3, 1e-4, 1e-5];
 const AGREED: f64 = 1e-4;
 /// The same as a part of what is greatest of its kind, over the whole of a parameter, where a shorter distance may tell more and where
 /// none does: a derivative that vanishes, as that of a reaction that statics fixes, has no part of its own.
-const VANISHES: [f64; 2] = [1e-6, 1e-4];
+const VANISHES: [f64; 2] = [1e-7, 1e-6];
 /// By how much the tangent may change over this part of a parameter: it vanishes about so far away where it changes by all.
 /// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
@@ -83,7 +83,7 @@ fn bend(ahead: &[f64], behind: &[f64]) -> f64 {
 
 /// What is greatest of its kind in a state.
 #[derive(Default)]
-struct Greatest {
+pub(super) struct Greatest {
     displacement: f64,
     /// Radians.
     rotation: f64,
@@ -92,7 +92,7 @@ struct Greatest {
 }
 
 impl Greatest {
-    fn of(state: &Equilibrium) -> Self {
+    pub(super) fn of(state: &Equilibrium) -> Self {
         let among = |vector: fn(&NodeState) -> [f64; 3]| {
             state.nodes.iter().map(|node| solution::norm(vector(node))).fold(0.0, f64::max)
         };
@@ -105,7 +105,7 @@ impl Greatest {
     }
 
     /// Of the kind of a probe, or of a component of a node; at least the value itself.
-    fn like(&self, kind: Option<ProbeKind>, value: f64) -> f64 {
+    pub(super) fn like(&self, kind: Option<ProbeKind>, value: f64) -> f64 {
         let greatest = match kind {
             None => self.displacement.max(self.rotation),
             Some(ProbeKind::Displacement) => self.displacement,
@@ -235,8 +235,7 @@ impl<'a> Slopes<'a> {
             let output = self.problem.outputs.iter().position(|output| output.step >= index).unwrap_or_default();
             return Err(Reason::NoDerivative { output });
         }
-        // Mixed stresses are one iteration behind the state: the tangent is to be that of the equilibrium.
-        path.system.advance(path.system.pattern.equations.has_general());
+        neighbour::settle(&mut path.system);
         let (probes, inputs) = (self.after[index].len(), self.row.len());
         let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
         let (slopes, reason) = match found {
@@ -459,6 +458,7 @@ impl<'a> Slopes<'a> {
         system.stand_at_end(&path.system, held, &drives);
         let (moved, settled) =
             neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
+        neighbour::polish(&mut system);
         let state = neighbour::read(&mut system);
         // Values after the steps before, to first order: that is all that counts.
         let inputs = self.row.len();

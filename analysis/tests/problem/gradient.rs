@@ -511,3 +511,33 @@ fn a_thin_wire_that_closes_a_frame() {
     "#;
     check(text, &["k", "l", "F"], &["x", "turn", "root"]);
 }
+
+/// A support along an axis that a parameter turns, and a point of a body, at an arm that a parameter sets, that is moved on:
+/// reactions and motions follow both.
+#[test]
+fn axes_and_arms_of_what_is_held() {
+    for (dimension, height) in [("plane", "0"), ("space", "12")] {
+        let text = format!(
+            r#"
+            format = "pennate/1"
+            dimension = "{dimension}"
+            parameters = {{ y = 15, a = 0.6, arm = 128, by = 4, EI = 12000 }}
+            nodes = {{ A = [0, 0, 0], B = [60, "= y", 0], C = [120, 10, {height}], TOOL = ["= arm", 16, {height}] }}
+            sections.given = {{ stiffness = {{ EI3 = "= EI", EA = 9000, EI2 = 15000, GJ = 8000, mass_per_length = 2e-7 }} }}
+            members = {{ m0 = {{ nodes = ["A", "B"], section = "given" }}, m1 = {{ nodes = ["B", "C"], section = "given" }} }}
+            supports = {{ A = "clamped", B = {{ fix = ["ux"], x_axis = ["= a", 0.8, 0] }} }}
+            rigid_bodies.hand = {{ nodes = ["C"], reference = "TOOL" }}
+            steps = [
+                {{ name = "load", force = {{ C = [0.4, -0.5, 0] }}, moment = {{ TOOL = [0, 0, 20] }} }},
+                {{ name = "on", displace_by = {{ C = {{ uy = "= by" }} }} }},
+            ]
+            probes.x = {{ node = "TOOL", displacement = "ux" }}
+            probes.turn = {{ node = "C", rotation = "rz" }}
+            probes.root = {{ node = "A", reaction = "rz" }}
+            probes.beside = {{ node = "B", reaction = "uy" }}
+            probes.push = {{ node = "C", reaction = "uy" }}
+            "#
+        );
+        check(&text, &["y", "a", "arm", "by", "EI"], &["x", "turn", "root", "beside", "push"]);
+    }
+}

@@ -466,6 +466,42 @@ impl<const D: usize> Equations<D> {
         }
     }
 
+    /// The value of a row less its target at the end of the step, and its derivatives by the motion of the joint, where the node
+    /// is at this arm from its joint.
+    pub(crate) fn row_at(&self, held: &Held, state: &JointState, arm: V3<f64>) -> (f64, [f64; 6]) {
+        let mut row = row(held, 1.0, state, arm);
+        for (c, slope) in row.gradient.iter_mut().enumerate() {
+            if !self.active.contains(&c) {
+                *slope = 0.0;
+            }
+        }
+        (row.value, row.gradient)
+    }
+
+    /// The smallest motion of a joint by which its rows, by their indices, change so much each and the others not at all. The
+    /// same numbers are the weights of the joint's force in the sum of the reactions along rows, each so many times.
+    ///
+    /// With the gradients of the rows as columns of A, force = A λ and Aᵀ motion = changes: both need the pseudo-inverse of A.
+    pub(crate) fn along_rows(
+        &self,
+        topology: &Topology,
+        joint: usize,
+        state: &JointState,
+        shares: &[(usize, f64)],
+    ) -> [f64; 6] {
+        let rows = &self.joints[joint].rows;
+        let mut matrix = nalgebra::DMatrix::zeros(rows.len(), 6);
+        let mut wanted = nalgebra::DVector::zeros(rows.len());
+        for (r, &index) in rows.iter().enumerate() {
+            let held = &self.held[index];
+            let (_, gradient) = self.row_at(held, state, topology.links[held.node].arm);
+            gradient.iter().enumerate().for_each(|(c, &slope)| matrix[(r, c)] = slope);
+            wanted[r] = shares.iter().filter(|&&(own, _)| own == index).map(|&(_, share)| share).sum::<f64>();
+        }
+        let found = matrix.svd(true, true).solve(&wanted, 1e-10);
+        found.map_or([0.0; 6], |motion| std::array::from_fn(|c| motion[c]))
+    }
+
     /// Force on the node, and moment about it, by which a row acts on the structure.
     ///
     /// A row that holds one component of a rotation vector acts about its gradient, which is its axis only while the

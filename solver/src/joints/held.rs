@@ -95,6 +95,14 @@ impl HeldKind {
     pub fn of(component: usize, axis: V3<f64>) -> Self {
         if component < 3 { Self::Translation { direction: axis } } else { Self::Rotation { axis } }
     }
+
+    /// The same along another vector, this much away.
+    pub fn turned(self, by: V3<f64>) -> Self {
+        match self {
+            Self::Translation { direction } => Self::Translation { direction: add(direction, by) },
+            Self::Rotation { axis } => Self::Rotation { axis: add(axis, by) },
+        }
+    }
 }
 
 /// One held component, and the values it has at the beginning and at the end of the step.

@@ -3,8 +3,11 @@
 
 use std::sync::Arc;
 
+use pennate_elements::small::V3;
+
 use super::System;
 use super::scatter::Scatters;
+use crate::joints::{Held, dot6};
 use crate::structure::MemberId;
 
 impl<const D: usize> System<D> {
@@ -78,7 +81,36 @@ impl<const D: usize> System<D> {
                 }
             }
         }
+        for (joint, motion) in motions.iter().enumerate().filter(|(joint, _)| self.pattern.equations.is_general(*joint))
+        {
+            let (equations, state) = (&self.pattern.equations, &self.places.joints[joint]);
+            let curved = equations.constraint_stiffness(&self.topology, joint, state, self.loading.fraction);
+            for i in 0..3 {
+                for j in 0..3 {
+                    product[joint][3 + j] += curved[i][j] * motion[3 + i];
+                }
+            }
+        }
         product
+    }
+
+    /// The value of a held row less its target, and its derivatives by the motion of the joint, where the node is at this arm
+    /// from its joint.
+    pub fn row_at(&self, held: &Held, arm: V3<f64>) -> (f64, [f64; 6]) {
+        let joint = self.topology.links[held.node].joint;
+        self.pattern.equations.row_at(held, &self.places.joints[joint], arm)
+    }
+
+    /// The smallest motion of a joint by which its held rows, by their indices, change so much each and the others not at all;
+    /// and the weights of the joint's force in the sum of the reactions along rows, each so many times.
+    pub fn along_rows(&self, joint: usize, shares: &[(usize, f64)]) -> [f64; 6] {
+        self.pattern.equations.along_rows(&self.topology, joint, &self.places.joints[joint], shares)
+    }
+
+    /// The reaction along a held row, by its index, at the last assembly.
+    pub fn reaction_along(&self, row: usize) -> f64 {
+        let joint = self.topology.links[self.pattern.equations.held[row].node].joint;
+        dot6(&self.along_rows(joint, &[(row, 1.0)]), &self.tangent.forces[joint])
     }
 
     fn no_scatters(&self) -> Scatters {

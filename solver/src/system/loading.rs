@@ -201,6 +201,11 @@ impl Loading {
         self.noise
     }
 
+    /// Slenderness of a member: its length over the radius of gyration, what holds strains included.
+    pub fn slenderness_of(&self, member: MemberId) -> f64 {
+        self.sections[member].slenderness
+    }
+
     /// Largest slenderness of a member: its length over the radius of gyration, what holds strains included.
     pub(crate) fn slenderness(&self) -> f64 {
         self.slenderness
