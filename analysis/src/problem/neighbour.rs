@@ -100,14 +100,17 @@ fn components<const D: usize>(system: &System<D>, step: &[f64]) -> impl Iterator
     })
 }
 
-/// What a user may ask of the state that a system was brought to, which need not be an equilibrium to the last digit.
+/// What a user may ask of the state that a system was polished to, with forces in balance.
 pub(super) fn read<const D: usize>(system: &mut System<D>) -> Equilibrium {
-    if system.structure.compliances.is_empty() {
-        return results::equilibrium(system);
+    let pending = system.pattern.equations.has_general();
+    let asks_compliances = !system.structure.compliances.is_empty();
+    if asks_compliances {
+        system.assemble(pending);
     }
-    system.assemble(false);
+    system.correct_forces(pending);
     let state = results::equilibrium(system);
-    Equilibrium { compliances: results::compliances(system), ..state }
+    let compliances = if asks_compliances { results::compliances(system) } else { Vec::new() };
+    Equilibrium { compliances, ..state }
 }
 
 /// The rows that hold a system, with directions of supports as a structure has them.

@@ -7,8 +7,8 @@ use pennate_elements::small::norm;
 
 use super::System;
 use super::carriers::Carrier;
-use crate::chain::{NodesBy, Size};
-use crate::reduce;
+use crate::chain::{MemberEnds, NodesBy, Size};
+use crate::reduce::{self, MAX_FREE};
 
 impl<const D: usize> System<D> {
     /// Solves for the increment at the last assembly and moves the state by it; `None` where there is no solution.
@@ -41,9 +41,51 @@ impl<const D: usize> System<D> {
         self.moves.size()
     }
 
+    /// Corrects the forces on ends and joints, to first order, by what the last assembly left out of balance: by the move that would
+    /// follow, which is not made.
+    ///
+    /// Places have 16 digits, and a member that can hardly be stretched makes forces of what they round: 10⁻¹⁶ of its stiffness.
+    /// Forces in balance are free of that. Where there is no solution, nothing changes.
+    pub fn correct_forces(&mut self, pending: bool) {
+        let mut solution: Vec<f64> = self.tangent.rhs.iter().map(|x| -x).collect();
+        if !self.tangent.solve(&mut solution) || solution.iter().any(|x| !x.is_finite()) {
+            return;
+        }
+        let motion = |joint: usize| self.pattern.equations.motion(joint, &solution, pending);
+        let motions: Vec<[f64; 6]> = (0..self.places.joints.len()).map(motion).collect();
+        let changes = self.times(&motions);
+        for (force, change) in self.tangent.forces.iter_mut().flatten().zip(changes.iter().flatten()) {
+            *force += change;
+        }
+        let active = self.pattern.equations.active;
+        for index in 0..self.members.count() {
+            let ([first, last], _) = self.end_motions(index, &motions);
+            let MemberEnds { k00, k01, k11, .. } = self.members.condensed(index);
+            let [start, end] = &mut self.tangent.ends[index];
+            for (i, &component) in active.iter().enumerate() {
+                for j in 0..D {
+                    start[component] += k00[i][j] * first[j] + k01[i][j] * last[j];
+                    end[component] += k01[j][i] * first[j] + k11[i][j] * last[j];
+                }
+            }
+        }
+    }
+
+    /// What the ends of a member move by where joints move like this, and its released rotations, where it has any.
+    fn end_motions(&self, index: usize, motions: &[[f64; 6]]) -> ([[f64; D]; 2], Option<[f64; MAX_FREE]>) {
+        let active = &self.pattern.equations.active;
+        let moves =
+            self.structure.members[index].nodes.map(|n| self.places.motion_of(&self.topology.links[n], motions));
+        if self.members.slots[index].released {
+            let kinds = self.topology.ends[index].each_ref();
+            let (ends, released) = reduce::recover(active, kinds, &self.tangent.releases[index], &moves);
+            return (ends, Some(released));
+        }
+        (moves.map(|motion| active.map(|component| motion[component])), None)
+    }
+
     /// Moves what is between the ends of members, by motions of the joints from the state before the move.
     fn move_interiors(&mut self, motions: &[[f64; 6]]) {
-        let active = self.pattern.equations.active;
         let side = self.pattern.side.clone();
         if let Some(side) = &side {
             self.fill_side(side, motions);
@@ -52,18 +94,9 @@ impl<const D: usize> System<D> {
             if side.as_ref().is_some_and(|side| side.has(self.members.slots[index].pack)) {
                 continue;
             }
-            let [first, last] = self.structure.members[index].nodes;
-            let motion_of = |node: usize| self.places.motion_of(&self.topology.links[node], motions);
-            let moves = [motion_of(first), motion_of(last)];
-            let mut ends = [[0.0; D]; 2];
-            for i in 0..D {
-                ends[0][i] = moves[0][active[i]];
-                ends[1][i] = moves[1][active[i]];
-            }
-            if self.members.slots[index].released {
-                let kinds = self.topology.ends[index].each_ref();
-                let factor = &self.tangent.releases[index];
-                (ends, self.moves.releases[index]) = reduce::recover(&active, kinds, factor, &moves);
+            let (ends, released) = self.end_motions(index, motions);
+            if let Some(released) = released {
+                self.moves.releases[index] = released;
             }
             self.members.set_motions(index, &ends);
         }

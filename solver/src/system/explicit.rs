@@ -59,19 +59,7 @@ impl<const D: usize> System<D> {
     ///
     /// The last assembly, its factors too, stays what it is.
     pub fn transposed_times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
-        let pending = std::mem::replace(&mut self.pattern.equations.pending, motions.to_vec());
-        let none = Arc::new(self.no_scatters());
-        let scatters = std::mem::replace(&mut self.pattern.scatters, none);
-        let sums = self.tangent.sums();
-        let mut product = vec![[0.0; 6]; motions.len()];
-        for index in 0..self.members.count() {
-            self.assemble_member(index, true, &mut product);
-        }
-        for index in 0..self.structure.springs.len() {
-            self.assemble_spring(index, true, &mut product);
-        }
-        (self.pattern.equations.pending, self.pattern.scatters) = (pending, scatters);
-        self.tangent.set_sums(sums);
+        let mut product = self.parts_times(motions);
         let active = &self.pattern.equations.active;
         for &node in &self.pattern.loaded_nodes {
             let load = self.load_at(node);
@@ -91,6 +79,40 @@ impl<const D: usize> System<D> {
                 }
             }
         }
+        product
+    }
+
+    /// The tangent of all components times a motion of every joint: what the forces on joints change by, without those of what holds
+    /// them.
+    pub(super) fn times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        let mut product = self.parts_times(motions);
+        let active = &self.pattern.equations.active;
+        for &node in &self.pattern.loaded_nodes {
+            let load = self.load_at(node);
+            for &i in active {
+                for &j in active {
+                    product[load.joint][i] += load.block[i][j] * motions[load.joint][j];
+                }
+            }
+        }
+        product
+    }
+
+    /// What is symmetric, the stiffness of members and springs, times a motion of every joint.
+    fn parts_times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        let pending = std::mem::replace(&mut self.pattern.equations.pending, motions.to_vec());
+        let none = Arc::new(self.no_scatters());
+        let scatters = std::mem::replace(&mut self.pattern.scatters, none);
+        let sums = self.tangent.sums();
+        let mut product = vec![[0.0; 6]; motions.len()];
+        for index in 0..self.members.count() {
+            self.assemble_member(index, true, &mut product);
+        }
+        for index in 0..self.structure.springs.len() {
+            self.assemble_spring(index, true, &mut product);
+        }
+        (self.pattern.equations.pending, self.pattern.scatters) = (pending, scatters);
+        self.tangent.set_sums(sums);
         product
     }
 
