@@ -21,9 +21,10 @@ use crate::together::{self, Found, Packs, Standing};
 
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
 ///
-/// With differences at h and 2 h extrapolated to h = 0 what is left goes with h⁴: 10⁻¹² of the fifth derivative at the first
-/// of them, where rounding of the states, 10⁻¹³ or so, leaves 10⁻¹⁰.
-const APART: [f64; 3] = [1e-3, 1e-4, 1e-5];
+/// With differences at h and 2 h extrapolated to h = 0 what is left goes with h⁴: 10⁻¹⁰ of the fifth derivative at the first
+/// of them, where rounding of the states, 10⁻¹³ or so, leaves 3 · 10⁻¹¹. At a third of it, rounding of forces along members whose
+/// stretch counts was 5 · 10⁻⁷ of the largest derivative.
+const APART: [f64; 3] = [3e-3, 3e-4, 3e-5];
 /// Part by which the differences at both distances may differ: its square is left after extrapolation.
 const AGREED: f64 = 1e-4;
 /// The same as a part of what is greatest of its kind, over the whole of a parameter, where a shorter distance may tell more and where
