@@ -442,11 +442,10 @@ impl<const D: usize> Continuation<'_, D> {
         const BOTH: &[Test] = &[Test::Mode, Test::Pivot];
         let [from, to] = interval.ends;
         let is_lost = |before: Option<f64>, after: Option<f64>| before.zip(after).is_some_and(|(a, b)| a * b < 0.0);
-        // Of several that are lost the softest one need not be the first.
-        let several = interval.events.count.own > self.base.own + 1;
         let after = self.system.tangent.singular_test(&softest);
         let before = self.stiffness_at(run, Saved::Last, from, &softest);
-        if !several && is_lost(before, after) {
+        // Of several that are lost the softest one need not be the first.
+        if !self.loses_several_within(interval.events) && is_lost(before, after) {
             return (softest, BOTH);
         }
         let mut locator = self.locator(run.ramp);
@@ -463,6 +462,12 @@ impl<const D: usize> Continuation<'_, D> {
             }
         }
         (softest, &[Test::Pivot])
+    }
+
+    /// Whether more than one motion is lost up to the present state, of these events, and some of it between the ends of members.
+    fn loses_several_within(&self, events: &Events) -> bool {
+        let mut chains = self.system.members.chains();
+        events.count.own > self.base.own + 1 && chains.any(|(pack, lane)| pack.interior(lane).negative > 0)
     }
 
     /// The singular point of one kind in an increment, with an auxiliary stiffness of held strains; the state is left there, or
@@ -486,8 +491,10 @@ impl<const D: usize> Continuation<'_, D> {
         let (base, count) = (self.base, events.count);
         let conservative = base.potential && count.potential;
         let far = inertia.negative;
-        // Where several are lost in an increment that is too short to separate them, the first one counts.
-        let lost = count.own.saturating_sub(base.own);
+        // Where several are lost in an increment that is too short to separate them, the first one counts. Motions of joints tell one
+        // mode from the other, but where all of them bend the same member: what is lost there is told by its number.
+        let several = self.loses_several_within(events);
+        let lost = if several { count.own - base.own } else { usize::from(count.own > base.own) };
         let is_near = move |inertia: &Inertia| {
             if !conservative {
                 inertia.is_odd() == base.odd
@@ -537,8 +544,8 @@ impl<const D: usize> Continuation<'_, D> {
             let value = if matches!(test, Test::Mode) { Value::Smooth } else { Value::Side };
             let root = locator.root(ends, metric, value, &mut |system, point| judge(test, system, point))?;
             // The stiffness of a mode that changes its sign with every one that is lost may find a later one.
-            let others =
-                wanted == Wanted::Bifurcation && lost > 1 && root.before.is_some_and(|before| before + lost > far);
+            let is_later = || root.before.is_some_and(|before| before + lost > far);
+            let others = wanted == Wanted::Bifurcation && conservative && several && is_later();
             if others && matches!(test, Test::Mode) {
                 return None;
             }
