@@ -240,18 +240,15 @@ impl<const D: usize> Equations<D> {
         Motions { count: rank - fixed, pending, missed }
     }
 
-    /// Brings bases and pending motions up to date with the state; what joints miss whose components are held each by itself only where
-    /// it is `asked` for.
-    pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64, asked: bool) {
-        let active: [bool; 6] = std::array::from_fn(|component| self.active.contains(&component));
+    /// Brings bases and pending motions up to date with the state.
+    pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64) {
         for joint in 0..self.joints.len() {
             if let Basis::Components(_) = self.joints[joint].basis {
                 // Of joints that nothing holds, none is ever pending.
-                if !asked || self.joints[joint].rows.is_empty() {
+                if self.joints[joint].rows.is_empty() {
                     continue;
                 }
-                self.pending[joint] =
-                    self.pending_components(&self.joints[joint].rows, &states[joint], fraction, &active);
+                self.pending[joint] = self.pending_components(&self.joints[joint].rows, &states[joint], fraction);
                 continue;
             }
             let mut equations = std::mem::replace(
@@ -268,7 +265,7 @@ impl<const D: usize> Equations<D> {
         }
     }
 
-    fn pending_components(&self, rows: &[usize], state: &JointState, fraction: f64, active: &[bool; 6]) -> [f64; 6] {
+    fn pending_components(&self, rows: &[usize], state: &JointState, fraction: f64) -> [f64; 6] {
         let mut pending = [0.0; 6];
         let mut theta = [0.0; 3];
         let mut turned = false;
@@ -278,7 +275,7 @@ impl<const D: usize> Equations<D> {
             match held.kind {
                 HeldKind::Translation { direction } => {
                     for c in 0..3 {
-                        if active[c] && direction[c].abs() == 1.0 {
+                        if direction[c].abs() == 1.0 && self.active.contains(&c) {
                             pending[c] = direction[c] * target - state.place.displacement[c];
                         }
                     }
@@ -291,7 +288,7 @@ impl<const D: usize> Equations<D> {
         }
         if turned {
             if D == 3 {
-                if active[5] {
+                if self.active.contains(&5) {
                     pending[5] = theta[2] - state.place.angle;
                 }
             } else {
