@@ -41,6 +41,26 @@ fn a_perfect_column_follows_its_stable_branch() {
     }
 }
 
+/// A slender column between two hinges, pushed in by a quarter of its length: seven of its modes and more are lost within the shortest
+/// increment, and it buckles in the first of them, at π² EI / (EA L) of shortening.
+#[test]
+fn of_many_modes_within_one_increment_the_first_is_located() {
+    let (stiffness, length, pushed) = (56285.0, 100.0, 26.0);
+    let text = format!(
+        "format = 'pennate/1'\ndimension = 'plane'\n[nodes]\nA = [0, 0]\nB = [{length:?}, 0]\n\
+         [sections.s]\nstiffness = {{ EA = {stiffness}, EI3 = 1 }}\n[members]\nm = {{ nodes = ['A', 'B'], section = 's' }}\n\
+         [supports]\nA = 'pinned'\nB = 'pinned'\n[[steps]]\ndisplacement = {{ B = {{ ux = -{pushed:?} }} }}\n"
+    );
+    let model = read_text("column.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = Options { estimate: true, ..Options::default() };
+    let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).expect("a solution");
+    let step = &solution.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{:?}", step.critical_points);
+    let [point] = step.critical_points.as_slice() else { panic!("{:?}", step.critical_points) };
+    let first = std::f64::consts::PI.powi(2) / (stiffness * length) / pushed;
+    assert!((point.fraction / first - 1.0).abs() < 1e-3, "{} against {first}", point.fraction);
+}
+
 /// A round strut that can be neither sheared nor stretched, clamped at both ends and pressed by 1.2 times its critical load, as
 /// one member and as two: its plane of buckling is free, and no other motion is softer.
 #[test]

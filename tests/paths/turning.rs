@@ -145,6 +145,27 @@ fn a_load_across_decides_about_the_plane_of_bending() {
     }
 }
 
+/// A round column between held ends, which no joint tells of: pushed in it bends in some plane, and a load across turns that to where it
+/// wants it, as one member and as two.
+#[test]
+fn a_load_across_turns_a_column_between_held_joints() {
+    let energies = [&[0.0, 1.0][..], &[0.0, 0.5, 1.0]].map(|parts| {
+        let last = parts.len() - 1;
+        let solution = solve(&format!(
+            "format = 'pennate/1'\ndimension = 'space'\n{}[supports]\nN0 = 'clamped'\nN{last} = 'clamped'\n\
+             [sections.s]\nstiffness = {{ EA = 0.5, EI2 = 1, EI3 = 1, GJ = 0.8 }}\n\
+             [[steps]]\ndisplacement = {{ N{last} = {{ uy = -1.6 }} }}\n\
+             [[steps]]\ndistributed = {{ all = [-2e-6, 0, 0] }}\n",
+            line(100.0, parts)
+        ));
+        for step in &solution.history.steps {
+            assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{:?}", step.critical_points);
+        }
+        end(&solution.history.steps[1]).energy
+    });
+    assert!((energies[0] / energies[1] - 1.0).abs() < 1e-5, "{energies:?}");
+}
+
 /// Round columns that are hinged at their feet, or at both ends, which a load along them bends: the released ends turn as joints do.
 #[test]
 fn hinged_round_columns_bend_in_some_plane() {

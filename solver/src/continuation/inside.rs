@@ -120,11 +120,8 @@ impl<const D: usize> Continuation<'_, D> {
         let mut nodes: Vec<[f64; 6]> =
             system.topology.links.iter().map(|link| system.places.motion_of(link, &motions)).collect();
         let all: Vec<MemberId> = (0..system.members.count()).collect();
-        let aside = system.snapshot();
         let now = system.middles(&all);
-        system.restore(&self.last);
-        let then = system.middles(&all);
-        system.restore(&aside);
+        let then = system.middles_at(&all, &self.last);
         let mut middles: Vec<(MemberId, [f64; 6])> = between(&then, &now).enumerate().collect();
         scale_to_one(system.size, &mut nodes, &mut middles);
         (point.mode, point.middles) = (nodes, middles);

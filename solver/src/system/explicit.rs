@@ -60,15 +60,7 @@ impl<const D: usize> System<D> {
     /// The last assembly, its factors too, stays what it is.
     pub fn transposed_times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
         let mut product = self.parts_times(motions);
-        let active = &self.pattern.equations.active;
-        for &node in &self.pattern.loaded_nodes {
-            let load = self.load_at(node);
-            for &i in active {
-                for &j in active {
-                    product[load.joint][j] += load.block[i][j] * motions[load.joint][i];
-                }
-            }
-        }
+        self.add_loads_times(motions, &mut product, |block, i, j| block[j][i]);
         for (joint, motion) in motions.iter().enumerate().filter(|(joint, _)| self.pattern.equations.is_general(*joint))
         {
             let (equations, state) = (&self.pattern.equations, &self.places.joints[joint]);
@@ -86,16 +78,26 @@ impl<const D: usize> System<D> {
     /// them.
     pub(super) fn times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
         let mut product = self.parts_times(motions);
+        self.add_loads_times(motions, &mut product, |block, i, j| block[i][j]);
+        product
+    }
+
+    /// Adds the tangent of the loads, of whose blocks `entry` is the one in a row and a column, times a motion of every joint.
+    fn add_loads_times(
+        &self,
+        motions: &[[f64; 6]],
+        product: &mut [[f64; 6]],
+        entry: impl Fn(&[[f64; 6]; 6], usize, usize) -> f64,
+    ) {
         let active = &self.pattern.equations.active;
         for &node in &self.pattern.loaded_nodes {
             let load = self.load_at(node);
             for &i in active {
                 for &j in active {
-                    product[load.joint][i] += load.block[i][j] * motions[load.joint][j];
+                    product[load.joint][i] += entry(&load.block, i, j) * motions[load.joint][j];
                 }
             }
         }
-        product
     }
 
     /// What is symmetric, the stiffness of members and springs, times a motion of every joint.

@@ -37,7 +37,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Where the middles of members are in another state.
-    pub(super) fn middles_at(&mut self, members: &[MemberId], state: &State) -> Vec<Middle> {
+    pub(crate) fn middles_at(&mut self, members: &[MemberId], state: &State) -> Vec<Middle> {
         if members.is_empty() {
             return Vec::new();
         }
