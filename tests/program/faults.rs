@@ -5,6 +5,8 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -234,7 +236,8 @@ fn a_file_that_changes_while_it_is_read_is_a_network_or_an_error() {
     let place = Place::new();
     let file = place.file("strut.toml", STRUT);
     let (long, target) = (format!("{STRUT}{}", "# padding\n".repeat(20_000)), file.clone());
-    let end = Instant::now() + Duration::from_secs(1);
+    let enough = Arc::new(AtomicBool::new(false));
+    let told = enough.clone();
     let writer = std::thread::spawn(move || {
         for text in [STRUT, long.as_str()].into_iter().cycle() {
             // Truncated first and then filled: a reader sees every length.
@@ -242,22 +245,21 @@ fn a_file_that_changes_while_it_is_read_is_a_network_or_an_error() {
             for part in text.as_bytes().chunks(64) {
                 file.write_all(part).unwrap();
             }
-            if Instant::now() > end {
+            if told.load(Ordering::Relaxed) {
                 break;
             }
         }
     });
-    let mut statuses = [0; 3];
-    while !writer.is_finished() {
-        let output = pennate(&["solve", "--json"], &file).output().unwrap();
+    // Runs are counted rather than timed: one alone may wait for a second on a busy machine.
+    let outputs: Vec<_> = (0..30).map(|_| pennate(&["solve", "--json"], &file).output().unwrap()).collect();
+    enough.store(true, Ordering::Relaxed);
+    writer.join().unwrap();
+    for output in outputs {
         let status = output.status.code().expect("no signal");
         assert!(!err(&output).contains("panicked"), "{}", err(&output));
         assert!(matches!(status, 0 | 2), "{}", err(&output));
         assert_eq!(output.stdout.is_empty(), status == 2);
-        statuses[status as usize] += 1;
     }
-    writer.join().unwrap();
-    assert!(statuses.iter().sum::<i32>() > 3, "{statuses:?}");
     expect(&pennate(&["solve"], &file).output().unwrap(), 0, &[]);
 }
 

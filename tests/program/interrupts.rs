@@ -24,8 +24,8 @@ fn an_interrupt_ends_a_large_solve_within_a_second() {
     let start = std::time::Instant::now();
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    // A second, and what a busy machine takes to get round to it.
-    assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
+    // A second, and what a busy machine takes to get round to it; the whole solve would take many minutes.
+    assert!(start.elapsed().as_secs_f64() < 5.0, "{:?}", start.elapsed());
 }
 
 /// Interrupted while its many increments are under way, a run keeps what it has.
