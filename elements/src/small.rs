@@ -371,19 +371,19 @@ impl<T: Real, const D: usize> Ldl<T, D> {
     #[inline(always)]
     pub fn with_noise(a: &[[T; D]; D], noise: T) -> Self {
         let mut l = zeros::<T, D, D>();
-        // L D: what a row of L is before its division by the pivots.
-        let mut ld = zeros::<T, D, D>();
         let mut inverse_pivots = [T::zero(); D];
         let mut negative = T::zero();
         let mut largest = T::zero();
         for j in 0..D {
             let mut pivot = a[j][j];
+            // L D: what a row of L is before its division by the pivots.
+            let mut row = [T::zero(); D];
             for k in 0..j {
                 let mut entry = a[j][k];
                 for m in 0..k {
-                    entry = entry.minus(ld[j][m], l[k][m]);
+                    entry = entry.minus(row[m], l[k][m]);
                 }
-                ld[j][k] = entry;
+                row[k] = entry;
                 l[j][k] = entry * inverse_pivots[k];
                 pivot = pivot.minus(entry, l[j][k]);
             }

@@ -340,6 +340,11 @@ impl Probes {
         matches!(self.probes[probe], Probe::Stiffness { .. })
     }
 
+    /// Whether any probe asks for what is measured along members: axial forces, but not sections.
+    pub fn measure_members(&self) -> bool {
+        self.probes.iter().any(|probe| matches!(probe, Probe::AxialForce { .. }))
+    }
+
     /// The nodes whose compliance the probes ask for, in the order of their indices.
     pub fn compliances(&self) -> Vec<ComplianceOf> {
         let of = |probe: &Probe| match *probe {

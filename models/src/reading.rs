@@ -72,6 +72,12 @@ impl Reading {
         self.evaluate(values, false)
     }
 
+    /// The same, evaluated in an earlier model of the same reading that came from here; nothing where more than numbers has to be
+    /// evaluated, or where anything is wrong.
+    pub fn model_again(&self, values: &[(usize, f64)], spare: Option<Model>) -> Option<Model> {
+        self.numbers(values, false, spare)
+    }
+
     /// The same with pressures beside the tables of their muscles, where there is no such network: for derivatives at the ends of
     /// a table.
     ///
@@ -90,24 +96,24 @@ impl Reading {
             number.is_finite().then_some((place, number))
         };
         let values: Vec<_> = settings.iter().map(number).collect::<Option<_>>()?;
-        let model = self.numbers(&values, false)?;
+        let model = self.numbers(&values, false, None)?;
         Some(Model { settings: settings.to_vec(), ..model })
     }
 
     fn evaluate(&self, values: &[(usize, f64)], beside: bool) -> Result<Model, InputErrors> {
-        if let Some(model) = self.numbers(values, beside) {
+        if let Some(model) = self.numbers(values, beside, None) {
             return Ok(model);
         }
         self.whole(values, beside)
     }
 
     /// The network of which only what follows the parameters is evaluated; nothing where more than that has to be.
-    fn numbers(&self, values: &[(usize, f64)], beside: bool) -> Option<Model> {
+    fn numbers(&self, values: &[(usize, f64)], beside: bool, spare: Option<Model>) -> Option<Model> {
         let compiled = self.compiled.as_ref()?;
         if values.iter().any(|&(parameter, _)| self.counts(parameter)) {
             return None;
         }
-        compiled.model(values, &self.lasting, beside)
+        compiled.model(values, &self.lasting, beside, spare)
     }
 
     /// The same, with everything evaluated and checked.

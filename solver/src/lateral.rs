@@ -5,7 +5,6 @@
 //!
 //! Theory: docs/theory/stability.md, out of the plane.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
 use pennate_elements::beam::Moduli;
@@ -197,7 +196,7 @@ impl Lateral {
         system.loading.nodes.copy_from_slice(&plane.loading.nodes);
         system.loading.prestress = plane.loading.prestress;
         system.loading.fraction = plane.loading.fraction;
-        system.begin();
+        system.begin(false);
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
         self.bare.resize(plane.members.count(), [[[0.0; 3]; 3]; 2]);
         let mut found: Vec<Vec<LateralEnds>> = Vec::with_capacity(plane.members.packs.len());
@@ -225,6 +224,10 @@ impl Lateral {
             let LateralEnds { ends, negative, smallest } = found[slot.pack][slot.lane];
             inertia.negative += negative;
             inertia.smallest = inertia.smallest.min(smallest);
+            if system.is_plain(index) {
+                system.scatter_plain(index, &ends);
+                continue;
+            }
             let mut factor = system.tangent.releases[index];
             let info = plane.end_info(index, &plane.tangent.ends[index]);
             let reduced = reduce::reduce(&ends, &[2, 3, 4], &info, Some(&mut factor));
@@ -294,7 +297,9 @@ pub(crate) fn rows(plane: &System<3>) -> Vec<Held> {
             held.push(Held { node: support.node, component, kind, from: 0.0, to: 0.0 });
         }
     }
-    let known: HashSet<_> = held.iter().map(|row| (row.node, row.component)).collect();
-    held.extend(plane.pattern.aside.iter().filter(|row| !known.contains(&(row.node, row.component))));
+    let place = |row: &Held| (row.node, row.component);
+    let mut known: Vec<_> = held.iter().map(place).collect();
+    known.sort_unstable();
+    held.extend(plane.pattern.aside.iter().filter(|row| known.binary_search(&place(row)).is_err()));
     held
 }

@@ -93,6 +93,8 @@ pub struct Start<'a> {
     /// costs a fraction of what it costs with new ones. `None` where every increment has factors of its own. Those of a comparison
     /// serve for its last look at the forces alone, and stay those of the state before.
     pub reuses_factors: Option<f64>,
+    /// They do so after an increment no larger than this (radians, or lengths of a member).
+    pub reuses_within: f64,
 }
 
 /// What an equilibrium is for.
@@ -119,6 +121,7 @@ impl Start<'_> {
             may_wander: true,
             linearized: false,
             reuses_factors: None,
+            reuses_within: f64::INFINITY,
         }
     }
 }
@@ -248,6 +251,7 @@ impl Newton {
             let serve = has_factors
                 && start.aim != Aim::Comparison
                 && (small || may_end)
+                && last <= start.reuses_within
                 && start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
             if self.may_end_by_forces(system, start, &inertia, last) && unknowns.refresh(system) {
                 let residual = system.residual();

@@ -338,6 +338,78 @@ fn moment_about<const D: usize>(active: &Active<D>, lever: V3<f64>, force: &[f64
     seen
 }
 
+/// The stiffness of a member with a welded end at a lever from its joint, on which the mixed stresses make this force: what
+/// [`apply_lever`] makes of all of it, block by block.
+#[inline(always)]
+pub(crate) fn carry<const D: usize>(
+    ends: &mut Ends<f64, D>,
+    active: &Active<D>,
+    end: usize,
+    lever: V3<f64>,
+    force: &[f64; D],
+) {
+    let along_rows = |block: &mut [[f64; D]; D]| {
+        for row in block {
+            *row = on_joint(active, lever, *row);
+        }
+    };
+    let along_columns = |block: &mut [[f64; D]; D]| {
+        if D == 6 {
+            let [x, y, z] = lever;
+            let (forces, moments) = block.split_at_mut(3);
+            for column in 0..D {
+                let force = [forces[0][column], forces[1][column], forces[2][column]];
+                moments[0][column] += y * force[2] - z * force[1];
+                moments[1][column] += z * force[0] - x * force[2];
+                moments[2][column] += x * force[1] - y * force[0];
+            }
+            return;
+        }
+        for column in 0..D {
+            let seen = on_joint(active, lever, std::array::from_fn(|row| block[row][column]));
+            for row in 0..D {
+                block[row][column] = seen[row];
+            }
+        }
+    };
+    let own = if end == 0 { &mut ends.k00 } else { &mut ends.k11 };
+    along_rows(own);
+    along_columns(own);
+    let mut pull = [0.0; 3];
+    for (component, force) in active.iter().zip(force).filter(|(component, _)| **component < 3) {
+        pull[*component] = *force;
+    }
+    let geometric = second_variation(pull, lever);
+    for (i, &r) in active.iter().enumerate().filter(|(_, r)| **r >= 3) {
+        for (j, &c) in active.iter().enumerate().filter(|(_, c)| **c >= 3) {
+            own[i][j] += geometric[r - 3][c - 3];
+        }
+    }
+    // Rows are those of the start, columns those of the end.
+    if end == 0 {
+        along_columns(&mut ends.k01);
+    } else {
+        along_rows(&mut ends.k01);
+    }
+}
+
+/// Force and moment of a welded end, as its joint at the other end of a lever feels them.
+#[inline(always)]
+pub(crate) fn on_joint<const D: usize>(active: &Active<D>, lever: V3<f64>, mut force: [f64; D]) -> [f64; D] {
+    if D == 6 {
+        let [x, y, z] = lever;
+        force[3] += y * force[2] - z * force[1];
+        force[4] += z * force[0] - x * force[2];
+        force[5] += x * force[1] - y * force[0];
+    } else if lever != [0.0; 3] {
+        let moment = moment_about(active, lever, &force);
+        for i in 0..D {
+            force[i] += moment[i];
+        }
+    }
+    force
+}
+
 pub(crate) fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, end: usize, info: &End<'_>) {
     let n = 2 * D;
     let offset = end * D;

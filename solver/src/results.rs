@@ -4,7 +4,7 @@ use pennate_elements::rotation::{log, turn};
 use pennate_elements::small::{V3, add, cross, dot, norm};
 
 use crate::chain::{self, Measures, Middle, middle, total_load};
-use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, SectionForces};
+use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, Peak, SectionForces};
 use crate::joints::{EndKind, Held, HeldKind};
 use crate::rigid::{AUXILIARIES, Limit};
 use crate::structure::Dimension;
@@ -12,6 +12,15 @@ use crate::system::System;
 
 /// Reads the equilibrium that the last assembly belongs to.
 pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
+    read(system, true)
+}
+
+/// The same but for what is measured along members, and what all forces together leave: these are no numbers.
+pub fn motions_and_forces<const D: usize>(system: &mut System<D>) -> Equilibrium {
+    read(system, false)
+}
+
+fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
     let forces = system.tangent.forces.clone();
     let fraction = system.loading.fraction;
     let topology = system.topology.clone();
@@ -40,7 +49,8 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
 
     let mut members = Vec::with_capacity(system.members.count());
     let mut energy = system.tangent.spring_energy;
-    let measures: Vec<Vec<Measures>> = system.members.packs.iter().map(|pack| pack.measures()).collect();
+    let packs = system.members.packs.iter().filter(|_| measured);
+    let measures: Vec<Vec<Measures>> = packs.map(|pack| pack.measures()).collect();
     for (index, slot) in system.members.slots.iter().enumerate() {
         let pack = system.members.packs[slot.pack].as_ref();
         energy += pack.interior(slot.lane).energy;
@@ -52,6 +62,23 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             }
         }
         let end_forces: [V3<f64>; 2] = [part(0, 0), part(1, 0)];
+        let control = system.structure.members[index].control.map_or(0.0, |drive| system.loading.drives[drive]);
+        if !measured {
+            let [length, axial_force, value, at] = [f64::NAN; 4];
+            let [stretch, bending] = [Peak { value, at }; 2];
+            let axial_force_ends = [f64::NAN; 2];
+            members.push(MemberState {
+                length,
+                stretch,
+                bending,
+                axial_force,
+                axial_force_ends,
+                end_forces,
+                end_moments,
+                control,
+            });
+            continue;
+        }
         let axial = |end: usize| {
             let place = pack.node(slot.lane, end * pack.mesh().elements());
             let tangent = turn(place.rotation, slot.tangents[end]);
@@ -68,11 +95,11 @@ pub fn equilibrium<const D: usize>(system: &mut System<D>) -> Equilibrium {
             axial_force_ends: [axial(0), axial(1)],
             end_forces,
             end_moments,
-            control: system.structure.members[index].control.map_or(0.0, |drive| system.loading.drives[drive]),
+            control,
         });
     }
     let residual = system.residual();
-    let balance = balance(system, &nodes);
+    let balance = if measured { balance(system, &nodes) } else { f64::NAN };
     let compliances = Vec::new();
     let springs = system.tangent.spring_forces.clone();
     let residual = residual.largest();

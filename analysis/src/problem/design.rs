@@ -30,6 +30,8 @@ pub(super) struct Design {
     pub structure: Structure,
     /// Those that the outputs need.
     pub steps: Vec<Step>,
+    /// Whether another model may be evaluated in this one.
+    pub may_serve: bool,
 }
 
 impl Design {
@@ -60,10 +62,23 @@ impl Problem {
         Ok(self.design_of(self.model_beside(row)?))
     }
 
+    /// The same in the memory of the model of another design, where there is one to spare.
+    pub(super) fn design_in(&self, row: &[f64], spare: Option<Model>) -> Result<Design, Reason> {
+        let mut may_serve = true;
+        let model = self.evaluated(row, |reading, values| match reading.model_again(values, spare) {
+            Some(model) => Ok(model),
+            None => {
+                may_serve = false;
+                reading.model(values)
+            }
+        })?;
+        Ok(Design { may_serve, ..self.design_of(model) })
+    }
+
     fn design_of(&self, model: Model) -> Design {
         let (structure, mut steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
         steps.truncate(self.steps());
-        Design { model, structure, steps }
+        Design { model, structure, steps, may_serve: false }
     }
 
     /// The outputs of a row of values, as far as its steps went, and why they went no farther.

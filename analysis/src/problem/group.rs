@@ -27,16 +27,21 @@ impl Problem {
     /// The answers of a group of designs, in order.
     pub(super) fn solve_group(&self, rows: &[&[f64]], control: &Control, workspace: &mut Workspace) -> Vec<Answer> {
         let nothing = |reason| Answer::nothing(self.outputs.len(), reason);
-        let designs: Vec<Result<Design, Reason>> = rows.iter().map(|row| self.design(row)).collect();
+        let design = |row: &&[f64]| self.design_in(row, workspace.models.pop());
+        let designs: Vec<Result<Design, Reason>> = rows.iter().map(design).collect();
         let sound: Vec<&Design> = designs.iter().flatten().collect();
         let mut values = self.solve_together(&sound, control, workspace).into_iter();
         let answer = |design: Result<Design, Reason>| match design {
             Err(reason) => nothing(reason),
-            Ok(design) => match values.next().flatten() {
-                // Side by side nothing goes beyond a state that is not stable.
-                Some(values) => Answer { values, reason: None, stable: Some(true) },
-                None => self.solve_design(&design, control),
-            },
+            Ok(design) => {
+                let answer = match values.next().flatten() {
+                    // Side by side nothing goes beyond a state that is not stable.
+                    Some(values) => Answer { values, reason: None, stable: Some(true) },
+                    None => self.solve_design(&design, control),
+                };
+                workspace.models.extend(Some(design.model).filter(|_| design.may_serve));
+                answer
+            }
         };
         designs.into_iter().map(answer).collect()
     }
@@ -48,7 +53,8 @@ impl Problem {
         control: &Control,
         workspace: &mut Workspace,
     ) -> Vec<Option<Vec<f64>>> {
-        let look = |step| if self.reads(step) { Look::State } else { Look::Not };
+        let own = if self.middle.probes.measure_members() { Look::State } else { Look::Nodes };
+        let look = |step| if self.reads(step) { own } else { Look::Not };
         let found = self.find_together(designs, &look, control, workspace).into_iter();
         let outputs =
             |(design, found): (&&Design, Option<Found>)| found.map(|found| self.outputs_of(design, &found.ends));

@@ -151,7 +151,7 @@ impl Problem {
     fn whole_design(&self, row: &[f64]) -> Result<Design, Reason> {
         let model = self.model(row)?;
         let (structure, steps) = discretize(&model, &mesh::fitted(&self.mesh, &self.middle, &model));
-        Ok(Design { model, structure, steps })
+        Ok(Design { model, structure, steps, may_serve: false })
     }
 
     /// Values of all probes in a state at the end of a step, after those at the ends of the steps before it.

@@ -174,7 +174,7 @@ impl Problem {
     fn evaluated(
         &self,
         row: &[f64],
-        model: impl Fn(&Reading, &[(usize, f64)]) -> Result<Model, InputErrors>,
+        model: impl FnOnce(&Reading, &[(usize, f64)]) -> Result<Model, InputErrors>,
     ) -> Result<Model, Reason> {
         let values: Vec<(usize, f64)> =
             self.inputs.iter().zip(row).map(|(&(_, place), &value)| (place, value)).collect();

@@ -13,6 +13,8 @@ pub(crate) type Analysed<const D: usize> = BTreeMap<usize, Kept<D>>;
 pub(crate) struct Kept<const D: usize> {
     /// Systems whose equations are analysed: one for the unloaded structure and for every step that changes what is held.
     pub systems: Vec<System<D>>,
+    /// Whether a group was not stable out of the plane: unloaded networks are looked at there.
+    pub looks_aside: bool,
     /// What the last group worked in.
     pub memory: Memory<D>,
 }

@@ -12,6 +12,7 @@ use std::fmt;
 use std::rc::Rc;
 use std::sync::{Mutex, PoisonError};
 
+use pennate_models::Model;
 use pennate_solver::structure::{Dimension, Step, Structure};
 use pennate_solver::system::System;
 
@@ -41,6 +42,8 @@ pub(crate) struct Asked<'a> {
 /// What is kept from one group to the next: analyses of equations, which no answer depends on.
 #[derive(Default)]
 pub(crate) struct Workspace {
+    /// Models of designs that were solved, which those of others may be evaluated in.
+    pub models: Vec<Model>,
     plane: Analysed<3>,
     space: Analysed<6>,
 }
@@ -139,11 +142,16 @@ fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<
         }
     };
     if let Some((ends, systems)) = ends {
-        let found = |share: &Share| {
-            let ends = ends_of(share, &shares, &ends)?;
-            Some(Found { ends, systems: systems.clone(), share: share.clone() })
+        let forces: Vec<Vec<f64>> = ends.iter().flatten().map(|end| largest_forces(&shares, end)).collect();
+        let found = |(design, share): (usize, Share)| {
+            let feeble = |forces: &Vec<f64>| forces[design] < FEEBLE * forces.iter().copied().fold(0.0, f64::max);
+            if forces.iter().any(feeble) {
+                return None;
+            }
+            let ends = ends.iter().map(|end| end.as_ref().map(|end| share.end(end))).collect();
+            Some(Found { ends, systems: systems.clone(), share })
         };
-        return shares.iter().map(found).collect();
+        return shares.into_iter().enumerate().map(found).collect();
     }
     // One of them is doubtful: others need not wait for it.
     if count == 1 || !(asked.wanted)() {
@@ -155,12 +163,7 @@ fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<
     found
 }
 
-/// What belongs to one design of a group; nothing where its forces are small beside those of others.
-fn ends_of(share: &Share, all: &[Share], ends: &[Option<End>]) -> Option<Vec<Option<End>>> {
-    let feeble = |end: &End| {
-        let largest = all.iter().map(|share| share.largest_force(&end.state)).fold(0.0, f64::max);
-        share.largest_force(&end.state) < FEEBLE * largest
-    };
-    let own = |end: &Option<End>| end.as_ref().map(|end| share.end(end));
-    (!ends.iter().flatten().any(feeble)).then(|| ends.iter().map(own).collect())
+/// The largest force on the members of every design at the end of a step.
+fn largest_forces(shares: &[Share], end: &End) -> Vec<f64> {
+    shares.iter().map(|share| share.largest_force(&end.state)).collect()
 }

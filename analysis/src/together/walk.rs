@@ -3,7 +3,6 @@
 //! What the ordinary solver does besides iterating (shorter increments, singular points, records of every state) is left to
 //! it: a design for which any of its doubts arises is solved by it alone.
 
-use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -27,9 +26,14 @@ const PARALLEL: f64 = 1e-12;
 /// A pivot that is smaller than this part of the smallest of the unloaded structure may soon be none: its factors serve for
 /// one state alone.
 const WEAK: f64 = 0.05;
+/// An increment (radians, or lengths of a member) after which the factors of the state before are as good as those of the state: what
+/// they leave is smaller by this part, and their own increment by its square.
+const SAME: f64 = 1e-5;
 /// Ends of steps are passed where all pivots keep this part of the smallest of the unloaded structure, and of that where the
 /// increment began.
 const FIRM: f64 = 0.5;
+/// Steps of which none is ever passed: those that are have two before them, and one behind.
+const FEW: usize = 3;
 /// How many times as far as the increment before several steps at once may go.
 const AT_ONCE: f64 = 3.0;
 /// Steps with the factors at hand before a state is read, at most, and one (radians, or lengths of a member) after which what is
@@ -57,6 +61,8 @@ pub(crate) fn joins(structure: &Structure) -> bool {
 pub(crate) enum Look {
     /// It is gone on from.
     Not,
+    /// Its state but for what is measured along members.
+    Nodes,
     /// Its state.
     State,
     /// Its state, and the system there.
@@ -94,20 +100,23 @@ pub(super) fn ends<const D: usize>(
     asked: &Asked<'_>,
 ) -> Option<Ends<D>> {
     let structure = Arc::new(structure);
-    let (found, passed) = walk(Arc::clone(&structure), steps, kind, kept.as_deref_mut(), asked, true);
-    // What is doubtful over several steps at once need not be so one by one.
-    if found.is_some() || !passed { found } else { walk(structure, steps, kind, kept, asked, false).0 }
+    let (found, trusted) = walk(Arc::clone(&structure), steps, kind, kept.as_deref_mut(), asked, true);
+    // What is doubtful over several steps at once need not be so one by one, and what is not stable out of the plane need not be held
+    // there.
+    if found.is_some() || !trusted { found } else { walk(structure, steps, kind, kept, asked, false).0 }
 }
 
-/// The same, and whether ends of steps were passed, as they may be with `passes`.
+/// The same, and whether it went by what was taken for granted, as may be with `trusts`: that ends of steps may be passed, or that the
+/// unloaded network is held out of the plane.
 fn walk<const D: usize>(
     structure: Arc<Structure>,
     steps: &[Step],
     kind: &Kind<D>,
     mut kept: Option<&mut Kept<D>>,
     asked: &Asked<'_>,
-    passes: bool,
+    trusts: bool,
 ) -> (Option<Ends<D>>, bool) {
+    let looks_aside = kept.as_ref().is_some_and(|kept| kept.looks_aside);
     let topology = continuation::topology(&structure, steps);
     let memory = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.memory)).unwrap_or_default();
     let Memory { system, lateral: spare, states } = memory;
@@ -115,14 +124,34 @@ fn walk<const D: usize>(
         system.and_then(|mut system| system.renew(Arc::clone(&structure), Arc::clone(&topology)).then_some(system));
     let mut system = renewed.unwrap_or_else(|| kind.build(structure, topology, 0));
     system.members.keep_factors();
-    let (finer, lateral, held) = (None, None, BTreeMap::new());
+    let (finer, lateral, held) = (None, None, Vec::new());
     let (way, times, missed) = (None, None, None);
     let (rest, here) = (Firmness::default(), Firmness::default());
-    let (begins, passed) = (false, false);
-    let mut walk =
-        Walk { system, finer, held, lateral, spare, states, way, times, missed, rest, here, begins, passes, passed };
+    let (begins, trusted, polished) = (false, false, None);
+    // Of so few steps none is passed, for which the unloaded network would have to be known.
+    let may_pass = steps.len() > FEW;
+    let (passes, defers) = (trusts && may_pass, trusts && !may_pass && !looks_aside);
+    let mut walk = Walk {
+        system,
+        finer,
+        held,
+        lateral,
+        spare,
+        states,
+        way,
+        times,
+        missed,
+        rest,
+        here,
+        begins,
+        passes,
+        defers,
+        trusted,
+        polished,
+        was_read: false,
+    };
     let mut found = walk.ends(steps, kind, kept.as_deref_mut(), asked);
-    let Walk { system, lateral, spare, states, passed, .. } = walk;
+    let Walk { system, lateral, spare, states, defers, trusted, .. } = walk;
     let mut system = Some(system);
     if let Some((_, systems)) = &mut found {
         let looks = (asked.look)(steps.len() - 1) == Look::System;
@@ -130,8 +159,9 @@ fn walk<const D: usize>(
     }
     if let Some(kept) = kept {
         kept.memory = Memory { system, lateral: lateral.or(spare), states };
+        kept.looks_aside |= defers && trusted;
     }
-    (found, passed)
+    (found, trusted)
 }
 
 /// The smallest pivots, in the plane or in space and out of the plane, over the diagonal entries that they came from.
@@ -152,7 +182,8 @@ struct Walk<const D: usize> {
     system: System<D>,
     /// The same on elements of the next order, once it was looked at.
     finer: Option<System<D>>,
-    held: BTreeMap<(usize, usize), Held>,
+    /// What is held, by node and component.
+    held: Vec<Held>,
     lateral: Option<Box<dyn OutOfPlane<D> + Send>>,
     /// Memory of what judged the group before.
     spare: Option<Box<dyn OutOfPlane<D> + Send>>,
@@ -169,9 +200,17 @@ struct Walk<const D: usize> {
     here: Firmness,
     /// Whether the unloaded structure is still to be looked at, as the first linearization of the first step.
     begins: bool,
-    /// Whether ends of steps may be passed, and whether any were.
+    /// Whether ends of steps may be passed.
     passes: bool,
-    passed: bool,
+    /// Whether the unloaded network is not looked at out of the plane, as long as states are stable there: these say of one that
+    /// nothing holds there what it says itself, that nothing can be said against it.
+    defers: bool,
+    /// Whether any ends were passed, or a state is not stable out of the plane where the unloaded network was not looked at.
+    trusted: bool,
+    /// What one more step with the factors at hand moved a state that is to be read, and the number of the linearization before.
+    polished: Option<(Option<f64>, u64)>,
+    /// Whether the state is one that was read.
+    was_read: bool,
 }
 
 impl<const D: usize> Walk<D> {
@@ -211,8 +250,8 @@ impl<const D: usize> Walk<D> {
             self.step(&steps[first..=index], kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
-                Look::State | Look::System => Some(End { state: self.read(), finer: None }),
-                Look::Error => Some(End { state: self.read(), finer: Some(self.refine(kind)?) }),
+                Look::Nodes | Look::State | Look::System => Some(End { state: self.read(look), finer: None }),
+                Look::Error => Some(End { state: self.read(look), finer: Some(self.refine(kind)?) }),
             });
             if index + 1 < steps.len() {
                 systems.push((look == Look::System).then(|| Rc::new(self.copy(kind))));
@@ -226,22 +265,27 @@ impl<const D: usize> Walk<D> {
         let structure = Arc::clone(&self.system.structure);
         for support in &structure.supports {
             for component in (0..6).filter(|&component| support.fixed[component]) {
-                self.insert(support.node, component, 0.0);
+                self.insert_along(support.node, component, 0.0, support.axes[component % 3]);
             }
         }
-        let supports = self.held.clone();
-        for (node, component) in continuation::first_rows(&structure, steps) {
+        let mut rows = continuation::first_rows(&structure, steps);
+        rows.retain(|&(node, component)| self.place_of(node, component).is_err());
+        let supports = (!rows.is_empty()).then(|| self.held.clone());
+        for &(node, component) in &rows {
             self.insert(node, component, 0.0);
         }
-        let beside = self.held.len() > supports.len();
         self.hold(kind, kept, 0);
-        self.held = supports;
+        let beside = supports.is_some();
+        if let Some(supports) = supports {
+            self.held = supports;
+        }
         self.system.loading.prestress = 1.0;
         // Loads of the first step that bring no stiffness leave that of the unloaded structure to its first linearization.
         self.begins = !beside && steps[0].changes.is_empty() && brings_no_stiffness(&self.system);
         if self.begins {
             return Some(());
         }
+        self.system.apply_drives();
         self.system.assemble(false);
         self.look_at_rest(kind)
     }
@@ -263,6 +307,10 @@ impl<const D: usize> Walk<D> {
         if let Some(build) = kind.lateral.filter(|_| judged) {
             let spare = self.spare.take().and_then(|mut spare| spare.renew(&self.system).then_some(spare));
             let mut lateral = spare.unwrap_or_else(|| build(&self.system));
+            if self.defers {
+                self.lateral = Some(lateral);
+                return Some(());
+            }
             let (inertia, _) = lateral.inertia(&mut self.system);
             self.lateral = lateral.is_held(&mut self.system).then_some(lateral);
             self.rest.lateral = self.lateral.as_ref().map_or(0.0, |_| inertia.smallest);
@@ -271,9 +319,21 @@ impl<const D: usize> Walk<D> {
     }
 
     fn insert(&mut self, node: usize, component: usize, to: f64) {
-        let axis = kind::axis(&self.system.structure, node, component);
+        self.insert_along(node, component, to, kind::axis(&self.system.structure, node, component));
+    }
+
+    fn insert_along(&mut self, node: usize, component: usize, to: f64, axis: [f64; 3]) {
         let kind = HeldKind::of(component, axis);
-        self.held.insert((node, component), Held { node, component, kind, from: to, to });
+        let row = Held { node, component, kind, from: to, to };
+        match self.place_of(node, component) {
+            Ok(known) => self.held[known] = row,
+            Err(place) => self.held.insert(place, row),
+        }
+    }
+
+    /// Where the row of a component is among those that are held, or would be.
+    fn place_of(&self, node: usize, component: usize) -> Result<usize, usize> {
+        self.held.binary_search_by_key(&(node, component), |held| (held.node, held.component))
     }
 
     /// Takes what a step changes of what is held; nothing where that turns anything by more than one increment does.
@@ -298,7 +358,9 @@ impl<const D: usize> Walk<D> {
                 }
                 // The reaction has fallen to zero at the end of the step.
                 Change::Free { node, component } => {
-                    self.held.remove(&(node, component));
+                    if let Ok(place) = self.place_of(node, component) {
+                        self.held.remove(place);
+                    }
                 }
             }
         }
@@ -307,14 +369,13 @@ impl<const D: usize> Walk<D> {
 
     /// Sets what is held, by the analysis of a design before where there is one, and keeps that of this one where they are kept.
     fn hold(&mut self, kind: &Kind<D>, kept: Option<&mut Kept<D>>, index: usize) {
-        let rows: Vec<Held> = self.held.values().copied().collect();
+        let rows = self.held.clone();
         let Some(Kept { systems: analysed, .. }) = kept else {
             self.system.hold(rows);
             return;
         };
         if let Some(known) = analysed.get(index) {
-            self.system.hold_like(known);
-            self.system.hold(rows);
+            self.system.hold_by(rows, known);
             return;
         }
         self.system.hold(rows);
@@ -351,7 +412,7 @@ impl<const D: usize> Walk<D> {
     /// Goes to the end of the last of some steps in one increment; where loads go on as in the steps before, from what their ends
     /// foretell.
     fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
-        self.passed |= steps.len() > 1;
+        self.trusted |= steps.len() > 1;
         let system = &mut self.system;
         let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
         for &(drive, value) in steps.iter().flat_map(|step| &step.targets) {
@@ -369,15 +430,25 @@ impl<const D: usize> Walk<D> {
         if !system.loads_have_potential() {
             return None;
         }
-        let linearized = std::mem::take(&mut self.begins);
-        if linearized {
+        let begins = std::mem::take(&mut self.begins);
+        // What was read has its forces, and factors of a state beside it: where nothing but what is held is another now, members stay.
+        let stays = std::mem::take(&mut self.was_read)
+            && D == 3
+            && self.way.is_none()
+            && gone.iter().all(|&gone| gone == 0.0)
+            && !system.loading.holds_strains();
+        if begins {
             system.assemble(true);
             self.look_at_rest(kind)?;
+        } else if stays {
+            system.assemble_joints(true);
         }
-        // In the plane new factors cost little more than the steps that do without them, which a state that is read has to make up
-        // for in the end; a system that is asked for has those of its state.
-        let pays = aim != Aim::Result || D == 6 && look == Look::State;
-        let reuses_factors = pays.then_some(WEAK * self.rest.own);
+        let linearized = begins || stays;
+        // A system that is asked for has the factors of its state. In the plane new ones cost little more than the steps that do without
+        // them, which a state that is read has to make up for in the end: there they serve on only where none is made for that.
+        let serve = aim != Aim::Result || matches!(look, Look::Nodes | Look::State);
+        let reuses_factors = serve.then_some(WEAK * self.rest.own);
+        let reuses_within = if D == 3 && aim == Aim::Result { SAME } else { f64::INFINITY };
         let system = &mut self.system;
         self.states.rotate_right(1);
         let [last, before, earlier] = &mut self.states;
@@ -393,7 +464,8 @@ impl<const D: usize> Walk<D> {
         self.times = times;
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
         let (negative_limit, may_wander) = (0, false);
-        let start = Start { predicted, rest, negative_limit, aim, may_wander, linearized, reuses_factors };
+        let start =
+            Start { predicted, rest, negative_limit, aim, may_wander, linearized, reuses_factors, reuses_within };
         let newton = Newton::default();
         let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
@@ -410,6 +482,11 @@ impl<const D: usize> Walk<D> {
             system.apply_drives();
         };
         let end = (found, 1.0, 1.0);
+        // What makes sure of the way finds the forces of the state anew, which a state that is read needs after one more step.
+        if matches!(look, Look::Nodes | Look::State) && !doubtful {
+            let size = system.advance(system.pattern.equations.has_general());
+            self.polished = Some((size.map(|size| size.largest()), system.tangent.linearizations()));
+        }
         let aside =
             !doubtful && continuation::came_aside(system, states, (&moved, &foreseen), end, &mut apply, &newton.tuning);
         let inertia = found.inertia;
@@ -419,6 +496,13 @@ impl<const D: usize> Walk<D> {
         self.missed = predicted.then_some(system.moves.first_own);
         let before = std::mem::replace(&mut self.here, Firmness { own: inertia.smallest, lateral: self.rest.lateral });
         if let Some(lateral) = &mut self.lateral {
+            if self.defers {
+                let (inertia, potential) = lateral.inertia(system);
+                if !potential || inertia.negative + inertia.neutral + inertia.idle > 0 {
+                    self.trusted = true;
+                    return None;
+                }
+            }
             let (inertia, potential) = lateral.confirmed(system, 0);
             if !potential || inertia.negative > 0 || inertia.neutral > 0 {
                 return None;
@@ -431,15 +515,26 @@ impl<const D: usize> Walk<D> {
 
     /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
     /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
-    fn read(&mut self) -> Equilibrium {
+    fn read(&mut self, look: Look) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
+        // In the plane factors are those of the state, or of one as good: a step leaves a thousandth of the one before, or less.
+        let settled = if D == 3 { 100.0 * SETTLED } else { SETTLED };
+        let mut polished = self.polished.take();
         for _ in 0..MORE {
-            let Some(size) = self.system.advance(pending) else { break };
-            if !self.system.refresh(pending) || size.largest() <= SETTLED {
+            let (size, before) = polished.take().unwrap_or_else(|| {
+                (self.system.advance(pending).map(|size| size.largest()), self.system.tangent.linearizations())
+            });
+            let Some(size) = size else { break };
+            let is_fresh = self.system.tangent.linearizations() > before;
+            if !(is_fresh || self.system.refresh(pending)) || size <= settled {
                 break;
             }
         }
-        results::equilibrium(&mut self.system)
+        self.was_read = true;
+        match look {
+            Look::Nodes => results::motions_and_forces(&mut self.system),
+            _ => results::equilibrium(&mut self.system),
+        }
     }
 
     /// A system that stays where the present one is.

@@ -105,10 +105,16 @@ impl Compiled {
     }
 
     /// The network with other numbers for some parameters, given by their places; nothing where anything is wrong with it, or
-    /// more than numbers would change.
-    pub(crate) fn model(&self, given: &[(usize, f64)], known: &Arc<Lasting>, beside: bool) -> Option<Model> {
+    /// more than numbers would change. An earlier one, which came from here, is evaluated again where there is one to spare.
+    pub(crate) fn model(
+        &self,
+        given: &[(usize, f64)],
+        known: &Arc<Lasting>,
+        beside: bool,
+        spare: Option<Model>,
+    ) -> Option<Model> {
         let mut cx = self.context(given, known, beside)?;
-        let mut model = self.first.clone();
+        let mut model = spare.unwrap_or_else(|| self.first.clone());
         again::evaluate(self, &mut model, &mut cx)?;
         cx.errors.is_empty().then_some(model)
     }

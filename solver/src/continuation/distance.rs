@@ -76,7 +76,7 @@ impl<const D: usize> Unknowns<D> for AtDistance<'_> {
         self.fraction += change;
         self.changed = change.abs();
         system.loading.fraction = self.fraction;
-        system.pattern.equations.update(&system.topology, &system.places.joints, self.fraction);
+        system.pattern.equations.update(&system.topology, &system.places.joints, self.fraction, true);
         if self.functional.motions.len() > system.places.joints.len() {
             // What members between joints that do not move do by the change of the fraction belongs to this increment: near a singular
             // tangent it is as large as what they do at the old one, and takes it back.

@@ -240,15 +240,18 @@ impl<const D: usize> Equations<D> {
         Motions { count: rank - fixed, pending, missed }
     }
 
-    /// Brings bases and pending motions up to date with the state.
-    pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64) {
+    /// Brings bases and pending motions up to date with the state; what joints miss whose components are held each by itself only where
+    /// it is `asked` for.
+    pub(crate) fn update(&mut self, topology: &Topology, states: &[JointState], fraction: f64, asked: bool) {
+        let active: [bool; 6] = std::array::from_fn(|component| self.active.contains(&component));
         for joint in 0..self.joints.len() {
             if let Basis::Components(_) = self.joints[joint].basis {
                 // Of joints that nothing holds, none is ever pending.
-                if self.joints[joint].rows.is_empty() {
+                if !asked || self.joints[joint].rows.is_empty() {
                     continue;
                 }
-                self.pending[joint] = self.pending_components(&self.joints[joint].rows, &states[joint], fraction);
+                self.pending[joint] =
+                    self.pending_components(&self.joints[joint].rows, &states[joint], fraction, &active);
                 continue;
             }
             let mut equations = std::mem::replace(
@@ -265,7 +268,7 @@ impl<const D: usize> Equations<D> {
         }
     }
 
-    fn pending_components(&self, rows: &[usize], state: &JointState, fraction: f64) -> [f64; 6] {
+    fn pending_components(&self, rows: &[usize], state: &JointState, fraction: f64, active: &[bool; 6]) -> [f64; 6] {
         let mut pending = [0.0; 6];
         let mut theta = [0.0; 3];
         let mut turned = false;
@@ -275,7 +278,7 @@ impl<const D: usize> Equations<D> {
             match held.kind {
                 HeldKind::Translation { direction } => {
                     for c in 0..3 {
-                        if direction[c].abs() == 1.0 && self.active.contains(&c) {
+                        if active[c] && direction[c].abs() == 1.0 {
                             pending[c] = direction[c] * target - state.place.displacement[c];
                         }
                     }
@@ -288,7 +291,7 @@ impl<const D: usize> Equations<D> {
         }
         if turned {
             if D == 3 {
-                if self.active.contains(&5) {
+                if active[5] {
                     pending[5] = theta[2] - state.place.angle;
                 }
             } else {

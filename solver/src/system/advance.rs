@@ -115,7 +115,8 @@ impl<const D: usize> System<D> {
             moves.by_part[part] = moves.by_part[part].join(whole);
             own = own.join(if slot.released { whole } else { without_start });
         }
-        for ((motion, carried), &part) in motions.iter().zip(&pattern.carried).zip(&pattern.parts.joints) {
+        let joints = motions.iter().zip(&pattern.carried).zip(&pattern.parts.joints);
+        for ((motion, carried), &part) in joints.filter(|((motion, _), _)| **motion != [0.0; 6]) {
             let (u, spin) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);
             let moved = Size { rotation: norm(spin), displacement: norm(u) / self.size };
             moves.by_part[part] = moves.by_part[part].join(moved);

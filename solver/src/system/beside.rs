@@ -7,7 +7,7 @@
 use crate::joints::Topology;
 use crate::packs;
 use crate::spring::Spring;
-use crate::structure::{Dimension, Member, Structure};
+use crate::structure::{Dimension, Member, SectionState, Structure};
 
 /// So many times as stiff as what its ends are held by, across its length too, an auxiliary stiffness may be: rounding of it takes digits of
 /// that where the member lies across the axes. With ten times as much the critical load of a portal whose beam is 10⁷ times as stiff as its
@@ -20,7 +20,8 @@ const ROUNDED: f64 = 1e9;
 /// Wires in a row are one: what the first is tied to is felt by the last.
 pub(super) fn forces_beside(structure: &Structure, topology: &Topology) -> Vec<f64> {
     let mut forces = vec![0.0; structure.members.len()];
-    let sections: Vec<Section> = structure.members.iter().map(|member| Section::of(structure, member)).collect();
+    let states: Vec<SectionState> = structure.laws.iter().map(|law| law.at(0.0)).collect();
+    let sections: Vec<Section> = structure.members.iter().map(|member| Section::of(&states, member)).collect();
     if !sections.iter().any(|section| section.is_hard) {
         return forces;
     }
@@ -47,12 +48,14 @@ struct Section {
 }
 
 impl Section {
-    fn of(structure: &Structure, member: &Member) -> Self {
+    /// With the states of all laws without their control.
+    fn of(states: &[SectionState], member: &Member) -> Self {
         let mut found = Self { bending: 0.0, is_hard: false };
+        let length = member.length();
         for segment in &member.segments {
-            let state = structure.laws[segment.law].at(0.0);
+            let state = &states[segment.law];
             found.bending = found.bending.max(state.section.ei2.max(state.section.ei3));
-            found.is_hard |= packs::is_hard_to_stretch(&state, member.length());
+            found.is_hard |= packs::is_hard_to_stretch(state, length);
         }
         found
     }

@@ -71,6 +71,12 @@ impl<const D: usize> System<D> {
             return Vec::new();
         }
         let count = self.pattern.equations.joints.len();
+        let carried: Vec<bool> = (0..count)
+            .map(|joint| self.topology.idle[joint] == Idle::None && self.pattern.equations.holds_nothing(joint))
+            .collect();
+        if !carried.contains(&true) {
+            return Vec::new();
+        }
         let mut ends = Vec::with_capacity(2 * self.members.count());
         let mut ways = Vec::with_capacity(self.members.count());
         for (index, member) in self.structure.members.iter().enumerate().take(self.members.count()) {
@@ -86,9 +92,6 @@ impl<const D: usize> System<D> {
         let mut starts = vec![0; count + 1];
         ends.iter().for_each(|&(joint, _)| starts[joint + 1] += 1);
         (0..count).for_each(|joint| starts[joint + 1] += starts[joint]);
-        let carried: Vec<bool> = (0..count)
-            .map(|joint| self.topology.idle[joint] == Idle::None && self.pattern.equations.holds_nothing(joint))
-            .collect();
 
         let mut tree = Vec::with_capacity(count);
         let mut reached = vec![false; count];

@@ -105,14 +105,6 @@ pub struct Loading {
 impl Loading {
     /// Nothing acts yet.
     pub(super) fn new(structure: &Structure, topology: &Topology) -> Self {
-        let unstressed = structure
-            .springs
-            .iter()
-            .map(|spring| match (spring.natural_length(), spring.pair()) {
-                (Some(_), Some([a, b])) => norm(sub(structure.nodes[b], structure.nodes[a])),
-                _ => 0.0,
-            })
-            .collect();
         let mut states = 0;
         let mut first = |member: &Member| {
             states += member.segments.len();
@@ -128,13 +120,31 @@ impl Loading {
             fading: Vec::new(),
             auxiliary: packs::AUXILIARY,
             nodes: vec![NodeLoad::default(); structure.nodes.len()],
-            unstressed,
+            unstressed: unstressed(structure).collect(),
             sections: vec![Sections::default(); structure.members.len()],
             noise: [0.0; 2],
             slenderness: 0.0,
             extremes: Vec::new(),
             holds_strains: false,
             beside: forces_beside(structure, topology),
+        }
+    }
+
+    /// The same of another structure of the same topology and mesh, in the memory at hand; with members or without.
+    pub(super) fn renew(&mut self, structure: &Structure, topology: &Topology, has_members: bool) {
+        self.states.fill(None);
+        self.sections.fill(Sections::default());
+        self.drives.fill(0.0);
+        (self.prestress, self.fraction) = (0.0, 0.0);
+        self.fading.clear();
+        self.auxiliary = packs::AUXILIARY;
+        self.nodes.fill(NodeLoad::default());
+        self.unstressed.clear();
+        self.unstressed.extend(unstressed(structure));
+        (self.noise, self.slenderness, self.holds_strains) = ([0.0; 2], 0.0, false);
+        self.extremes.clear();
+        if has_members {
+            self.beside = forces_beside(structure, topology);
         }
     }
 
@@ -325,10 +335,24 @@ impl MadeOf {
         let chain = &mut members.packs[slot.pack];
         let description = &structure.members[member];
         let mut sections = Sections { made_of: Some(self), ..Sections::default() };
+        let whole = description.length();
+        let mut first = None;
         for (segment, of) in description.segments.iter().enumerate() {
+            let lengths = [chain.mesh().element_length(slot.lane, segment), whole];
+            let weigh = |section: &SectionState| match self.gravity {
+                [0.0, 0.0, 0.0] => self.line,
+                gravity => add(self.line, scale(section.section.mass_per_length, gravity)),
+            };
+            // Both ends of a muscle are alike.
+            if let Some((law, length, section, moduli)) = &first
+                && (*law, *length) == (of.law, lengths[0])
+            {
+                states[segment] = Some(*section);
+                chain.set_segment(slot.lane, segment, moduli, weigh(section));
+                continue;
+            }
             let section = structure.laws[of.law].at(self.control);
             states[segment] = Some(section);
-            let lengths = [chain.mesh().element_length(slot.lane, segment), description.length()];
             let moduli =
                 packs::moduli(&section, chain.mesh().about(), lengths, &slot.turn, self.auxiliary, self.carried);
             sections.is_stiff |= packs::is_stiff(&section, lengths);
@@ -342,17 +366,24 @@ impl MadeOf {
             let [forces @ .., _, second, third] = moduli.stiffness;
             let stiffest = forces.into_iter().filter(|force| force.is_finite()).fold(0.0, f64::max);
             let bending = if D == 3 { third } else { second.min(third) };
-            sections.slenderness = sections.slenderness.max(description.length() * (stiffest / bending).sqrt());
-            let [stretch, bends] = packs::stretch_and_bending(&section, description.length(), &slot.turn, D == 3);
+            sections.slenderness = sections.slenderness.max(whole * (stiffest / bending).sqrt());
+            let [stretch, bends] = packs::stretch_and_bending(&section, whole, &slot.turn, D == 3);
             sections.stretch_and_bending[0] = sections.stretch_and_bending[0].max(stretch);
             let least = sections.stretch_and_bending[1];
             sections.stretch_and_bending[1] = if segment == 0 { bends } else { least.min(bends) };
-            let weighs = self.gravity != [0.0; 3];
-            let weight = if weighs { scale(section.section.mass_per_length, self.gravity) } else { [0.0; 3] };
-            chain.set_segment(slot.lane, segment, &moduli, add(self.line, weight));
+            chain.set_segment(slot.lane, segment, &moduli, weigh(&section));
+            first.get_or_insert((of.law, lengths[0], section, moduli));
         }
         sections
     }
+}
+
+/// Distance of both nodes of every spring without prestress.
+fn unstressed(structure: &Structure) -> impl Iterator<Item = f64> + '_ {
+    structure.springs.iter().map(|spring| match (spring.natural_length(), spring.pair()) {
+        (Some(_), Some([a, b])) => norm(sub(structure.nodes[b], structure.nodes[a])),
+        _ => 0.0,
+    })
 }
 
 /// Nodes that any drive, or the weight of a body, may load.

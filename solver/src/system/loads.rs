@@ -130,7 +130,7 @@ impl<const D: usize> System<D> {
 
     /// Whether the loads at the present drives have a potential; leaves forces and matrix to the next assembly.
     pub fn loads_have_potential(&mut self) -> bool {
-        self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction);
+        self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction, true);
         self.assemble_loads();
         self.tangent.has_potential()
     }

@@ -236,7 +236,7 @@ impl<const D: usize> Members<D> {
 
 fn end_tangents(member: &Member) -> [V3<f64>; 2] {
     let mut axes = member.axes;
-    for segment in &member.segments {
+    for segment in member.segments.iter().filter(|segment| segment.initial_curvature != [0.0; 3]) {
         let frame = matrix(exp(scale(segment.length, segment.initial_curvature)));
         axes = tmul(&frame, &axes);
     }

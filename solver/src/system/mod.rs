@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pennate_elements::small::{M3, norm};
+use pennate_elements::small::{M3, V3, norm};
 
-use crate::chain::Pack;
+use crate::chain::{MemberEnds, Pack};
 use crate::held::HeldForces;
 use crate::joints::{Active, Held, Topology};
 use crate::linear::Symmetric;
@@ -133,14 +133,21 @@ impl<const D: usize> System<D> {
     pub fn hold(&mut self, held: Vec<Held>) {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         if self.pattern.hold(&self.topology, held) {
-            let linear = self.pattern.analyse(&self.structure, &self.topology);
-            let side = |entries| {
-                Side::of(&self.structure, &self.topology, &self.members, &self.pattern.scatters, entries).map(Arc::new)
-            };
-            self.pattern.side = if self.pattern.in_blocks { side(linear.values.len()) } else { None };
-            self.resize(linear);
+            self.analyse();
         } else {
             self.renew_carriers();
+        }
+    }
+
+    /// The same by the analysis of another system of the same joints, where the equations of both are alike.
+    pub fn hold_by(&mut self, held: Vec<Held>, other: &Self) {
+        self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
+        if !self.pattern.hold(&self.topology, held) {
+            self.renew_carriers();
+        } else if self.pattern.equations.are_like(&other.pattern.equations) {
+            self.take_analysis(other);
+        } else {
+            self.analyse();
         }
     }
 
@@ -149,13 +156,28 @@ impl<const D: usize> System<D> {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
         let held = other.pattern.equations.held.iter().chain(&other.pattern.aside).copied().collect();
         if self.pattern.hold(&self.topology, held) {
-            self.pattern.scatters = Arc::clone(&other.pattern.scatters);
-            self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
-            self.check_side();
-            self.resize(other.tangent.linear.alike());
+            self.take_analysis(other);
         } else {
             self.renew_carriers();
         }
+    }
+
+    /// Finds where everything goes in the matrix of the equations.
+    fn analyse(&mut self) {
+        let linear = self.pattern.analyse(&self.structure, &self.topology);
+        let side = |entries| {
+            Side::of(&self.structure, &self.topology, &self.members, &self.pattern.scatters, entries).map(Arc::new)
+        };
+        self.pattern.side = if self.pattern.in_blocks { side(linear.values.len()) } else { None };
+        self.resize(linear);
+    }
+
+    /// The same as another system found it for equations like these.
+    fn take_analysis(&mut self, other: &Self) {
+        self.pattern.scatters = Arc::clone(&other.pattern.scatters);
+        self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
+        self.check_side();
+        self.resize(other.tangent.linear.alike());
     }
 
     /// Lets members go one by one where those beside each other do not meet their joints as they did where that was found out.
@@ -240,6 +262,15 @@ impl<const D: usize> System<D> {
         inertia
     }
 
+    /// The same where nothing but what is held is other than at the last assembly, or at a [`System::refresh`] beside it: members are
+    /// left as they are.
+    pub fn assemble_joints(&mut self, pending: bool) -> Inertia {
+        let within = self.collect(pending);
+        let inertia = self.tangent.factorize(within);
+        self.tangent.inertia = inertia;
+        inertia
+    }
+
     /// Linearizes everything at the present state; pivots are those of the interiors of the members alone.
     pub fn gather(&mut self, pending: bool) -> Inertia {
         self.resist_turning_inside();
@@ -260,7 +291,7 @@ impl<const D: usize> System<D> {
 
     /// Puts together what members, springs and loads give.
     fn collect(&mut self, pending: bool) -> Inertia {
-        self.begin();
+        self.begin(pending);
         self.tangent.linearizations += 1;
         let mut moved = std::mem::take(&mut self.moves.motions);
         if pending {
@@ -290,6 +321,9 @@ impl<const D: usize> System<D> {
             self.add_constraint_stiffness();
         }
         for (joint, force) in self.tangent.forces.iter().enumerate() {
+            if self.pattern.equations.holds_all(joint) {
+                continue;
+            }
             let mut total = *force;
             if pending {
                 for c in 0..6 {
@@ -314,9 +348,9 @@ impl<const D: usize> System<D> {
         self.tangent.residual(&self.pattern, &self.loading, self.size)
     }
 
-    /// Brings the equations up to date with the state, and empties matrix and forces before an assembly.
-    pub(crate) fn begin(&mut self) {
-        self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction);
+    /// Brings the equations up to date with the state, with `pending` what is held and not there yet, and empties matrix and forces before an assembly.
+    pub(crate) fn begin(&mut self, pending: bool) {
+        self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction, pending);
         if !self.tangent.keeps_matrix {
             self.tangent.linear.widen(self.loading.is_diverse());
         }
@@ -402,9 +436,8 @@ impl<const D: usize> System<D> {
         let [first, last] = self.structure.members[index].nodes;
         let links = [&self.topology.links[first], &self.topology.links[last]];
         let joints = [links[0].joint, links[1].joint];
-        let scatter = &self.pattern.scatters.members[index];
         let released = self.members.slots[index].released;
-        if scatter.is_plain && !released && !links[0].has_arm() && !links[1].has_arm() {
+        if self.is_plain(index) {
             for end in 0..2 {
                 let forces = self.tangent.ends[index][end];
                 let sum = &mut self.tangent.forces[joints[end]];
@@ -415,6 +448,15 @@ impl<const D: usize> System<D> {
             if pending || !self.tangent.keeps_matrix {
                 self.assemble_plain(index, joints, pending, moved);
             }
+            return;
+        }
+        let moves = pending && joints.iter().any(|&joint| self.pattern.equations.pending[joint] != [0.0; 6]);
+        if self.tangent.keeps_matrix && !released && !moves {
+            self.assemble_forces(index, &self.levers(index));
+            return;
+        }
+        if self.pattern.in_blocks && !released && !moves && self.pattern.scatters.members[index].is_plain {
+            self.assemble_carried(index, joints);
             return;
         }
         let mut ends = self.members.condensed(index);
@@ -444,6 +486,51 @@ impl<const D: usize> System<D> {
         self.add_member(index, &reduced);
     }
 
+    /// Whether the ends of a member are those of its joints, whose components are free or held each by itself.
+    pub(crate) fn is_plain(&self, index: usize) -> bool {
+        let arms = self.structure.members[index].nodes.iter().any(|&node| self.topology.links[node].has_arm());
+        self.pattern.scatters.members[index].is_plain && !self.members.slots[index].released && !arms
+    }
+
+    /// From the joints of a member to its ends, turned.
+    fn levers(&self, index: usize) -> [V3<f64>; 2] {
+        self.structure.members[index].nodes.map(|node| self.places.lever(&self.topology.links[node]))
+    }
+
+    /// Adds the forces of a welded member alone to its joints, which may carry it by arms.
+    fn assemble_forces(&mut self, index: usize, levers: &[V3<f64>; 2]) {
+        let active = self.pattern.equations.active;
+        let joints = self.structure.members[index].nodes.map(|node| self.topology.links[node].joint);
+        for (end, lever) in levers.iter().enumerate() {
+            let own = active.map(|component| self.tangent.ends[index][end][component]);
+            let on_joint = reduce::on_joint(&active, *lever, own);
+            let sum = &mut self.tangent.forces[joints[end]];
+            for i in 0..D {
+                sum[active[i]] += on_joint[i];
+            }
+        }
+    }
+
+    /// Adds a welded member whose joints carry it by arms, block by block: what [`reduce::reduce`] makes of it, but for rounding.
+    fn assemble_carried(&mut self, index: usize, joints: [usize; 2]) {
+        let active = self.pattern.equations.active;
+        let levers = self.levers(index);
+        let mut ends = self.members.condensed(index);
+        let (pack, lane) = self.members.chain(index);
+        let mixed = pack.mixed_forces(lane);
+        for end in 0..2 {
+            if levers[end] != [0.0; 3] {
+                reduce::carry(&mut ends, &active, end, levers[end], &mixed[end]);
+            }
+        }
+        self.assemble_forces(index, &levers);
+        for i in 0..D {
+            self.tangent.stiffness[joints[0]][active[i]] += ends.k00[i][i];
+            self.tangent.stiffness[joints[1]][active[i]] += ends.k11[i][i];
+        }
+        self.scatter_plain(index, &ends);
+    }
+
     /// Adds the stiffness of a member whose ends are those of its joints: there is nothing to reduce.
     fn assemble_plain(&mut self, index: usize, joints: [usize; 2], pending: bool, moved: &mut [[f64; 6]]) {
         let ends = self.members.condensed(index);
@@ -471,6 +558,11 @@ impl<const D: usize> System<D> {
             self.tangent.stiffness[joints[0]][active[i]] += ends.k00[i][i];
             self.tangent.stiffness[joints[1]][active[i]] += ends.k11[i][i];
         }
+        self.scatter_plain(index, &ends);
+    }
+
+    /// Adds the stiffness of the ends of a member that are those of its joints to the matrix alone.
+    pub(crate) fn scatter_plain(&mut self, index: usize, ends: &MemberEnds<D>) {
         let blocks = [ends.k00.as_flattened(), ends.k01.as_flattened(), ends.k11.as_flattened()];
         let linear = &mut self.tangent.linear;
         if linear.is_wide() {

@@ -8,7 +8,7 @@ impl<const D: usize> System<D> {
     ///
     /// The state is that of the last assembly, whose forces and factors are lost.
     pub(crate) fn remainder(&mut self) -> Vec<(usize, usize, f64)> {
-        self.begin();
+        self.begin(true);
         self.add_springs_and_loads(None);
         if self.pattern.equations.has_general() {
             self.add_constraint_stiffness();

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::loading::Loading;
 use super::{Dashpots, System, extent};
 use crate::joints::Topology;
 use crate::packs;
@@ -10,8 +9,8 @@ use crate::structure::Structure;
 
 impl<const D: usize> System<D> {
     /// Begins anew with another structure of the same topology and mesh, unloaded and at rest, as [`System::new`] does. The same
-    /// rows stay held; [`System::hold`] says at which values, and has to come before anything else. False where its joints have other
-    /// equations or its members other meshes: the system is of no use then.
+    /// rows stay held; [`System::hold`] says at which values, and [`System::apply_drives`] makes the sections: both have to come
+    /// before anything else. False where its joints have other equations or its members other meshes: the system is of no use then.
     pub fn renew(&mut self, structure: Arc<Structure>, topology: Arc<Topology>) -> bool {
         let counts = |structure: &Structure| {
             [structure.nodes.len(), structure.members.len(), structure.springs.len(), structure.drives.len()]
@@ -25,8 +24,10 @@ impl<const D: usize> System<D> {
         }
         self.size = extent(&structure.nodes);
         self.places.unload();
-        self.members.renew(&structure, &topology);
-        self.loading = Loading::new(&structure, &topology);
+        if !self.members.packs.is_empty() {
+            self.members.renew(&structure, &topology);
+        }
+        self.loading.renew(&structure, &topology, !self.members.packs.is_empty());
         self.tangent.renew();
         self.moves.renew();
         self.dashpots = Dashpots::default();
@@ -34,7 +35,6 @@ impl<const D: usize> System<D> {
         (self.stop, self.straight) = (None, false);
         (self.structure, self.topology) = (structure, topology);
         self.check_side();
-        self.apply_drives();
         // Which way is the stiffest differs from one structure to the next, and with what is held.
         self.pattern.forget_carriers();
         true

@@ -185,7 +185,7 @@ impl<const D: usize> Tangent<D> {
     }
 
     /// A number that changes with every linearization: what was found at one holds until the next.
-    pub(crate) fn linearizations(&self) -> u64 {
+    pub fn linearizations(&self) -> u64 {
         self.linearizations
     }
 
@@ -279,6 +279,9 @@ impl<const D: usize> Tangent<D> {
         for joint in 0..self.forces.len() {
             let [shift, turn] = pattern.equations.missed[joint];
             contradicts |= shift > 1e-9 * size || turn > 1e-9;
+            if pattern.equations.holds_all(joint) {
+                continue;
+            }
             let free = pattern.equations.unbalanced(joint, &self.forces[joint]);
             for &c in &pattern.equations.active {
                 let (x, largest) = (free[c].abs(), &mut largest[usize::from(c >= 3)]);
