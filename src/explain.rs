@@ -251,7 +251,7 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
         None => (format!("step '{name}'"), percent(step.fraction), "its ramp"),
     };
     let title = match failure.cause {
-        Cause::LimitPoint | Cause::Unbounded => {
+        Cause::LimitPoint | Cause::Unbounded | Cause::Taut { .. } => {
             format!("{way} ends at a limit point, at {reached} of {of}")
         }
         Cause::Bifurcation | Cause::SidewaysBifurcation => {
@@ -283,6 +283,7 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
     }
     let taut = match failure.cause {
         Cause::LimitPoint => strains::taut(model, step),
+        Cause::Taut { member } => strains::taut_towards(model, step, member),
         _ => None,
     };
     let help = match step.prestress {
@@ -338,7 +339,7 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
             "{place} cannot be stretched, and what holds its ends does not let them come nearer: it could not bend, and no \
              finite axial force carries what acts across it"
         ),
-        Cause::Interrupted => return None,
+        Cause::Taut { .. } | Cause::Interrupted => return None,
     })
 }
 
@@ -380,7 +381,7 @@ fn advice(failure: &Failure, place: &str) -> Option<String> {
                              points say what the network carries along this path"
                 .to_owned()
         }
-        Cause::Interrupted => return None,
+        Cause::Taut { .. } | Cause::Interrupted => return None,
     })
 }
 

@@ -1,10 +1,10 @@
 //! What is said of strains beyond what the mechanics of small strains holds for, and of rods that shear makes unstable in
 //! tension.
 
-use pennate_analysis::solution::Solution;
-use pennate_analysis::strains::{self, Excess, Overload, Strain, Tension};
+use pennate_analysis::solution::{Solution, last_state};
+use pennate_analysis::strains::{self, Excess, GreatestPull, Overload, Pull, Strain, Tension};
 use pennate_models::Model;
-use pennate_models::model::Member;
+use pennate_models::model::{Member, MemberId};
 use pennate_solver::history::StepHistory;
 
 use crate::diagnostics::Message;
@@ -16,20 +16,32 @@ const NAMED: usize = 5;
 /// What a person should know about the strains of a run.
 pub fn warnings(solution: &Solution) -> Vec<Message> {
     let model = &solution.model;
-    let Excess { bent, stretched, sheared } = strains::excess(solution);
+    let Excess { bent, stretched, sheared, pulled } = strains::excess(solution);
     let mut messages = Vec::new();
     messages.extend(beyond(model, &bent, "bent to a strain of"));
     let way =
         if stretched.first().is_some_and(|found| found.peak.value < 0.0) { "compressed by" } else { "stretched by" };
     messages.extend(beyond(model, &stretched, way));
     messages.extend(unstable(model, &sheared));
+    messages.extend(overpulled(model, &pulled));
     messages
 }
 
 /// What the members of a step's last state say about its failure: one of them is beyond the strain that its shear
-/// stiffness lets it be stretched to.
+/// stiffness lets it be stretched to, or beyond the force that it lets it carry.
 pub fn tension(model: &Model, step: &StepHistory) -> Option<String> {
-    let Tension { member, stretch, limit } = strains::tension(model, step)?;
+    let Some(Tension { member, stretch, limit }) = strains::tension(model, step) else {
+        let Pull { member, force, limit } = strains::last_pull(model, step)?;
+        let unit = model.units.symbols()[1];
+        return Some(format!(
+            "member '{}' is pulled by {} {unit}: a rod that cannot be stretched, but sheared, loses its stability in tension at its \
+             shear stiffness, GA = {} {unit}, which is a property of the model and not of the bar; shear = false in its section \
+             takes it away",
+            shown(&model.members[member].name),
+            number(force),
+            number(limit)
+        ));
+    };
     Some(format!(
         "member '{}' is stretched by {}: a shear-flexible rod loses its stability in tension at 1/(EA/GA - 1) = {}, which \
          is a property of the model and not of the bar; shear = false in its section takes it away",
@@ -50,16 +62,27 @@ pub struct Taut {
 /// What the last state of a step says of a member that cannot be stretched and is pulled straight.
 pub fn taut(model: &Model, step: &StepHistory) -> Option<Taut> {
     let strains::Taut { member, force } = strains::taut(model, step)?;
+    Some(pulled(model, member, force, "its ends cannot go any further apart"))
+}
+
+/// The same of a member whose force was seen to grow without bound towards the limit point of the step.
+pub fn taut_towards(model: &Model, step: &StepHistory, member: MemberId) -> Option<Taut> {
+    let force = last_state(step)?.members.get(member)?.axial_force;
+    let limit = percent(step.critical_points.last()?.fraction);
+    let how = format!("it grows without bound towards {limit} of the ramp, where its ends cannot go any further apart");
+    Some(pulled(model, member, force, &how))
+}
+
+fn pulled(model: &Model, member: MemberId, force: f64, how: &str) -> Taut {
     let (name, unit) = (shown(&model.members[member].name), model.units.symbols()[1]);
-    Some(Taut {
+    Taut {
         note: format!(
-            "member '{name}' cannot be stretched and is pulled straight, by {force:.1e} {unit} by now: its ends cannot go \
-             any further apart"
+            "member '{name}' cannot be stretched and is pulled straight, by {force:.1e} {unit} by now: {how}"
         ),
         help: format!(
             "ask for less of what pulls them, or let member '{name}' be stretched (leave out stretch = false, with its EA)"
         ),
-    })
+    }
 }
 
 /// What the loads of a step that got nowhere would do to the bar that they could bend most, if one carried them alone.
@@ -85,7 +108,7 @@ fn beyond(model: &Model, found: &[Strain], how: &str) -> Option<Message> {
         shown(&member.name),
         rough(worst.peak.value.abs()),
         place(model, member, worst.peak.at),
-        when(model, worst)
+        when(model, worst.step, worst.fraction)
     );
     let limit = rough(model.strain_limit);
     let mut notes = vec![format!(
@@ -123,7 +146,7 @@ fn unstable(model: &Model, found: &[Strain]) -> Option<Message> {
             shown(&member.name),
             rough(worst.peak.value),
             place(model, member, worst.peak.at),
-            when(model, worst)
+            when(model, worst.step, worst.fraction)
         ),
         span: Some(member.span),
         notes: vec![
@@ -136,6 +159,37 @@ fn unstable(model: &Model, found: &[Strain]) -> Option<Message> {
     })
 }
 
+fn overpulled(model: &Model, found: &[GreatestPull]) -> Option<Message> {
+    let GreatestPull { pull: worst, step, fraction } = found.first()?;
+    let member = &model.members[worst.member];
+    let unit = model.units.symbols()[1];
+    let name = |GreatestPull { pull, .. }: &GreatestPull| {
+        format!("'{}' ({} {unit})", shown(&model.members[pull.member].name), number(pull.force))
+    };
+    let mut notes = vec![format!(
+        "a rod that cannot be stretched, but sheared, becomes unstable in tension at its shear stiffness, GA = {} {unit}: it shears, and \
+         comes out longer than it is; that is a property of linear shear, and no real bar does it",
+        number(worst.limit)
+    )];
+    let others: Vec<String> = found[1..].iter().map(name).collect();
+    notes.extend((!others.is_empty()).then(|| format!("pulled too much as well: {}", list(&others, NAMED))));
+    Some(Message {
+        title: format!(
+            "member '{}' is pulled by {} {unit}, {}: near or beyond where a rod that cannot be stretched, but sheared, loses its \
+             stability in tension",
+            shown(&member.name),
+            number(worst.force),
+            when(model, *step, *fraction)
+        ),
+        span: Some(member.span),
+        notes,
+        help: Some(
+            "give its section shear = false; or look at its units, if it should not be pulled so much".to_owned(),
+        ),
+        ..Message::default()
+    })
+}
+
 /// Where on a member, as a part of its length and the node that is nearest.
 fn place(model: &Model, member: &Member, at: f64) -> String {
     let end = usize::from(at > 0.5);
@@ -143,11 +197,11 @@ fn place(model: &Model, member: &Member, at: f64) -> String {
     format!("at {} of its length from node '{node}'", rough(if end == 0 { at } else { 1.0 - at }))
 }
 
-fn when(model: &Model, found: &Strain) -> String {
-    let name = shown(model.step_names()[found.step]);
-    match found.fraction >= 1.0 {
+fn when(model: &Model, step: usize, fraction: f64) -> String {
+    let name = shown(model.step_names()[step]);
+    match fraction >= 1.0 {
         true => format!("at the end of step '{name}'"),
-        false => format!("at {} of step '{name}'", percent(found.fraction)),
+        false => format!("at {} of step '{name}'", percent(fraction)),
     }
 }
 

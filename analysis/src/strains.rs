@@ -1,12 +1,14 @@
 //! Strains beyond what the mechanics of small strains holds for, and rods that shear makes unstable in tension.
 
+use std::cmp::Ordering;
+
 use pennate_models::Model;
 use pennate_models::model::{Member, MemberId, SegmentLaw, Target};
 use pennate_solver::history::{MemberState, Peak, StepHistory};
 
 use crate::solution::{Solution, last_state};
 
-/// Part of the strain at which a rod becomes unstable in tension from which on that is said.
+/// Part of the strain, or of the force, at which a rod becomes unstable in tension from which on that is said.
 const CLOSE: f64 = 0.9;
 
 /// The largest strain that a member had in a run, and when.
@@ -31,6 +33,30 @@ pub struct Excess {
     pub stretched: Vec<Strain>,
     /// Shear-flexible rods stretched to where they become unstable in tension, or nearly so.
     pub sheared: Vec<Strain>,
+    /// The same of rods that cannot be stretched.
+    pub pulled: Vec<GreatestPull>,
+}
+
+/// A rod that cannot be stretched, but sheared, pulled by what makes it unstable in tension, or nearly so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// Index of the member.
+    pub member: MemberId,
+    /// Its greatest axial force, in the model's unit of forces.
+    pub force: f64,
+    /// That at which it becomes unstable: its shear stiffness, in the same unit.
+    pub limit: f64,
+}
+
+/// The greatest pull of a member in a run, and when.
+#[derive(Clone, Copy, Debug)]
+pub struct GreatestPull {
+    /// The pull.
+    pub pull: Pull,
+    /// Index of the step.
+    pub step: usize,
+    /// Part of the step's ramp, 0 to 1.
+    pub fraction: f64,
 }
 
 /// Looks for strains beyond what holds in all increments of a run.
@@ -49,7 +75,7 @@ pub fn excess(solution: &Solution) -> Excess {
     let mut stretched =
         greatest(solution, |member, state| over(state.stretch).filter(|_| !model.members[member].is_muscle()));
     stretched.retain(|found| sheared.iter().all(|other| other.member != found.member));
-    Excess { bent, stretched, sheared }
+    Excess { bent, stretched, sheared, pulled: pulled(solution) }
 }
 
 /// Whether a bar has a solid section somewhere. Tubes are what muscles are made of, and bend by more.
@@ -76,6 +102,44 @@ fn greatest(solution: &Solution, of: impl Fn(MemberId, &MemberState) -> Option<P
     let mut all: Vec<Strain> = worst.into_iter().flatten().collect();
     all.sort_by(|a, b| b.peak.value.abs().total_cmp(&a.peak.value.abs()));
     all
+}
+
+/// The pull of a member in a state, where it is near or beyond what shear lets it carry.
+fn pull(model: &Model, member: MemberId, now: &MemberState) -> Option<Pull> {
+    let limit = model.tensile_force(member, now.control)?;
+    let [start, end] = now.axial_force_ends;
+    let force = now.axial_force.max(start).max(end);
+    (force >= CLOSE * limit).then_some(Pull { member, force, limit })
+}
+
+/// One pull beside another, as parts of what they may be.
+fn by_part(one: &Pull, other: &Pull) -> Ordering {
+    (one.force / one.limit).total_cmp(&(other.force / other.limit))
+}
+
+/// The greatest pull of every member that is pulled too much, the worst first.
+fn pulled(solution: &Solution) -> Vec<GreatestPull> {
+    let model = &solution.model;
+    let mut worst: Vec<Option<GreatestPull>> = vec![None; model.members.len()];
+    for (step, record) in solution.history.steps.iter().enumerate() {
+        for increment in &record.increments {
+            for (member, now) in increment.state.members.iter().take(model.members.len()).enumerate() {
+                let Some(pull) = pull(model, member, now) else { continue };
+                if worst[member].as_ref().is_none_or(|before| by_part(&pull, &before.pull).is_gt()) {
+                    worst[member] = Some(GreatestPull { pull, step, fraction: increment.fraction });
+                }
+            }
+        }
+    }
+    let mut all: Vec<GreatestPull> = worst.into_iter().flatten().collect();
+    all.sort_by(|a, b| by_part(&b.pull, &a.pull));
+    all
+}
+
+/// The worst pull in the last state of a step, where one is near or beyond what shear lets a member carry.
+pub fn last_pull(model: &Model, step: &StepHistory) -> Option<Pull> {
+    let members = last_state(step)?.members.iter().take(model.members.len()).enumerate();
+    members.filter_map(|(member, now)| pull(model, member, now)).max_by(by_part)
 }
 
 /// A member stretched to where shear makes it unstable, or nearly so.

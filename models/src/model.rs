@@ -323,6 +323,17 @@ impl Model {
         self.members[member].segments.iter().filter_map(limit).reduce(f64::min)
     }
 
+    /// The force in tension at which a member that cannot be stretched, but sheared, would lose its stability: its shear stiffness.
+    /// See [`Model::tensile_limit`], with 1/EA = 0.
+    pub fn tensile_force(&self, member: MemberId, control: f64) -> Option<f64> {
+        let force = |segment: &Segment| {
+            let section = self.section(&segment.material, control);
+            let shear = section.ga2.min(section.ga3);
+            (section.ea.is_infinite() && shear.is_finite()).then_some(shear)
+        };
+        self.members[member].segments.iter().filter_map(force).reduce(f64::min)
+    }
+
     fn section(&self, law: &SegmentLaw, control: f64) -> Section {
         match law {
             SegmentLaw::MuscleEnd(muscle) => self.muscles[*muscle].part(Part::End, control).0,

@@ -365,6 +365,12 @@ pub enum Cause {
         /// By index.
         member: MemberId,
     },
+    /// This member, which cannot be stretched, is pulled straight: its force grows without bound towards the limit point of the
+    /// step, where its ends can go no further apart.
+    Taut {
+        /// By index.
+        member: MemberId,
+    },
     /// It was told to stop.
     Interrupted,
 }

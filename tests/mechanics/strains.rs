@@ -4,6 +4,7 @@ use pennate::strains;
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_analysis::solution::Solution;
 use pennate_models::read_text;
+use pennate_solver::history::Status;
 use pennate_solver::options::Options;
 
 const BEAM: &str = r#"format = "pennate/1"
@@ -177,4 +178,27 @@ fn a_rod_that_shear_makes_unstable_in_tension_is_told_for_what_it_is() {
     let rigid = text.replace("radius = 2 } }", "radius = 2 }, shear = false }");
     let solution = solve(&rigid, 1e-6);
     assert!(strains::tension(&solution.model, &solution.history.steps[0]).is_none());
+}
+
+/// A rod that cannot be stretched shears instead where it is pulled by its shear stiffness, and comes out as long as one likes.
+#[test]
+fn a_rod_that_cannot_be_stretched_and_shears_in_tension_is_told_for_what_it_is() {
+    let text = r#"format = "pennate/1"
+        nodes = { A = [0, 0], B = [100, 0] }
+        sections = { s = { stiffness = { EI3 = 14, GA2 = 8000 }, stretch = false } }
+        members = { bar = { nodes = ["A", "B"], section = "s" } }
+        supports = { A = "clamped" }
+        steps = [{ force = { B = [0, 0.14] } }, { displacement = { B = { ux = 0, uy = 120 } } }]
+    "#;
+    let solution = solve(text, 1e-4);
+    let last = solution.history.steps[1].increments.last().expect("a state");
+    assert!(last.fraction == 1.0 && last.state.members[0].axial_force > 7500.0);
+    let found = titles(&solution);
+    assert!(found.iter().any(|title| title.contains("cannot be stretched, but sheared")), "{found:?}");
+    assert!(
+        strains::tension(&solution.model, &solution.history.steps[1]).is_some_and(|note| note.contains("GA = 8000 N"))
+    );
+    let rigid = solve(&text.replace("GA2 = 8000", ""), 1e-4);
+    assert_eq!(rigid.history.steps[1].status, Status::LimitPoint);
+    assert!(titles(&rigid).iter().all(|title| !title.contains("but sheared")));
 }

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use pennate_models::{Mesh, discretize, read};
+use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_models::{Mesh, discretize, read, read_text};
 use pennate_solver::error::SolveError;
 use pennate_solver::history::{Cause, History, Note, Status};
 use pennate_solver::options::Options;
@@ -105,6 +106,49 @@ fn a_taut_thread_that_cannot_be_sheared_is_stable() {
                 let expected = 0.007 * stiffness.parse::<f64>().expect("a number");
                 assert!((force - expected).abs() < 1e-9 * expected, "{settings:?}: {force} for {expected}");
             }
+        }
+    }
+}
+
+/// Bars that cannot be stretched, pulled farther apart than they reach, turned in their plane and kinked by so much: the part of the
+/// ramp at which they are straight.
+fn pulled(bars: usize, kink: f64, turn: f64, farther: f64) -> (String, f64) {
+    let (sine, cosine) = turn.sin_cos();
+    let place = |x: f64, y: f64| format!("[{}, {}]", cosine * x - sine * y, sine * x + cosine * y);
+    let node = |k: usize| format!("N{k} = {}\n", place(50.0 * k as f64, if k % 2 == 1 { kink } else { 0.0 }));
+    let bar = |k: usize| format!("m{k} = {{ nodes = [\"N{k}\", \"N{}\"], section = \"s\" }}\n", k + 1);
+    let (nodes, members): (String, String) = ((0..=bars).map(node).collect(), (0..bars).map(bar).collect());
+    let apart = farther * (bars as f64 * 50.0f64.hypot(kink) - 50.0 * bars as f64);
+    let text = format!(
+        "format = \"pennate/1\"\n[nodes]\n{nodes}[sections]\ns = {{ stiffness = {{ EI3 = 120 }}, stretch = false }}\n\
+         [members]\n{members}[supports]\nN0 = \"clamped\"\n[[steps]]\ndisplacement = {{ N{bars} = {{ ux = {}, uy = {} }} }}\n",
+        cosine * apart,
+        sine * apart
+    );
+    (text, 1.0 / farther)
+}
+
+/// No equilibrium branches off and no path turns back where a chain of bars is pulled straight: the limit is its reach, and told as
+/// well as that is said.
+#[test]
+fn bars_that_are_pulled_straight_end_at_their_reach() {
+    for (bars, kink, turn, farther) in
+        [(2, 20.0, 0.0, 1.5), (2, 5.0, 0.7, 1.1), (4, 12.0, 2.0, 1.8), (2, 30.0, -1.1, 3.0)]
+    {
+        for increments in [None, Some(40_usize)] {
+            let (text, exact) = pulled(bars, kink, turn, farther);
+            let text = increments.map_or(text.clone(), |count| format!("{text}increments = {count}\n"));
+            let model = read_text("bars.toml", &text, &[]).expect("a network");
+            let options = Options { estimate: true, ..Options::default() };
+            let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).expect("no mechanism");
+            let step = &solution.history.steps[0];
+            let case = format!("{bars} {kink} {increments:?}: {:?}", step.critical_points);
+            assert_eq!(step.status, Status::LimitPoint, "{case}");
+            assert!(matches!(step.failure.as_ref().expect("a cause").cause, Cause::Taut { .. }), "{case}");
+            let [point] = step.critical_points.as_slice() else { panic!("{case}") };
+            let located = point.located.expect("how well");
+            assert!((point.fraction - exact).abs() <= located && located < 1e-3, "{case}, {exact}");
+            assert!(step.fraction < exact, "{case}");
         }
     }
 }

@@ -318,8 +318,11 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Looks beyond the last state for what stops the ramp, along the arc of its path.
     pub(super) fn search(&mut self, run: &mut Run<'_>, by: &mut ByFraction, ending: Ending) -> Next {
-        // A member that is held at both ends is no singular point, and shorter increments change nothing.
+        // A member that is held at both ends, or pulled straight, is no singular point, and shorter increments change nothing.
         let overheld = matches!(ending.failure.cause, Cause::Overheld { .. });
+        if let Some(taut) = self.at_reach(run, &ending) {
+            return Next::End(self.end_short(run, by.fraction, self.base, taut));
+        }
         let reach = 0.5 * self.tuning.bracket * by.whole;
         let arc = if overheld { None } else { self.arc_from_last(run, by.fraction, reach, Purpose::Search) };
         let Some(mut arc) = arc else { return Next::End(self.end_short(run, by.fraction, self.base, ending)) };
@@ -505,7 +508,7 @@ impl<const D: usize> Continuation<'_, D> {
         let before = predicted.then_some(&self.before);
         if guarded || torn || aside || doubtful && self.system.jumped(&self.last, before, &tuning) {
             let sideways = guarded && count.own <= self.base.own;
-            return Judged::Lost(self.ending_at_loss(ends, sideways, predicted));
+            return Judged::Lost(Ending { loses: guarded, ..self.ending_at_loss(ends, sideways, predicted) });
         }
         let leaves = met.is_some();
         if let Some(met) = met {

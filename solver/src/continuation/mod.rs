@@ -36,6 +36,7 @@ mod locate;
 mod meeting;
 mod record;
 mod release;
+mod taut;
 mod tuning;
 mod verdict;
 

@@ -25,7 +25,7 @@ impl<const D: usize> Continuation<'_, D> {
             worst_residual: residual.largest(),
             cause: cause_of(kind, sideways),
         };
-        Ending { status: status_of(kind), point: Some(point), failure }
+        Ending { status: status_of(kind), point: Some(point), failure, loses: false }
     }
 
     /// What a step ends with where no equilibrium was found at the fraction `target`; `from` is where the last one was.
@@ -49,7 +49,7 @@ impl<const D: usize> Continuation<'_, D> {
             worst_residual: lost.residual.largest(),
             cause,
         };
-        Ending { status, point, failure }
+        Ending { status, point, failure, loses: false }
     }
 
     /// Notes the members that cannot be stretched and whose axial force nothing determines at the end of a step.
@@ -189,6 +189,8 @@ pub(super) struct Ending {
     pub status: Status,
     pub point: Option<CriticalPoint>,
     pub failure: Failure,
+    /// Whether stability was seen to be lost.
+    pub loses: bool,
 }
 
 pub(super) fn status_of(kind: CriticalKind) -> Status {
