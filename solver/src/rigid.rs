@@ -4,6 +4,8 @@
 //! tangent does: compliances and derivatives go as f(c) = f(0) + f′ c + …. What f(0) is follows from some of them, each c a tenth of
 //! the one before, by the parabola through the last three. What that leaves goes as the product of the three over the compliances of the rest
 //! of the network, and rounding grows as they fall. So there are as many as it takes until the parabola and the line through the last two agree.
+//! Rounding moves both alike, so that they may agree by chance: what counts is the parabola that is nearest to its line and to the parabola
+//! before it.
 
 use crate::packs::{self, Auxiliary};
 
@@ -31,8 +33,19 @@ pub struct Limit<'a> {
     sizes: &'a [f64],
     /// Those of the last three compliances.
     rounds: Vec<Vec<f64>>,
-    /// The best that is known of every row without a compliance, and how far from the line it is.
-    rows: Vec<(Vec<f64>, f64)>,
+    rows: Vec<Row>,
+}
+
+/// What is known of a row without a compliance.
+#[derive(Clone, Debug)]
+struct Row {
+    best: Vec<f64>,
+    /// How far the best is from its line, or from the parabola before it, whichever is more.
+    off: f64,
+    /// Whether a parabola and its line agreed.
+    agrees: bool,
+    /// The last parabola.
+    last: Vec<f64>,
 }
 
 impl<'a> Limit<'a> {
@@ -49,36 +62,57 @@ impl<'a> Limit<'a> {
         self.rounds.push(numbers);
         let [first, second, third] = self.rounds.as_slice() else { return false };
         let width = self.sizes.len().max(1);
-        self.rows.resize(third.len() / width, (Vec::new(), f64::INFINITY));
-        for (row, (best, nearest)) in self.rows.iter_mut().enumerate() {
-            let (mut largest, mut apart) = (0.0f64, 0.0f64);
+        let unknown = Row { best: Vec::new(), off: f64::INFINITY, agrees: false, last: Vec::new() };
+        self.rows.resize(third.len() / width, unknown);
+        for (row, known) in self.rows.iter_mut().enumerate() {
+            let (mut largest, mut apart, mut moved) = (0.0f64, 0.0f64, 0.0f64);
             let mut found = Vec::with_capacity(width);
             for (place, size) in self.sizes.iter().enumerate() {
                 let [a, b, c] = [first, second, third].map(|round| round[row * width + place]);
                 let parabola = PARABOLA[0] * a + PARABOLA[1] * b + PARABOLA[2] * c;
                 largest = largest.max((size * parabola).abs());
                 apart = apart.max((size * (parabola - LINE[0] * b - LINE[1] * c)).abs());
+                moved = moved.max(known.last.get(place).map_or(0.0, |last| (size * (parabola - last)).abs()));
                 found.push(parabola);
             }
-            let apart = if apart > 0.0 { apart / largest } else { 0.0 };
+            let of_largest = |by: f64| if by > 0.0 { by / largest } else { 0.0 };
+            known.agrees |= of_largest(apart) <= AGREES;
             // Rounding grows where compliances fall.
-            if apart < *nearest {
-                (*best, *nearest) = (found, apart);
+            let off = of_largest(apart.max(moved));
+            if off < known.off {
+                (known.best, known.off) = (found.clone(), off);
             }
+            known.last = found;
         }
-        self.rows.iter().all(|(_, nearest)| *nearest <= AGREES)
+        self.rows.iter().all(|row| row.agrees)
     }
 
     /// Whether a row is known without a compliance: it is not where what is left without one is none.
     pub fn is_known(&self, row: usize) -> bool {
-        self.rows.get(row).is_some_and(|(_, nearest)| *nearest <= KNOWN)
+        self.rows.get(row).is_some_and(|row| row.off <= KNOWN)
     }
 
     /// What they are without a compliance, as near as they are known; where there is one compliance alone, what they are with it.
     pub fn take(mut self) -> Vec<f64> {
         match self.rows.is_empty() {
             true => self.rounds.pop().unwrap_or_default(),
-            false => self.rows.into_iter().flat_map(|(row, _)| row).collect(),
+            false => self.rows.into_iter().flat_map(|row| row.best).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_that_moves_line_and_parabola_alike_is_no_agreement() {
+        let exact = |compliance: f64| 1.0 / (1.0 + 0.02 * compliance);
+        let mut limit = Limit::new(&[1.0]);
+        assert!(![1.0, 0.1, 0.01].map(|compliance| limit.add(vec![exact(compliance)])).contains(&true));
+        // They agree to a hundred-millionth, and both are off by fifty times as much.
+        assert!(limit.add(vec![exact(0.001) + 5e-7]));
+        let found = limit.take();
+        assert!((found[0] - 1.0).abs() < 2e-8, "{found:?}");
     }
 }
