@@ -4,10 +4,10 @@
 //!
 //! takes so many networks from a seed on: two to six nodes in the plane or in space, sections, muscles with their tables, actuated
 //! members, springs, a rigid body, loads with and without a potential, one to three steps. Up to ten of their numbers are
-//! parameters. A derivative is held against differences of fourth order at up to five distances, the nearest of which counts: the
-//! longest are curved, and the shortest rounding. Printed is by how far the worst derivative of a network misses, over the largest
-//! of its probe (each times its parameter); those that miss by more than 10⁻⁷ are listed by their seed, and end the program with
-//! status 1.
+//! parameters. A derivative is held against differences of fourth order at up to five distances, and where none of these is near
+//! against those of eighth order at three that are longer; the nearest counts: long ones are curved, and short ones rounding. Printed
+//! is by how far the worst derivative of a network misses, over the largest of its probe (each times its parameter); those that miss
+//! by more than 10⁻⁷ are listed by their seed, and end the program with status 1.
 //!
 //!     cargo run --release --example gradients -- show 53
 //!
@@ -30,8 +30,21 @@ use random::{Random, network};
 
 /// What derivatives are to miss differences by at most, of the largest of their probe.
 const WITHIN: f64 = 1e-7;
-/// Distances of differences, as parts of a parameter: those that tell most first.
-const PARTS: [f64; 5] = [1e-3, 3e-3, 3e-4, 1e-2, 1e-4];
+/// Distances of differences, as parts of a parameter, and how many of them: those that tell most first. Where rounding of an answer is a
+/// good part of what it changes by, as that of an axial force in a stiff member, they are far apart and many.
+const PARTS: [(f64, &[f64]); 8] = [
+    (1e-3, &FOURTH),
+    (3e-3, &FOURTH),
+    (3e-4, &FOURTH),
+    (1e-2, &FOURTH),
+    (1e-4, &FOURTH),
+    (1e-2, &EIGHTH),
+    (2e-2, &EIGHTH),
+    (4e-2, &EIGHTH),
+];
+/// Weights of central differences at once, twice … a distance, each over it.
+const FOURTH: [f64; 2] = [2.0 / 3.0, -1.0 / 12.0];
+const EIGHTH: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
 /// Nearer than this part of what is allowed, no other distance is looked at.
 const ENOUGH: f64 = 0.1;
 /// What statics or symmetry fixes has no derivative: a probe whose derivatives are less than this part of its value, or of what such
@@ -110,21 +123,22 @@ fn problem(random: &Random) -> Result<Problem, String> {
     Problem::new(&document, &[], &parameters, &probes, 1e-6).map_err(|error| error.to_string())
 }
 
-/// The differences of all probes by one parameter at one distance; nothing where there is no answer beside it.
-fn differences(problem: &Problem, x: &[f64], input: usize, part: f64) -> Option<Vec<f64>> {
+/// The differences of all probes by one parameter at one distance, with these weights; nothing where there is no answer beside it.
+fn differences(problem: &Problem, x: &[f64], input: usize, (part, weights): (f64, &[f64])) -> Option<Vec<f64>> {
     let apart = part * x[input];
     let row = |times: f64| {
         let mut row = x.to_vec();
         row[input] += times * apart;
         row
     };
-    let answer = problem.evaluate(&[1.0, -1.0, 2.0, -2.0].map(row).concat());
-    let probes = answer.values.len() / 4;
+    let rows: Vec<f64> =
+        (1..=weights.len()).flat_map(|times| [row(times as f64), row(-(times as f64))].concat()).collect();
+    let answer = problem.evaluate(&rows);
+    let probes = answer.values.len() / (2 * weights.len());
     let y = |row: usize, probe: usize| answer.values[row * probes + probe];
     let slope = |probe: usize| {
-        let one = (y(0, probe) - y(1, probe)) / (2.0 * apart);
-        let two = (y(2, probe) - y(3, probe)) / (4.0 * apart);
-        one + (one - two) / 3.0
+        let pairs = weights.iter().enumerate();
+        pairs.map(|(pair, weight)| weight * (y(2 * pair, probe) - y(2 * pair + 1, probe)) / apart).sum()
     };
     answer.reasons.iter().all(Option::is_none).then(|| (0..probes).map(slope).collect())
 }
@@ -178,7 +192,8 @@ fn show(random: &Random) {
     let x = problem.middle();
     let found = problem.gradient(&x);
     println!("{:?} {:?}", found.values, found.reasons[0]);
-    println!("Derivatives, each times its parameter, and differences at {PARTS:?} of it:");
+    let parts = PARTS.map(|(part, _)| part);
+    println!("Derivatives, each times its parameter, and differences at {parts:?} of it:");
     for (input, (name, kind)) in random.parameters.iter().zip(&random.kinds).enumerate() {
         let columns = PARTS.map(|part| differences(&problem, &x, input, part));
         for (output, probe) in random.probes.iter().enumerate() {
