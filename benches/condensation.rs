@@ -46,7 +46,7 @@ fn iteration(criterion: &mut Criterion) {
             });
         });
         criterion.bench_function(&format!("{name}: chains condensed"), |bencher| {
-            bencher.iter(|| system.members.packs.iter_mut().for_each(|pack| pack.condense()));
+            bencher.iter(|| system.members.packs.iter_mut().for_each(|pack| pack.condense(None)));
         });
         criterion.bench_function(&format!("{name}: condensed, assembled and factorized"), |bencher| {
             bencher.iter(|| system.assemble(false));

@@ -68,11 +68,11 @@ fn element<B: Beam<f64, D>, const D: usize, const P: usize>(criterion: &mut Crit
     let stiffness = [300.0, 60.0, 60.0, 500.0, 700.0, 700.0];
     chain.set_segment(0, 0, &Moduli { stiffness, ..Moduli::default() }, [0.0; 3]);
     criterion.bench_function(&format!("{name} {P}: condensation of {ELEMENTS} elements"), |bencher| {
-        bencher.iter(|| black_box(&mut chain).condense());
+        bencher.iter(|| black_box(&mut chain).condense(None));
     });
     let motions = OwnRows::<D>::new(1).motions;
     criterion.bench_function(&format!("{name} {P}: back-substitution of {ELEMENTS} elements"), |bencher| {
-        bencher.iter(|| black_box(&mut chain).advance(&motions, [0, 1]));
+        bencher.iter(|| black_box(&mut chain).advance(&motions, [0, 1], None));
     });
 }
 

@@ -8,21 +8,25 @@ use pennate_elements::small::{
     Ldl, add, axpy, madd, scale, sub_apply, sub_tapply, sub_tmul, sub_tmul_symmetric, transpose, zeros,
 };
 
-use crate::Chain;
+use crate::ahead::Task;
+use crate::{Chain, Pack};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding: a unit in the last place for each of a
 /// few operations.
 pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The elimination, as work in lanes.
-pub(super) struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+pub(super) struct Condense<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    pub chain: &'a mut Chain<T, B, D, P>,
+    pub next: Option<&'a dyn Pack<D>>,
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'_, T, B, D, P> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.0.condense_all();
+        self.chain.condense_all(self.next);
     }
 }
 
@@ -49,6 +53,7 @@ pub(super) struct Advance<'a, T: Real, B: Beam<T, D>, const D: usize, const P: u
     pub chain: &'a mut Chain<T, B, D, P>,
     pub motions: &'a [f64],
     pub joints: [usize; 2],
+    pub next: Option<&'a dyn Pack<D>>,
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Advance<'_, T, B, D, P> {
@@ -56,12 +61,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Advance<'_
 
     #[inline(always)]
     fn run(self) {
-        let Self { chain, motions, joints } = self;
+        let Self { chain, motions, joints, next } = self;
         let last = chain.increments.len() - 1;
         let size = D * T::LANES;
         chain.increments[0] = load(&motions[joints[0] * size..(joints[0] + 1) * size]);
         chain.increments[last] = load(&motions[joints[1] * size..(joints[1] + 1) * size]);
-        chain.advance_all();
+        chain.advance_all(next);
     }
 }
 
@@ -304,10 +309,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     #[inline(always)]
-    fn condense_all(&mut self) {
+    fn condense_all(&mut self, coming: Option<&dyn Pack<D>>) {
         self.negative = T::zero();
         self.softest = T::one();
         self.energy = T::zero();
+        if let Some(pack) = coming {
+            pack.expect(Task::Condense, 0);
+        }
         // One place for the tangents of all elements.
         let mut k = Local::zero();
         let first = self.condense_element(0, &mut k);
@@ -316,6 +324,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         // How the last node depends on the first: rows of the last, columns of the first.
         let mut link = transpose(&first.k01);
         for e in 1..self.frames.len() {
+            if let Some(pack) = coming {
+                pack.expect(Task::Condense, e);
+            }
             let next = self.condense_element(e, &mut k);
             let mut pivot = madd(here, next.k00);
             rest = add(rest, next.r0);
@@ -379,7 +390,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     #[inline(always)]
-    fn advance_all(&mut self) {
+    fn advance_all(&mut self, next: Option<&dyn Pack<D>>) {
         let elements = self.frames.len();
         let first = self.increments[0];
         for k in (1..elements).rev() {
@@ -391,6 +402,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             self.increments[k] = increment;
         }
         for e in 0..elements {
+            if let Some(next) = next {
+                next.expect(Task::Advance, e);
+            }
             let frame = self.frames[e];
             let change = self.interior_change::<true>(e, &self.increments[e], &self.increments[e + 1]);
             let local = self.local_of(e, &frame);

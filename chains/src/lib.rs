@@ -11,6 +11,7 @@ use pennate_elements::laws::LocalLaw;
 use pennate_elements::real::Real;
 use pennate_elements::small::{Ldl, M3, V3, scale, zeros};
 
+mod ahead;
 mod condense;
 mod dashpots;
 mod element;
@@ -36,6 +37,7 @@ mod unroll;
 mod variation;
 mod work;
 
+pub use ahead::Task;
 pub use condense::ROUNDING;
 use dashpots::Dashpots;
 pub use element::{ElementState, SegmentState, Unloaded, element, place, sample};

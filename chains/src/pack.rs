@@ -6,6 +6,7 @@ use pennate_elements::beam::{Beam, Ends, Moduli, Placement};
 use pennate_elements::real::Real;
 use pennate_elements::small::{V3, zeros};
 
+use crate::ahead::Task;
 use crate::element::{SegmentState, Unloaded};
 use crate::lateral::LateralEnds;
 use crate::measures::Measures;
@@ -114,10 +115,20 @@ pub trait Pack<const D: usize>: Any + Send {
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
 
+    // What is done pack by pack: where there is one that does the same next, it is told what will be asked of it.
+
+    /// Asks for the memory that an element needs for a task; no element is too far.
+    fn expect(&self, task: Task, element: usize);
+    /// Linearizes every element and eliminates everything between the ends.
+    fn condense(&mut self, next: Option<&dyn Pack<D>>);
+    /// Back-substitution for motions of the ends, displacements, then spins, from rows of joints: new local unknowns of every
+    /// element. Nodes follow with [`Pack::set_ends`] and [`Pack::place_nodes`].
+    fn advance(&mut self, motions: &[f64], joints: [usize; 2], next: Option<&dyn Pack<D>>);
+    /// Places the nodes between the ends.
+    fn place_nodes(&mut self, by: NodesBy, next: Option<&dyn Pack<D>>);
+
     // What is left of it at its ends.
 
-    /// Linearizes every element and eliminates everything between the ends.
-    fn condense(&mut self);
     /// Takes the forces of the present state in place of those that the last [`Pack::condense`] found: what is left inside is
     /// brought to the ends by the factors of then, which is right to second order in what was moved since. Where factors are kept
     /// the next [`Pack::advance`] goes on with them; that is said. With a source, which [`Pack::like`] made this pack from, by the
@@ -150,13 +161,8 @@ pub trait Pack<const D: usize>: Any + Send {
     /// Puts the ends of all members where joints are, from rows of poses: displacements, and the angle in the plane or the rotation
     /// in space. Start and end of each are at the joints of these rows.
     fn set_ends(&mut self, poses: &[f64], joints: [usize; 2]);
-    /// Back-substitution for motions of the ends, displacements, then spins, from rows of joints: new local unknowns of every
-    /// element. Nodes follow with [`Pack::set_ends`] and [`Pack::place_nodes`].
-    fn advance(&mut self, motions: &[f64], joints: [usize; 2]);
     /// Where an end is carried to by the local unknowns of the elements, if the other end is at `from`.
     fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement;
-    /// Places the nodes between the ends.
-    fn place_nodes(&mut self, by: NodesBy);
     /// Size of the last increment, and of what it is without the motion that the member makes as a whole with its start.
     fn sizes(&self, lane: usize) -> [Size; 2];
 
@@ -253,14 +259,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.increments = Vec::new();
     }
 
-    fn condense(&mut self) {
+    fn condense(&mut self, next: Option<&dyn Pack<D>>) {
         if self.settings.keeps_factors {
             self.keep_factors();
         }
         if self.settings.acts_on_nodes() {
             self.load_dashpots();
         }
-        T::run(condense::Condense(self));
+        T::run(condense::Condense { chain: self, next });
     }
 
     fn refresh(&mut self, source: Option<&dyn Pack<D>>) -> bool {
@@ -335,17 +341,17 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         T::run(TakePoses { chain: self, poses, joints });
     }
 
-    fn advance(&mut self, motions: &[f64], joints: [usize; 2]) {
-        T::run(condense::Advance { chain: self, motions, joints });
+    fn advance(&mut self, motions: &[f64], joints: [usize; 2], next: Option<&dyn Pack<D>>) {
+        T::run(condense::Advance { chain: self, motions, joints, next });
     }
 
     fn carried(&self, lane: usize, end: usize, from: &Placement) -> Placement {
         self.carried_impl(lane, end, from)
     }
 
-    fn place_nodes(&mut self, by: NodesBy) {
+    fn place_nodes(&mut self, by: NodesBy, next: Option<&dyn Pack<D>>) {
         match by {
-            NodesBy::Elements => T::run(unroll::Unroll(self)),
+            NodesBy::Elements => T::run(unroll::Unroll { chain: self, next }),
             NodesBy::Increments => {
                 let inner = 1..self.frames.len();
                 for (node, increment) in self.state.nodes[inner.clone()].iter_mut().zip(&self.increments[inner]) {
@@ -357,6 +363,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn sizes(&self, lane: usize) -> [Size; 2] {
         self.sizes.of(lane)
+    }
+
+    fn expect(&self, task: Task, element: usize) {
+        self.expect_impl(task, element);
     }
 
     fn save(&self, row: &mut Vec<f64>) {

@@ -11,29 +11,36 @@ use pennate_elements::real::{Real, Work};
 use pennate_elements::rotation::{compose, inverse, turn, turn_less_identity};
 use pennate_elements::small::{add, scale, sub};
 
-use crate::{Chain, lanes};
+use crate::ahead::Task;
+use crate::{Chain, Pack, lanes};
 
 /// The placing, as work in lanes.
-pub(super) struct Unroll<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(pub &'a mut Chain<T, B, D, P>);
+pub(super) struct Unroll<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
+    pub chain: &'a mut Chain<T, B, D, P>,
+    pub next: Option<&'a dyn Pack<D>>,
+}
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Unroll<'_, T, B, D, P> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.0.unroll_all();
+        self.chain.unroll_all(self.next);
     }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     #[inline(always)]
-    fn unroll_all(&mut self) {
+    fn unroll_all(&mut self, next: Option<&dyn Pack<D>>) {
         let elements = self.pieces.len();
         if elements == 1 {
             return;
         }
         let end = self.state.nodes[elements];
         for (e, piece) in self.pieces.iter().enumerate() {
+            if let Some(next) = next {
+                next.expect(Task::PlaceNodes, e);
+            }
             self.state.nodes[e + 1] = B::last(piece, &self.state.nodes[e], &self.state.local[e * P + P - 1]);
         }
         let missed = scale(T::one() / self.total_length, B::between(&self.state.nodes[elements], &end));

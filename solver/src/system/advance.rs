@@ -37,7 +37,7 @@ impl<const D: usize> System<D> {
         self.moves.motions = motions;
         self.place_ends();
         let by = if self.straight { NodesBy::Increments } else { NodesBy::Elements };
-        self.members.for_packs(|pack| pack.place_nodes(by));
+        self.members.place_nodes(by);
         self.moves.size()
     }
 

@@ -7,7 +7,7 @@ use pennate_elements::small::{V3, scale, tmul};
 use rayon::prelude::*;
 
 use super::{Places, State};
-use crate::chain::{MemberEnds, OwnRows, Pack, held_force};
+use crate::chain::{MemberEnds, NodesBy, OwnRows, Pack, PackMesh, held_force};
 use crate::joints::{EndKind, Topology};
 use crate::packs::Turn;
 use crate::structure::{Member, MemberId, Structure};
@@ -51,6 +51,8 @@ pub struct Members<const D: usize> {
     rows: Vec<OwnRows<D>>,
     /// Whether packs work at the same time.
     parallel: bool,
+    /// Whether they are more than what lies near the processor.
+    far: bool,
 }
 
 impl<const D: usize> Members<D> {
@@ -68,7 +70,8 @@ impl<const D: usize> Members<D> {
             }
         }
         let rows = packs.iter().map(|pack| OwnRows::new(pack.mesh().lanes)).collect();
-        Self { packs, slots: slots.into_iter().flatten().collect(), rows, parallel }
+        let far = are_far(&packs);
+        Self { packs, slots: slots.into_iter().flatten().collect(), rows, parallel, far }
     }
 
     /// Takes the members of another structure, whose chains the packs hold.
@@ -118,25 +121,26 @@ impl<const D: usize> Members<D> {
     /// Moves what is between the ends of all members, of those packs that lie `beside` others by rows of joints, of the others by
     /// what was set.
     pub(super) fn advance<'a>(&mut self, beside: impl Fn(usize) -> Option<(&'a [f64], [usize; 2])> + Sync + Send) {
-        let act = |(index, (pack, own)): (usize, (&mut Box<dyn Pack<D>>, &OwnRows<D>))| {
-            let (motions, joints) = beside(index).unwrap_or((&own.motions, [0, 1]));
-            pack.advance(motions, joints);
-        };
-        if self.parallel {
-            self.packs.par_iter_mut().zip(&self.rows).enumerate().for_each(act);
-        } else {
-            self.packs.iter_mut().zip(&self.rows).enumerate().for_each(act);
-        }
+        let rows = &self.rows;
+        in_turn(&mut self.packs, [self.parallel, self.far], |index, pack, next| {
+            let (motions, joints) = beside(index).unwrap_or((&rows[index].motions, [0, 1]));
+            pack.advance(motions, joints, next);
+        });
     }
 
     /// Eliminates the interiors of all members at the present state.
     pub(super) fn condense(&mut self) {
-        self.for_packs(|pack| pack.condense());
+        in_turn(&mut self.packs, [self.parallel, self.far], |_, pack, next| pack.condense(next));
     }
 
     /// Lets all packs keep the factors that [`Pack::refresh`] goes on with.
     pub fn keep_factors(&mut self) {
         self.packs.iter_mut().for_each(|pack| pack.settings().keeps_factors = true);
+    }
+
+    /// Places the nodes between the ends of all members.
+    pub(super) fn place_nodes(&mut self, by: NodesBy) {
+        in_turn(&mut self.packs, [self.parallel, self.far], |_, pack, next| pack.place_nodes(by, next));
     }
 
     /// Forces at the present state, by the factors of the one before; whether all packs keep what goes on with them.
@@ -231,6 +235,45 @@ impl<const D: usize> Members<D> {
             pack.interior(lane)
         });
         pivots.fold((0, 1.0), |(count, smallest), own| (count + own.negative, own.smallest.min(smallest)))
+    }
+}
+
+/// The most packs that follow each other on one thread where several work at the same time: the last of them asks for nothing ahead.
+const ROW: usize = 8;
+/// So many such rows a thread, at least, share the work evenly enough.
+const ROWS: usize = 8;
+/// Bytes of factors that caches beside a processor hold: where there are more, packs ask for their memory ahead.
+const NEAR: usize = 2 << 20;
+
+/// Whether packs are more than what lies near the processor.
+fn are_far<const D: usize>(packs: &[Box<dyn Pack<D>>]) -> bool {
+    let bytes = |mesh: &PackMesh| {
+        let blocks = 2 + mesh.order * (mesh.order - 1) / 2;
+        size_of::<f64>() * D * D * blocks * mesh.elements() * mesh.lanes
+    };
+    packs.iter().map(|pack| bytes(pack.mesh())).sum::<usize>() > NEAR
+}
+
+/// Lets all packs do the same, side by side where that pays, each with its index and the one after it, where that is `far`.
+fn in_turn<const D: usize>(
+    packs: &mut [Box<dyn Pack<D>>],
+    [parallel, far]: [bool; 2],
+    act: impl Fn(usize, &mut dyn Pack<D>, Option<&dyn Pack<D>>) + Sync + Send,
+) {
+    let row = |mut index: usize, mut packs: &mut [Box<dyn Pack<D>>]| {
+        while let Some((pack, rest)) = packs.split_first_mut() {
+            let next = rest.first().filter(|_| far).map(|next| next.as_ref());
+            act(index, pack.as_mut(), next);
+            index += 1;
+            packs = rest;
+        }
+    };
+    if parallel {
+        let most = if far { ROW } else { 1 };
+        let count = (packs.len() / (ROWS * rayon::current_num_threads())).clamp(1, most);
+        packs.par_chunks_mut(count).enumerate().for_each(|(index, packs)| row(index * count, packs));
+    } else {
+        row(0, packs);
     }
 }
 

@@ -162,7 +162,7 @@ impl<const D: usize> System<D> {
             }
         }
         self.place_ends();
-        self.members.packs.iter_mut().for_each(|pack| pack.place_nodes(NodesBy::Elements));
+        self.members.place_nodes(NodesBy::Elements);
     }
 
     /// Takes over the state of a system of the same members on another mesh.

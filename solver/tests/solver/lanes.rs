@@ -120,8 +120,8 @@ fn side_by_side<const D: usize>(build: Build<D>, members: usize, of: impl Fn(usi
         for (chain, rows) in all {
             chain.settings().plain = round == 2;
             chain.set_ends(&rows.poses, [0, 1]);
-            chain.condense();
-            chain.advance(&rows.motions, [0, 1]);
+            chain.condense(None);
+            chain.advance(&rows.motions, [0, 1], None);
         }
         for (member, (chain, &(pack, lane))) in alone.iter().zip(&places).enumerate() {
             let pairs = told(chain.as_ref(), 0).into_iter().zip(told(together[pack].as_ref(), lane));

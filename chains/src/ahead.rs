@@ -1,0 +1,81 @@
+//! Memory that is asked for before it is needed.
+//!
+//! The chains of a large network are more than caches hold, and what an element needs lies in a dozen arrays, of which the processor
+//! reads none far enough ahead on its own. So while one pack is worked on, each of its elements asks for what the same element of
+//! the next pack needs. Nothing is read or written by that, and no number depends on it.
+
+#![allow(unsafe_code, reason = "the instruction that asks for memory takes a pointer")]
+
+use pennate_elements::beam::Beam;
+use pennate_elements::real::Real;
+
+use crate::Chain;
+
+/// What the next pack will be asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// See [`Pack::condense`](crate::Pack::condense).
+    Condense,
+    /// See [`Pack::advance`](crate::Pack::advance).
+    Advance,
+    /// See [`Pack::place_nodes`](crate::Pack::place_nodes).
+    PlaceNodes,
+}
+
+/// Asks for a value, into the second-level cache: into the first one it would push out what is being worked on.
+#[inline(always)]
+fn expect<V: ?Sized>(value: &V) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+
+        /// Bytes that memory comes in.
+        const LINE: usize = 64;
+        let start: *const i8 = std::ptr::from_ref(value).cast();
+        for offset in (0..size_of_val(value)).step_by(LINE) {
+            // SAFETY: the offset is within the value, and the instruction takes any address.
+            unsafe { _mm_prefetch::<_MM_HINT_T1>(start.add(offset)) };
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = value;
+}
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
+    /// See [`Pack::expect`](crate::Pack::expect).
+    pub(super) fn expect_impl(&self, task: Task, e: usize) {
+        let (Some(piece), Some(node)) = (self.pieces.get(e), self.state.nodes.get(e + 1)) else { return };
+        expect(piece);
+        expect(node);
+        let local: &[[[T; D]; P]] = self.state.local.as_chunks().0;
+        if task == Task::PlaceNodes {
+            expect(&local[e][P - 1]);
+            return;
+        }
+        expect(&local[e]);
+        expect(self.stress_of(e));
+        expect(&self.frames[e]);
+        // There are fewer segments than elements.
+        if let Some(moduli) = self.moduli.get(e) {
+            expect(moduli);
+        }
+        if let Some(factor) = self.factors.get(e) {
+            expect(factor);
+        }
+        let rows = |count: usize| e * count..(e + 1) * count;
+        if let (Some(blocks), Some(rests)) =
+            (self.inner.get(rows(Self::INNER_BLOCKS)), self.inner_rest.get(rows(Self::INNER_NODES)))
+        {
+            expect(blocks);
+            expect(rests);
+        }
+        if task == Task::Advance
+            && let Some(increment) = self.increments.get(e)
+        {
+            expect(increment);
+        }
+        if task == Task::Condense && e == 0 {
+            expect(&self.ends);
+        }
+    }
+}
