@@ -5,7 +5,7 @@ use pennate_analysis::solution::{Solution, last_state};
 use pennate_analysis::strains::{self, Excess, GreatestPull, Overload, Pull, Strain, Tension};
 use pennate_models::Model;
 use pennate_models::model::{Member, MemberId};
-use pennate_solver::history::StepHistory;
+use pennate_solver::history::{CriticalKind, StepHistory};
 
 use crate::diagnostics::Message;
 use crate::output::text::{list, number, percent, shown};
@@ -68,7 +68,9 @@ pub fn taut(model: &Model, step: &StepHistory) -> Option<Taut> {
 /// The same of a member whose force was seen to grow without bound towards the limit point of the step.
 pub fn taut_towards(model: &Model, step: &StepHistory, member: MemberId) -> Option<Taut> {
     let force = last_state(step)?.members.get(member)?.axial_force;
-    let limit = percent(step.critical_points.last()?.fraction);
+    // What a coarser mesh met may be listed behind it.
+    let mut points = step.critical_points.iter().rev();
+    let limit = percent(points.find(|point| point.kind == CriticalKind::LimitPoint)?.fraction);
     let how = format!("it grows without bound towards {limit} of the ramp, where its ends cannot go any further apart");
     Some(pulled(model, member, force, &how))
 }

@@ -1,7 +1,5 @@
 //! Strains beyond what the mechanics of small strains holds for, and rods that shear makes unstable in tension.
 
-use std::cmp::Ordering;
-
 use pennate_models::Model;
 use pennate_models::model::{Member, MemberId, SegmentLaw, Target};
 use pennate_solver::history::{MemberState, Peak, StepHistory};
@@ -62,20 +60,20 @@ pub struct GreatestPull {
 /// Looks for strains beyond what holds in all increments of a run.
 pub fn excess(solution: &Solution) -> Excess {
     let model = &solution.model;
-    let sheared = greatest(solution, |member, state| {
+    let sheared = strains(solution, |member, state| {
         let limit = model.tensile_limit(member, state.control)?;
         (state.stretch.value >= CLOSE * limit).then_some(state.stretch)
     });
     let limit = model.strain_limit;
     let over = |peak: Peak| (peak.value.abs() > limit).then_some(peak);
-    let bent = greatest(solution, |member, state| {
+    let bent = strains(solution, |member, state| {
         let member = &model.members[member];
         over(state.bending).filter(|_| !member.is_muscle() && is_solid(member))
     });
     let mut stretched =
-        greatest(solution, |member, state| over(state.stretch).filter(|_| !model.members[member].is_muscle()));
+        strains(solution, |member, state| over(state.stretch).filter(|_| !model.members[member].is_muscle()));
     stretched.retain(|found| sheared.iter().all(|other| other.member != found.member));
-    Excess { bent, stretched, sheared, pulled: pulled(solution) }
+    Excess { bent, stretched, sheared, pulled: pulls(solution) }
 }
 
 /// Whether a bar has a solid section somewhere. Tubes are what muscles are made of, and bend by more.
@@ -86,22 +84,33 @@ fn is_solid(member: &Member) -> bool {
     })
 }
 
-/// The greatest strain of every member that `of` takes, the greatest of all first.
-fn greatest(solution: &Solution, of: impl Fn(MemberId, &MemberState) -> Option<Peak>) -> Vec<Strain> {
-    let mut worst: Vec<Option<Strain>> = vec![None; solution.model.members.len()];
+/// The greatest of what `of` takes of every member in a run, by `size`, with its step and part of the ramp; the greatest of all first.
+fn greatest<T: Copy>(
+    solution: &Solution,
+    of: impl Fn(MemberId, &MemberState) -> Option<T>,
+    size: impl Fn(&T) -> f64,
+) -> Vec<(MemberId, T, usize, f64)> {
+    let members = solution.model.members.len();
+    let mut worst: Vec<Option<(MemberId, T, usize, f64)>> = vec![None; members];
     for (step, record) in solution.history.steps.iter().enumerate() {
         for increment in &record.increments {
-            for (member, state) in increment.state.members.iter().enumerate() {
-                let Some(peak) = of(member, state) else { continue };
-                if worst[member].is_none_or(|before| peak.value.abs() > before.peak.value.abs()) {
-                    worst[member] = Some(Strain { member, peak, step, fraction: increment.fraction });
+            for (member, state) in increment.state.members.iter().take(members).enumerate() {
+                let Some(found) = of(member, state) else { continue };
+                if worst[member].as_ref().is_none_or(|(_, before, ..)| size(&found) > size(before)) {
+                    worst[member] = Some((member, found, step, increment.fraction));
                 }
             }
         }
     }
-    let mut all: Vec<Strain> = worst.into_iter().flatten().collect();
-    all.sort_by(|a, b| b.peak.value.abs().total_cmp(&a.peak.value.abs()));
+    let mut all: Vec<_> = worst.into_iter().flatten().collect();
+    all.sort_by(|(_, a, ..), (_, b, ..)| size(b).total_cmp(&size(a)));
     all
+}
+
+/// The greatest strain of every member that `of` takes, the greatest of all first.
+fn strains(solution: &Solution, of: impl Fn(MemberId, &MemberState) -> Option<Peak>) -> Vec<Strain> {
+    let found = greatest(solution, of, |peak| peak.value.abs()).into_iter();
+    found.map(|(member, peak, step, fraction)| Strain { member, peak, step, fraction }).collect()
 }
 
 /// The pull of a member in a state, where it is near or beyond what shear lets it carry.
@@ -112,34 +121,21 @@ fn pull(model: &Model, member: MemberId, now: &MemberState) -> Option<Pull> {
     (force >= CLOSE * limit).then_some(Pull { member, force, limit })
 }
 
-/// One pull beside another, as parts of what they may be.
-fn by_part(one: &Pull, other: &Pull) -> Ordering {
-    (one.force / one.limit).total_cmp(&(other.force / other.limit))
+/// A pull as a part of what it may be.
+fn part(pull: &Pull) -> f64 {
+    pull.force / pull.limit
 }
 
 /// The greatest pull of every member that is pulled too much, the worst first.
-fn pulled(solution: &Solution) -> Vec<GreatestPull> {
-    let model = &solution.model;
-    let mut worst: Vec<Option<GreatestPull>> = vec![None; model.members.len()];
-    for (step, record) in solution.history.steps.iter().enumerate() {
-        for increment in &record.increments {
-            for (member, now) in increment.state.members.iter().take(model.members.len()).enumerate() {
-                let Some(pull) = pull(model, member, now) else { continue };
-                if worst[member].as_ref().is_none_or(|before| by_part(&pull, &before.pull).is_gt()) {
-                    worst[member] = Some(GreatestPull { pull, step, fraction: increment.fraction });
-                }
-            }
-        }
-    }
-    let mut all: Vec<GreatestPull> = worst.into_iter().flatten().collect();
-    all.sort_by(|a, b| by_part(&b.pull, &a.pull));
-    all
+fn pulls(solution: &Solution) -> Vec<GreatestPull> {
+    let found = greatest(solution, |member, now| pull(&solution.model, member, now), part).into_iter();
+    found.map(|(_, pull, step, fraction)| GreatestPull { pull, step, fraction }).collect()
 }
 
 /// The worst pull in the last state of a step, where one is near or beyond what shear lets a member carry.
 pub fn last_pull(model: &Model, step: &StepHistory) -> Option<Pull> {
     let members = last_state(step)?.members.iter().take(model.members.len()).enumerate();
-    members.filter_map(|(member, now)| pull(model, member, now)).max_by(by_part)
+    members.filter_map(|(member, now)| pull(model, member, now)).max_by(|a, b| part(a).total_cmp(&part(b)))
 }
 
 /// A member stretched to where shear makes it unstable, or nearly so.
