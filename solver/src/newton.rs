@@ -37,6 +37,8 @@ pub struct Convergence {
     pub residual: Residual,
     /// The largest of its increments that are not near over the one before.
     pub contraction: f64,
+    /// Negative pivots where it began.
+    pub negative_at_first: usize,
 }
 
 /// An iteration that was given up.
@@ -237,6 +239,7 @@ impl Newton {
         let mut violation = self.tuning.tolerance();
         let mut asked = 0;
         let mut contraction = 0.0;
+        let mut negative_at_first = 0;
         let mut slow = 0;
         let mut inertia = Inertia::default();
         let mut has_factors = false;
@@ -257,7 +260,7 @@ impl Newton {
                 let residual = system.residual();
                 if residual.largest() <= self.tuning.near * misfit {
                     let factorizations = iterations - 1 + asked;
-                    return Ok(Convergence { iterations, factorizations, inertia, residual, contraction });
+                    return Ok(Convergence { iterations, factorizations, inertia, residual, contraction, negative_at_first });
                 }
             }
             if iterations == 1 && start.linearized {
@@ -274,6 +277,7 @@ impl Newton {
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
             if iterations == 1 {
                 misfit = residual.largest();
+                negative_at_first = inertia.negative;
                 violation = match start.aim {
                     Aim::Result | Aim::Passing => self.tuning.tolerance(),
                     Aim::Rough => self.tuning.shortest,
@@ -300,7 +304,7 @@ impl Newton {
             };
             let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
             if settled && !system.follow_carried_forces() {
-                return Ok(Convergence { iterations, factorizations, inertia, residual, contraction });
+                return Ok(Convergence { iterations, factorizations, inertia, residual, contraction, negative_at_first });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && start.negative_limit < usize::MAX {

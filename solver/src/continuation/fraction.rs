@@ -451,7 +451,10 @@ impl<const D: usize> Continuation<'_, D> {
         }
         // An iteration of more steps than lead to what lies near may have passed something, where anything thrusts.
         let near = if predicted { tuning.few() } else { tuning.many };
-        let may_have_passed = steady && met.is_none() && found.iterations > near && step > shortest;
+        // What is foreseen beyond a singular point is unstable, however near, and what is found there may be stable again.
+        let was_beyond = predicted && found.negative_at_first > self.base.own;
+        let may_have_passed =
+            steady && met.is_none() && (found.iterations > near || was_beyond) && step > shortest;
         if may_have_passed && !guarded && !doubtful && !aside && !self.system.hangs() {
             aside = self.swings_between(run, ends, ratio);
         }
@@ -480,6 +483,9 @@ impl<const D: usize> Continuation<'_, D> {
         }
         if far {
             return shorter(bracket);
+        }
+        if aside && !guarded && step > shortest {
+            return shorter(shortest);
         }
         torn |= hard && step <= shortest;
         if rose && step > bracket || unsure && step > shortest {
