@@ -2,6 +2,7 @@
 
 use pennate_models::Model;
 use pennate_models::model::{Member, MemberId, SegmentLaw, Target};
+use pennate_solver::continuation::STRAIGHT;
 use pennate_solver::history::{MemberState, Peak, StepHistory};
 
 use crate::solution::{Solution, last_state};
@@ -171,8 +172,6 @@ pub struct Taut {
 /// The tautest member of the last state of a step among those that cannot be stretched, where its force leaves it no bend to be
 /// pulled out of.
 pub fn taut(model: &Model, step: &StepHistory) -> Option<Taut> {
-    /// Force over EI/L² from which all bending is within a hundredth of the length from the ends: layers are √(EI/N) long.
-    const STRAIGHT: f64 = 1e4;
     let times = |member: usize, force: f64| {
         let laws = model.members[member].segments.iter().map(|segment| match &segment.material {
             SegmentLaw::Fixed(law) if !law.section.ea.is_finite() => Some(law.section.ei2.min(law.section.ei3)),

@@ -24,7 +24,7 @@ pub enum Task {
 
 /// Asks for a value, into the second-level cache: into the first one it would push out what is being worked on.
 #[inline(always)]
-fn expect<V: ?Sized>(value: &V) {
+fn prefetch<V: ?Sized>(value: &V) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
@@ -42,40 +42,40 @@ fn expect<V: ?Sized>(value: &V) {
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
-    /// See [`Pack::expect`](crate::Pack::expect).
-    pub(super) fn expect_impl(&self, task: Task, e: usize) {
+    /// See [`Pack::prefetch`](crate::Pack::prefetch).
+    pub(super) fn prefetch_impl(&self, task: Task, e: usize) {
         let (Some(piece), Some(node)) = (self.pieces.get(e), self.state.nodes.get(e + 1)) else { return };
-        expect(piece);
-        expect(node);
+        prefetch(piece);
+        prefetch(node);
         let local: &[[[T; D]; P]] = self.state.local.as_chunks().0;
         if task == Task::PlaceNodes {
-            expect(&local[e][P - 1]);
+            prefetch(&local[e][P - 1]);
             return;
         }
-        expect(&local[e]);
-        expect(self.stress_of(e));
-        expect(&self.frames[e]);
+        prefetch(&local[e]);
+        prefetch(self.stress_of(e));
+        prefetch(&self.frames[e]);
         // There are fewer segments than elements.
         if let Some(moduli) = self.moduli.get(e) {
-            expect(moduli);
+            prefetch(moduli);
         }
         if let Some(factor) = self.factors.get(e) {
-            expect(factor);
+            prefetch(factor);
         }
         let rows = |count: usize| e * count..(e + 1) * count;
         if let (Some(blocks), Some(rests)) =
             (self.inner.get(rows(Self::INNER_BLOCKS)), self.inner_rest.get(rows(Self::INNER_NODES)))
         {
-            expect(blocks);
-            expect(rests);
+            prefetch(blocks);
+            prefetch(rests);
         }
         if task == Task::Advance
             && let Some(increment) = self.increments.get(e)
         {
-            expect(increment);
+            prefetch(increment);
         }
         if task == Task::Condense && e == 0 {
-            expect(&self.ends);
+            prefetch(&self.ends);
         }
     }
 }

@@ -314,7 +314,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         self.softest = T::one();
         self.energy = T::zero();
         if let Some(pack) = coming {
-            pack.expect(Task::Condense, 0);
+            pack.prefetch(Task::Condense, 0);
         }
         // One place for the tangents of all elements.
         let mut k = Local::zero();
@@ -325,7 +325,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let mut link = transpose(&first.k01);
         for e in 1..self.frames.len() {
             if let Some(pack) = coming {
-                pack.expect(Task::Condense, e);
+                pack.prefetch(Task::Condense, e);
             }
             let next = self.condense_element(e, &mut k);
             let mut pivot = madd(here, next.k00);
@@ -403,7 +403,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
         for e in 0..elements {
             if let Some(next) = next {
-                next.expect(Task::Advance, e);
+                next.prefetch(Task::Advance, e);
             }
             let frame = self.frames[e];
             let change = self.interior_change::<true>(e, &self.increments[e], &self.increments[e + 1]);

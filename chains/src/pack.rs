@@ -118,7 +118,7 @@ pub trait Pack<const D: usize>: Any + Send {
     // What is done pack by pack: where there is one that does the same next, it is told what will be asked of it.
 
     /// Asks for the memory that an element needs for a task; no element is too far.
-    fn expect(&self, task: Task, element: usize);
+    fn prefetch(&self, task: Task, element: usize);
     /// Linearizes every element and eliminates everything between the ends.
     fn condense(&mut self, next: Option<&dyn Pack<D>>);
     /// Back-substitution for motions of the ends, displacements, then spins, from rows of joints: new local unknowns of every
@@ -365,8 +365,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         self.sizes.of(lane)
     }
 
-    fn expect(&self, task: Task, element: usize) {
-        self.expect_impl(task, element);
+    fn prefetch(&self, task: Task, element: usize) {
+        self.prefetch_impl(task, element);
     }
 
     fn save(&self, row: &mut Vec<f64>) {

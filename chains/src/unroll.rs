@@ -39,7 +39,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let end = self.state.nodes[elements];
         for (e, piece) in self.pieces.iter().enumerate() {
             if let Some(next) = next {
-                next.expect(Task::PlaceNodes, e);
+                next.prefetch(Task::PlaceNodes, e);
             }
             self.state.nodes[e + 1] = B::last(piece, &self.state.nodes[e], &self.state.local[e * P + P - 1]);
         }

@@ -260,7 +260,14 @@ impl Newton {
                 let residual = system.residual();
                 if residual.largest() <= self.tuning.near * misfit {
                     let factorizations = iterations - 1 + asked;
-                    return Ok(Convergence { iterations, factorizations, inertia, residual, contraction, negative_at_first });
+                    return Ok(Convergence {
+                        iterations,
+                        factorizations,
+                        inertia,
+                        residual,
+                        contraction,
+                        negative_at_first,
+                    });
                 }
             }
             if iterations == 1 && start.linearized {
@@ -304,7 +311,14 @@ impl Newton {
             };
             let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
             if settled && !system.follow_carried_forces() {
-                return Ok(Convergence { iterations, factorizations, inertia, residual, contraction, negative_at_first });
+                return Ok(Convergence {
+                    iterations,
+                    factorizations,
+                    inertia,
+                    residual,
+                    contraction,
+                    negative_at_first,
+                });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && start.negative_limit < usize::MAX {

@@ -319,12 +319,14 @@ impl<const D: usize> Continuation<'_, D> {
     /// Looks beyond the last state for what stops the ramp, along the arc of its path.
     pub(super) fn search(&mut self, run: &mut Run<'_>, by: &mut ByFraction, ending: Ending) -> Next {
         // A member that is held at both ends, or pulled straight, is no singular point, and shorter increments change nothing.
-        let overheld = matches!(ending.failure.cause, Cause::Overheld { .. });
+        if matches!(ending.failure.cause, Cause::Overheld { .. }) {
+            return Next::End(self.end_short(run, by.fraction, self.base, ending));
+        }
         if let Some(taut) = self.at_reach(run, &ending) {
             return Next::End(self.end_short(run, by.fraction, self.base, taut));
         }
         let reach = 0.5 * self.tuning.bracket * by.whole;
-        let arc = if overheld { None } else { self.arc_from_last(run, by.fraction, reach, Purpose::Search) };
+        let arc = self.arc_from_last(run, by.fraction, reach, Purpose::Search);
         let Some(mut arc) = arc else { return Next::End(self.end_short(run, by.fraction, self.base, ending)) };
         arc.suspended = Some((by.clone(), self.base, ending));
         Next::By(Control::Arc(Box::new(arc)))
@@ -453,8 +455,7 @@ impl<const D: usize> Continuation<'_, D> {
         let near = if predicted { tuning.few() } else { tuning.many };
         // What is foreseen beyond a singular point is unstable, however near, and what is found there may be stable again.
         let was_beyond = predicted && found.negative_at_first > self.base.own;
-        let may_have_passed =
-            steady && met.is_none() && (found.iterations > near || was_beyond) && step > shortest;
+        let may_have_passed = steady && met.is_none() && (found.iterations > near || was_beyond) && step > shortest;
         if may_have_passed && !guarded && !doubtful && !aside && !self.system.hangs() {
             aside = self.swings_between(run, ends, ratio);
         }

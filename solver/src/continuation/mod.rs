@@ -44,6 +44,7 @@ pub use acceptance::{came_aside, is_doubtful};
 pub use coarse::Coarse;
 use follow::{Effort, Ramp, Request, Run};
 pub use held::{first_rows, topology};
+pub use taut::STRAIGHT;
 pub use tuning::Tuning;
 
 /// Which rows are held, by node and component.

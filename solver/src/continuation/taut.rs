@@ -9,7 +9,7 @@ use crate::history::{Cause, CriticalKind, Failure, Increment, Status};
 use crate::structure::{MemberId, Structure};
 
 /// Force over EI/L² from which all bending is within a hundredth of the length from the ends: layers are √(EI/N) long.
-const STRAIGHT: f64 = 1e4;
+pub const STRAIGHT: f64 = 1e4;
 /// States that tell of an end, at least and at most: the last two increments tell where it is, and those before how well.
 const STATES: [usize; 2] = [4, 5];
 /// Part of the way there by which what pairs of increments tell may differ.
