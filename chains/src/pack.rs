@@ -196,6 +196,9 @@ pub trait Pack<const D: usize>: Any + Send {
     fn measures(&self) -> Vec<Measures>;
     /// Largest strain that a held (rigid) component still has.
     fn violation(&self) -> f64;
+    /// Largest tangent of the angle by which bending within an element that cannot be stretched lets its chord lean against the
+    /// rotation of its middle; zero for elements that are not sheared by bending.
+    fn lean(&self) -> f64;
     /// The largest force that a section of a member carries, along its axis and across, by lane.
     fn carried_forces(&self) -> [f64; MOST_LANES];
 }
@@ -415,6 +418,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
 
     fn violation(&self) -> f64 {
         self.violation_impl()
+    }
+
+    fn lean(&self) -> f64 {
+        self.lean_impl()
     }
 
     fn carried_forces(&self) -> [f64; MOST_LANES] {

@@ -1,6 +1,7 @@
 //! Local unknowns and strains of elements at their present state, and what strains that are held still have.
 
 use pennate_elements::beam::Beam;
+use pennate_elements::laws::LocalLaw;
 use pennate_elements::real::{Real, Work};
 
 use crate::Chain;
@@ -73,9 +74,55 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Violation<
     }
 }
 
+/// Largest tangent of the angle by which the bending within an element that cannot be stretched lets its chord lean, as work in lanes.
+struct Lean<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
+
+impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Lean<'_, T, B, D, P> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let Self(chain) = self;
+        let (one, least) = (T::one(), T::splat(f64::MIN_POSITIVE));
+        let mut largest = T::zero();
+        for (e, &segment) in chain.mesh.segment_of.iter().enumerate() {
+            let moduli = &chain.moduli[segment];
+            let held = moduli.held[0];
+            if (0..T::LANES).all(|lane| held.lane(lane) == 0.0) {
+                continue;
+            }
+            let strains = Strains(chain, e).run();
+            for strain in &strains {
+                let along = one + strain[0];
+                let transverse = 1..if D == 6 { 3 } else { 2 };
+                let mut square = along * along;
+                for d in transverse.clone() {
+                    square = square.plus(strain[d], strain[d]);
+                }
+                let mut lean = T::zero();
+                for d in transverse {
+                    let by_bending = moduli.softening[d - 1] * square;
+                    let part = strain[d] * by_bending / Real::max(one / moduli.stiffness[d] + by_bending, least);
+                    lean = lean.plus(part, part);
+                }
+                largest = largest.max(held * lean.sqrt() / Real::max(along, least));
+            }
+        }
+        largest
+    }
+}
+
+/// The largest of all lanes.
+fn largest_lane<T: Real>(of: T) -> f64 {
+    (0..T::LANES).fold(0.0, |all, lane| f64::max(all, of.lane(lane)))
+}
+
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn violation_impl(&self) -> f64 {
-        let largest = T::run(Violation(self));
-        (0..T::LANES).fold(0.0, |all, lane| all.max(largest.lane(lane)))
+        largest_lane(T::run(Violation(self)))
+    }
+
+    pub(super) fn lean_impl(&self) -> f64 {
+        if B::Law::ABOUT.sheared_by_bending { largest_lane(T::run(Lean(self))) } else { 0.0 }
     }
 }

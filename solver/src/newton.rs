@@ -17,6 +17,14 @@ const TURNED: f64 = 0.3;
 /// equilibrium has as many negative pivots as they: one of another sign would make increments grow.
 const SERVES: f64 = 0.1;
 
+/// Tangent of an angle by which no element of a rod that cannot be stretched leans against its own chord for the bending within it: that
+/// is a twelfth of what its curvature changes by from end to end times its length, three radians.
+///
+/// A corotational element resists it by 12 EI over the square of its present length, and so gives way to a pull: leaning more and more
+/// it comes as long as it takes, for an energy of 6 EI/h at most. Where a rod is to come longer than it is, one element that does so
+/// holds all forces in balance; up to here it is longer by three hundredths.
+const LEANS: f64 = 0.25;
+
 /// Newton's iteration, and the numbers that say when it is converged and when it is given up.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Newton {
@@ -310,6 +318,9 @@ impl Newton {
                     || system.members.violation() <= violation && held.are_settled(system, self.held_part(start.aim))
             };
             let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
+            if settled && system.members.lean() > LEANS {
+                return Err(Lost { iterations, factorizations, residual, why: Why::Astray });
+            }
             if settled && !system.follow_carried_forces() {
                 return Ok(Convergence {
                     iterations,

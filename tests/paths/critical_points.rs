@@ -427,3 +427,15 @@ fn a_later_step_that_pulls_members_taut_costs_no_digits_of_a_critical_load() {
     // The same without the later steps, on up to 256 elements a member.
     assert!((point.fraction - 0.310_480_926).abs() < (10.0 * error).min(1e-5), "{} ± {error}", point.fraction);
 }
+
+/// Its end is at (12, 16) and may go to (20, 0): no element leans so far against its chord that the rod comes longer than it is.
+#[test]
+fn a_corotational_rod_ends_at_its_reach() {
+    let history = solve("../tests/cases/pulled_beyond_its_reach.toml", &[]).history;
+    let step = &history.steps[0];
+    let point = step.critical_points.last().expect("a point");
+    assert_eq!((step.status, point.kind), (Status::LimitPoint, CriticalKind::LimitPoint));
+    let located = point.located.expect("how far off it is");
+    assert!((point.fraction - 8.0 / 14.0).abs() <= located.max(1e-6), "{} ± {located}", point.fraction);
+    assert!(step.fraction <= 8.0 / 14.0, "{}", step.fraction);
+}

@@ -217,6 +217,11 @@ impl<const D: usize> Members<D> {
         self.packs.iter().map(|pack| pack.violation()).fold(0.0, f64::max)
     }
 
+    /// Largest tangent of the angle by which bending within an element of any member that cannot be stretched lets its chord lean.
+    pub(crate) fn lean(&self) -> f64 {
+        self.packs.iter().map(|pack| pack.lean()).fold(0.0, f64::max)
+    }
+
     /// The largest strain by which the auxiliary stiffness of strains that are held lets them give: critical loads are too low by this
     /// part.
     pub(crate) fn give(&self) -> f64 {
