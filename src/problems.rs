@@ -43,6 +43,10 @@ pub fn reason(problem: &Problem, reason: &Reason) -> String {
             let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
             format!("the probe '{}' has no derivative there", shown(name))
         }
+        Reason::Inexact { output, error } => {
+            let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
+            format!("derivatives of the probe '{}' are known to {error:.0e} of the largest alone", shown(name))
+        }
         Reason::Edge { parameter, reason: why } => {
             let name = problem.parameters().nth(*parameter).unwrap_or_default();
             let why = self::reason(problem, why);
@@ -65,6 +69,7 @@ pub fn kind(reason: &Reason) -> &'static str {
         Reason::Stopped { status, .. } => status_name(*status),
         Reason::Singular { .. } => "singular",
         Reason::NoDerivative { .. } | Reason::Edge { .. } => "no_derivative",
+        Reason::Inexact { .. } => "inexact",
         Reason::Lost { .. } => "lost",
         Reason::Interrupted => "interrupted",
     }

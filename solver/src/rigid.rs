@@ -33,6 +33,7 @@ pub struct Limit<'a> {
     sizes: &'a [f64],
     /// Those of the last three compliances.
     rounds: Vec<Vec<f64>>,
+    count: usize,
     rows: Vec<Row>,
 }
 
@@ -40,8 +41,10 @@ pub struct Limit<'a> {
 #[derive(Clone, Debug)]
 struct Row {
     best: Vec<f64>,
-    /// How far the best is from its line, or from the parabola before it, whichever is more.
+    /// How far the best is from its line, or from the parabola before it, whichever is more, over the largest number of the row.
     off: f64,
+    /// How many compliances it took.
+    count: usize,
     /// Whether a parabola and its line agreed.
     agrees: bool,
     /// The last parabola.
@@ -51,7 +54,7 @@ struct Row {
 impl<'a> Limit<'a> {
     /// Rows of as many numbers as there are `sizes`, by which they are multiplied to compare them.
     pub fn new(sizes: &'a [f64]) -> Self {
-        Self { sizes, rounds: Vec::new(), rows: Vec::new() }
+        Self { sizes, rounds: Vec::new(), count: 0, rows: Vec::new() }
     }
 
     /// Takes the numbers with the next of [`AUXILIARIES`], row after row. Tells whether there is nothing more to gain.
@@ -60,9 +63,10 @@ impl<'a> Limit<'a> {
             self.rounds.remove(0);
         }
         self.rounds.push(numbers);
+        self.count += 1;
         let [first, second, third] = self.rounds.as_slice() else { return false };
         let width = self.sizes.len().max(1);
-        let unknown = Row { best: Vec::new(), off: f64::INFINITY, agrees: false, last: Vec::new() };
+        let unknown = Row { best: Vec::new(), off: f64::INFINITY, count: 0, agrees: false, last: Vec::new() };
         self.rows.resize(third.len() / width, unknown);
         for (row, known) in self.rows.iter_mut().enumerate() {
             let (mut largest, mut apart, mut moved) = (0.0f64, 0.0f64, 0.0f64);
@@ -80,7 +84,7 @@ impl<'a> Limit<'a> {
             // Rounding grows where compliances fall.
             let off = of_largest(apart.max(moved));
             if off < known.off {
-                (known.best, known.off) = (found.clone(), off);
+                (known.best, known.off, known.count) = (found.clone(), off, self.count);
             }
             known.last = found;
         }
@@ -90,6 +94,12 @@ impl<'a> Limit<'a> {
     /// Whether a row is known without a compliance: it is not where what is left without one is none.
     pub fn is_known(&self, row: usize) -> bool {
         self.rows.get(row).is_some_and(|row| row.off <= KNOWN)
+    }
+
+    /// How far a row is from what other weights make of it, over its largest number: that is more than what is left of compliances. With it
+    /// comes how many of these it took. Nothing is left where there is one compliance alone.
+    pub fn off(&self, row: usize) -> (f64, usize) {
+        self.rows.get(row).map_or((0.0, self.count), |row| (row.off, row.count))
     }
 
     /// What they are without a compliance, as near as they are known; where there is one compliance alone, what they are with it.
@@ -112,7 +122,10 @@ mod tests {
         assert!(![1.0, 0.1, 0.01].map(|compliance| limit.add(vec![exact(compliance)])).contains(&true));
         // They agree to a hundred-millionth, and both are off by fifty times as much.
         assert!(limit.add(vec![exact(0.001) + 5e-7]));
+        let (off, count) = limit.off(0);
+        assert_eq!(count, 3);
         let found = limit.take();
+        assert!((found[0] - 1.0).abs() < off && off < 1e-4, "{off:e}");
         assert!((found[0] - 1.0).abs() < 2e-8, "{found:?}");
     }
 }

@@ -25,7 +25,7 @@ use super::moved::Mover;
 use super::nearby::{self, Nearby, apart, size};
 use super::neighbour;
 use super::numbers::Places;
-use super::slopes::{Component, Greatest, Slopes};
+use super::slopes::{Component, Estimate, Greatest, Slopes, WITHIN};
 use crate::together;
 
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
@@ -42,13 +42,44 @@ const CORRECTED: f64 = 1e-5;
 const FIXED: f64 = 1e-3;
 /// Auxiliary stiffnesses that are tried at most: of what statics fixes, all of them leave rounding, which never agrees.
 const ENOUGH: usize = 6;
+/// Part of what forces do along motions, each taken by itself, that rounding leaves where they cancel: with an auxiliary stiffness up to this
+/// one, and beyond it with the square root of that.
+const CANCELS: f64 = 3e-14;
+const UP_TO: f64 = packs::MODERATE.member;
+
 /// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
 pub(super) struct Exact {
-    pub slopes: Vec<f64>,
+    /// By quantity and parameter.
+    pub found: Vec<Estimate>,
+    /// By how much each may be wrong, over the largest of its quantity.
+    errors: Vec<f64>,
+    inputs: usize,
     /// Whether the tangent changes little along the parameters: no singular point is near.
     pub regular: bool,
     /// Whether all are there.
-    pub whole: bool,
+    whole: bool,
+}
+
+impl Exact {
+    /// Whether there is nothing left to find in another way.
+    pub(super) fn serves(&self) -> bool {
+        self.regular && self.whole && self.errors.iter().all(|&error| error <= WITHIN)
+    }
+
+    /// The derivatives alone.
+    pub(super) fn slopes(&self) -> Vec<f64> {
+        self.found.iter().map(|found| found.slope).collect()
+    }
+
+    /// Whether there is a derivative of a quantity.
+    pub(super) fn states(&self, quantity: usize, input: usize) -> bool {
+        self.found[quantity * self.inputs + input].slope.is_finite()
+    }
+
+    /// Whether it is as near as is promised.
+    pub(super) fn is_near(&self, quantity: usize, input: usize) -> bool {
+        self.states(quantity, input) && self.errors[quantity * self.inputs + input] <= WITHIN
+    }
 }
 
 impl Slopes<'_> {
@@ -103,9 +134,10 @@ impl Slopes<'_> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
         let sizes: Vec<f64> = self.row.iter().map(|&value| size(value)).collect();
         let mut limit = Limit::new(&sizes);
-        let mut explicit = Vec::new();
+        let (mut explicit, mut cancelled) = (Vec::new(), Vec::new());
         let mut parts = vec![f64::NAN; inputs];
-        let floors = self.floors(index, state, read);
+        let greatest = Greatest::of(state);
+        let floors: Vec<f64> = read.iter().map(|&(quantity, _)| self.floor(index, &greatest, quantity)).collect();
         let auxiliaries = if system.loading.holds_strains() { &AUXILIARIES[..ENOUGH] } else { &[packs::AUXILIARY] };
         for &auxiliary in auxiliaries {
             if let Err(reason) = self.wanted() {
@@ -155,11 +187,26 @@ impl Slopes<'_> {
                 };
                 explicit = found;
             }
+            let holds = system.loading.holds_strains();
+            let rounding = CANCELS * if holds { (auxiliary.member / UP_TO).sqrt().max(1.0) } else { 1.0 };
+            let pairs = adjoints.iter().flat_map(|(mu, _)| explicit.iter().map(move |explicit| (mu, explicit)));
+            cancelled.push(pairs.map(|(mu, explicit)| rounding * work(mu, &explicit.forces)).collect::<Vec<f64>>());
             if limit.add(slopes) {
                 break;
             }
         }
+        let off: Vec<(f64, usize)> = read.iter().map(|&(quantity, _)| limit.off(quantity)).collect();
         let mut slopes = limit.take();
+        let mut errors = vec![0.0; slopes.len()];
+        for ((place, &(quantity, _)), (off, count)) in read.iter().enumerate().zip(off) {
+            let own = quantity * inputs..(quantity + 1) * inputs;
+            let largest =
+                slopes[own.clone()].iter().zip(&sizes).map(|(slope, size)| (slope * size).abs()).fold(0.0, f64::max);
+            let cancelled = &cancelled[count - 1][place * inputs..][..inputs];
+            for ((error, size), cancelled) in errors[own].iter_mut().zip(&sizes).zip(cancelled) {
+                *error = off * largest / size + cancelled;
+            }
+        }
         for nearby in all {
             for &input in &nearby.inputs {
                 self.add_own(system, state, (read, kept), (nearby, input), &mut slopes);
@@ -174,19 +221,60 @@ impl Slopes<'_> {
         if !regular || !missing.is_empty() || index + 1 < self.design.steps.len() {
             set_auxiliary(system, packs::AUXILIARY);
         }
+        let estimate =
+            |(slope, error): (f64, f64)| if slope.is_finite() { Estimate { slope, error } } else { Estimate::NONE };
+        let mut found: Vec<Estimate> = slopes.into_iter().zip(errors).map(estimate).collect();
+        let errors = self.relative(index, &greatest, needed, &mut found);
         // A singular point may be near, or wires so stiff that motions of second order count: neighbours tell the two apart.
-        Some(Ok(Exact { slopes, regular, whole: missing.is_empty() }))
+        Some(Ok(Exact { found, errors, inputs, regular, whole: missing.is_empty() }))
     }
 
-    /// What derivatives of these quantities are measured by at least, each over the whole of a parameter.
-    fn floors(&self, index: usize, state: &Equilibrium, read: &[(usize, Weights)]) -> Vec<f64> {
-        let (probes, greatest) = (&self.design.model.probes, Greatest::of(state));
-        let floor = |(quantity, _): &(usize, Weights)| {
-            let kind = (*quantity < probes.len()).then(|| probes.kind(*quantity));
-            let value = self.after[index].get(*quantity).copied().unwrap_or(0.0);
-            FIXED * greatest.like(kind, value)
-        };
-        read.iter().map(floor).collect()
+    /// By how much derivatives may be wrong, over the largest of their quantity; expressions by as much as what they refer to.
+    fn relative(
+        &self,
+        index: usize,
+        greatest: &Greatest,
+        needed: &BTreeSet<usize>,
+        found: &mut [Estimate],
+    ) -> Vec<f64> {
+        let (probes, inputs) = (&self.design.model.probes, self.row.len());
+        let mut errors = vec![0.0; found.len()];
+        for (quantity, own) in found.chunks_exact(inputs.max(1)).enumerate() {
+            let measure = self.measure(index, greatest, quantity, own);
+            for ((error, found), &value) in errors[quantity * inputs..].iter_mut().zip(own).zip(self.row) {
+                if found.slope.is_finite() && measure > 0.0 {
+                    *error = found.error * size(value) / measure;
+                }
+            }
+        }
+        for &probe in probes.order().iter().filter(|&probe| needed.contains(probe)) {
+            for operand in probes.operands(probe).into_iter().flatten() {
+                let other = match *operand {
+                    Operand::Probe(other) => other,
+                    Operand::After { probe: other, step } if step == index => other,
+                    Operand::Parameter(_) | Operand::After { .. } => continue,
+                };
+                for input in 0..inputs {
+                    let error = errors[other * inputs + input];
+                    let own = &mut errors[probe * inputs + input];
+                    *own = own.max(error);
+                }
+            }
+            let own = probe * inputs..(probe + 1) * inputs;
+            let measure = self.measure(index, greatest, probe, &found[own.clone()]);
+            for ((found, error), &value) in found[own.clone()].iter_mut().zip(&errors[own]).zip(self.row) {
+                found.error = found.error.max(error * measure / size(value));
+            }
+        }
+        errors
+    }
+
+    /// What derivatives of a quantity are measured by at least, each over the whole of a parameter.
+    pub(super) fn floor(&self, index: usize, greatest: &Greatest, quantity: usize) -> f64 {
+        let probes = &self.design.model.probes;
+        let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
+        let value = self.after[index].get(quantity).copied().unwrap_or(0.0);
+        FIXED * greatest.like(kind, value)
     }
 
     /// Whether rows bear what they bear along vectors of their own: those that hold a turn in space in part follow that turn.
@@ -200,7 +288,7 @@ impl Slopes<'_> {
     }
 
     /// The probes whose derivatives are asked for at a step, or go into others that are.
-    fn needed(&self, index: usize) -> BTreeSet<usize> {
+    pub(super) fn needed(&self, index: usize) -> BTreeSet<usize> {
         let probes = &self.design.model.probes;
         let mut open: Vec<(usize, usize)> =
             self.problem.outputs.iter().map(|output| (output.step, output.probe)).collect();
@@ -467,6 +555,11 @@ fn weights_of<const D: usize>(system: &System<D>, (node, component): Component) 
 /// The work of forces along motions.
 fn product(a: &Joints, b: &Joints) -> f64 {
     a.iter().zip(b).map(|(a, b)| dot6(a, b)).sum()
+}
+
+/// The same with each part taken by itself.
+fn work(a: &Joints, b: &Joints) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum::<f64>()).sum()
 }
 
 fn dot6(a: &[f64; 6], b: &[f64; 6]) -> f64 {

@@ -119,6 +119,14 @@ pub enum Reason {
         /// Place among the outputs.
         output: usize,
     },
+    /// A derivative of this output by some parameter may be wrong by this part of the largest, which is more than is promised. It is a number
+    /// up to a ten thousandth.
+    Inexact {
+        /// Place among the outputs.
+        output: usize,
+        /// Estimated error, over the largest derivative of the output, each times its parameter.
+        error: f64,
+    },
     /// There is no network beside the value of this parameter, and so no derivative by it.
     Edge {
         /// Place in the row.

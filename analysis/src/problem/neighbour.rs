@@ -5,7 +5,7 @@
 //! factors at hand, by back-substitutions instead of factorizations. The error of one such step is of second order in the
 //! distance, and what is left of it in differences of neighbours on both sides goes with the square of the slenderness. So steps are
 //! repeated until one changes nothing that counts: each leaves of the last one what the tangent changes by over the distance, and
-//! of multipliers of held strains the ratio of their auxiliary stiffness.
+//! of multipliers of held strains the ratio of their auxiliary stiffness. Factors of the neighbour's own bring it to its last digits then.
 
 use pennate_solver::history::{Equilibrium, History, Increment, StepHistory};
 use pennate_solver::joints::{Held, HeldKind};
@@ -20,12 +20,12 @@ pub(super) const NOTHING: f64 = 1e-10;
 /// Steps with the factors at hand, at most, and the part of the first one at which one more changes nothing that counts.
 const MOST: usize = 12;
 const SETTLED: f64 = 1e-11;
-/// The part of the first one that the last one may be.
-const NEARLY: f64 = 1e-9;
+/// The part of the first one that the last one may be: the rest is left to factors of the neighbour's own.
+const NEARLY: f64 = 0.1;
 
 /// Steps by which an equilibrium is brought to its last digits, at most, and one (radians, or lengths of a member) after which what
 /// is left is rounding.
-const MORE: usize = 4;
+const MORE: usize = 6;
 const EXACT: f64 = 1e-13;
 
 /// Brings the end of a path to its last digits: paths end where what is left counts for no value, but of derivatives that are left
@@ -35,21 +35,28 @@ pub(super) fn settle<const D: usize>(system: &mut System<D>) {
     polish(system);
 }
 
-/// Brings a state that is next to its equilibrium to the last digits, by factors of its own.
-pub(super) fn polish<const D: usize>(system: &mut System<D>) {
+/// Brings a state that is next to its equilibrium to the last digits, by factors of its own. Tells whether it came there.
+pub(super) fn polish<const D: usize>(system: &mut System<D>) -> bool {
     let pending = system.pattern.equations.has_general();
     system.assemble(pending);
+    let mut last = f64::INFINITY;
     for _ in 0..MORE {
         let Some(size) = system.advance(pending) else { break };
-        if !system.refresh(pending) || size.largest() <= EXACT {
+        last = size.largest();
+        let goes_on = system.refresh(pending);
+        if last <= if goes_on { EXACT } else { SETTLED } {
             break;
         }
+        if !goes_on {
+            system.assemble(pending);
+        }
     }
+    last <= SETTLED
 }
 
 /// Brings a system that stands where `known` does to its own equilibrium next to it, to first order, and leaves it assembled
 /// there but for the factors. Gives how far its joints moved (radians, or sizes of the network), to second order: the step
-/// after the last one that was made counts; and whether steps settled. `None` where the tangent has no inverse.
+/// after the last one that was made counts; and whether steps became small. `None` where the tangent has no inverse.
 pub(super) fn approach<const D: usize>(system: &mut System<D>, known: &mut System<D>) -> Option<(Vec<f64>, bool)> {
     let (mut first, mut last, mut moved) = (0.0, 0.0, Vec::new());
     let mut most: f64 = 0.0;

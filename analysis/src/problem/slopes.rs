@@ -13,7 +13,7 @@ use super::adjoint::Exact;
 use super::design::{Design, take_pieces};
 use super::explicit::Kept;
 use super::gradient::Row;
-use super::nearby::Nearby;
+use super::nearby::{Nearby, size};
 use super::neighbour::{self, NOTHING};
 use super::{Control, Problem, Reason, mesh};
 use crate::solution;
@@ -21,10 +21,10 @@ use crate::together::{self, Found, Packs, Standing};
 
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
 ///
-/// With differences at h and 2 h extrapolated to h = 0 what is left goes with h⁴: 10⁻¹⁰ of the fifth derivative at the first
-/// of them, where rounding of the states, 10⁻¹³ or so, leaves 3 · 10⁻¹¹. At a third of it, rounding of forces along members whose
+/// With differences at h and 2 h extrapolated to h = 0 what is left goes with h⁴, and with those at 4 h, where there are any, with h⁶:
+/// 10⁻¹⁰ of the fifth derivative at the first of them, where rounding of the states, 10⁻¹³ or so, leaves 3 · 10⁻¹¹. At a third of it, rounding of forces along members whose
 /// stretch counts was 5 · 10⁻⁷ of the largest derivative.
-const APART: [f64; 3] = [3e-3, 3e-4, 3e-5];
+const APART: [f64; 5] = [3e-3, 1e-3, 3e-4, 1e-4, 3e-5];
 /// Part by which the differences at both distances may differ: its square is left after extrapolation.
 const AGREED: f64 = 1e-4;
 /// The same as a part of what is greatest of its kind, over the whole of a parameter, where a shorter distance may tell more and where
@@ -36,6 +36,21 @@ const CHANGED: f64 = 0.3;
 const NEAR: f64 = 1e-4;
 /// Part of the largest value of a probe that rounding may move it by.
 const ROUNDING: f64 = 1e-12;
+/// What differences at both distances, extrapolated to none, leave over the square of what they differ by: the fourth power of the
+/// distance over that to where the state ceases to be, which goes with the square.
+const LEFT: f64 = 4.0 / 9.0;
+/// How many times that three distances may tell apart: sixteen times as much is left at twice the distance.
+const EXPLAINED: f64 = 32.0;
+/// How many times what three distances tell apart rounding may leave: it may make them agree by chance.
+const BY_CHANCE: f64 = 3.0;
+/// An estimated error, over a derivative, below which no shorter distance is looked at: a tenth of what is promised.
+const ENOUGH: f64 = 0.1 * WITHIN;
+/// Part of its value that rounding moves a probe by at least.
+const LEAST: f64 = 2e-14;
+/// By how much a derivative may be wrong, over the largest of its probe, without a word.
+pub(super) const WITHIN: f64 = 1e-7;
+/// By how much it may be wrong and still be a number: four digits lead an optimization on.
+const OF_USE: f64 = 1e-4;
 
 /// A component of a node, in the axes of its support.
 pub(super) type Component = (usize, usize);
@@ -61,8 +76,22 @@ pub(super) struct Slopes<'a> {
     pub(super) slopes: Vec<Vec<f64>>,
     /// The verdicts at the ends of the steps so far.
     stable: Vec<Option<bool>>,
+    /// What is known less well than is promised.
+    inexact: Option<Reason>,
     /// Once they were asked for: nothing where there are none.
     pub(super) nearby: Option<Option<Vec<Nearby>>>,
+}
+
+/// A derivative, and by how much it may be wrong.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    pub slope: f64,
+    pub error: f64,
+}
+
+impl Estimate {
+    /// What is not known.
+    pub(super) const NONE: Self = Self { slope: f64::NAN, error: f64::INFINITY };
 }
 
 /// A neighbour: probes, then components that the next step holds where they are, and how far its joints moved.
@@ -119,10 +148,35 @@ impl Greatest {
     }
 }
 
+/// A derivative by differences at a distance and at twice as much, and where it is known at four times as much; with `rounding` times the
+/// part of a value that rounding moves it by.
+///
+/// Two distances leave the fourth power of them, three the sixth. What the three tell apart is by the fourth power, which is known from the
+/// two, or else it is rounding.
+fn extrapolated([one, two]: [f64; 2], four: Option<f64>, rounding: f64) -> Estimate {
+    let (near, apart) = (one + (one - two) / 3.0, (one - two).abs());
+    let left = if apart > 0.0 { LEFT * apart * (apart / one.abs().max(two.abs())) } else { 0.0 };
+    let Some(four) = four else { return Estimate { slope: near, error: left + ROUNDING * rounding } };
+    let gap = near - (two + (two - four) / 3.0);
+    let error = if gap.abs() <= EXPLAINED * left { left } else { BY_CHANCE * gap.abs() };
+    Estimate { slope: near + gap / 15.0, error: error + LEAST * rounding }
+}
+
 impl<'a> Slopes<'a> {
     pub(super) fn new(problem: &'a Problem, row: &'a [f64], design: &'a Design, control: &'a Control) -> Self {
         let (after, slopes, stable) = (Vec::new(), Vec::new(), Vec::new());
-        Self { problem, row, design, control, holds: BTreeMap::new(), after, slopes, stable, nearby: None }
+        Self {
+            problem,
+            row,
+            design,
+            control,
+            holds: BTreeMap::new(),
+            after,
+            slopes,
+            stable,
+            inexact: None,
+            nearby: None,
+        }
     }
 
     /// Follows the steps from the end of the first one, whose history is given.
@@ -175,7 +229,7 @@ impl<'a> Slopes<'a> {
                 Standing::Space(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut space),
             };
             let found = slopes?.ok()?;
-            self.keep(index, &kept, found.regular.then_some(found.slopes)?);
+            self.keep(index, &kept, found.serves().then(|| found.slopes())?);
         }
         Some(self.finish(None))
     }
@@ -203,7 +257,7 @@ impl<'a> Slopes<'a> {
             };
             jacobian.extend((0..inputs).map(slope));
         }
-        Row { values, jacobian, reason, stable: solution::all_stable(&self.stable) }
+        Row { values, jacobian, reason: reason.or(self.inexact), stable: solution::all_stable(&self.stable) }
     }
 
     /// Reads one step and, where anything is asked of it, its derivatives.
@@ -241,18 +295,20 @@ impl<'a> Slopes<'a> {
         let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
         let (slopes, reason) = match found {
             Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
-            Some(Ok(exact)) if exact.regular && exact.whole => (exact.slopes, None),
+            Some(Ok(exact)) if exact.serves() => (exact.slopes(), None),
             found => {
                 path.system.assemble(false);
                 let exact = found.and_then(Result::ok);
-                let (mut slopes, reason) = self.by_neighbours(path, packs, (index, record), &kept, exact.as_ref());
-                if let Some(Exact { slopes: exact, regular, .. }) = exact {
+                let (mut found, reason) = self.by_neighbours(path, packs, (index, record), &kept, exact.as_ref());
+                if let Some(Exact { found: exact, regular, .. }) = exact {
                     // Where neighbours show no singular point, they leave no doubt about what no distance goes into.
-                    let both = slopes.iter_mut().zip(exact);
-                    let better = both.filter(|(slope, exact)| exact.is_finite() && (regular || slope.is_finite()));
-                    better.for_each(|(slope, exact)| *slope = exact);
+                    let both = found.iter_mut().zip(exact);
+                    let better =
+                        both.filter(|(near, exact)| exact.error <= near.error && (regular || near.slope.is_finite()));
+                    better.for_each(|(near, exact)| *near = exact);
                 }
-                (slopes, reason)
+                let useless = self.note_inexact((index, &last.state), &mut found);
+                (found.into_iter().map(|estimate| estimate.slope).collect(), reason.or(useless))
             }
         };
         self.keep(index, &kept, slopes);
@@ -264,6 +320,47 @@ impl<'a> Slopes<'a> {
         if self.control.is_stopped() { Err(Reason::Interrupted) } else { Ok(()) }
     }
 
+    /// What derivatives of a quantity are measured by, each times its parameter: the largest of them, or a part of what is greatest of
+    /// its kind where statics or symmetry fixes it.
+    pub(super) fn measure(&self, index: usize, greatest: &Greatest, quantity: usize, found: &[Estimate]) -> f64 {
+        let sizes = found.iter().zip(self.row).map(|(found, &value)| found.slope.abs() * size(value));
+        sizes.filter(|size| size.is_finite()).fold(self.floor(index, greatest, quantity), f64::max)
+    }
+
+    /// Notes what may be wrong by more than is promised. Puts no number where one would be of no use, with the reason.
+    fn note_inexact(&mut self, (index, state): (usize, &Equilibrium), found: &mut [Estimate]) -> Option<Reason> {
+        let (needed, greatest, mut reason) = (self.needed(index), Greatest::of(state), None);
+        for (quantity, found) in found.chunks_exact_mut(self.row.len().max(1)).enumerate() {
+            if quantity < self.after[index].len() && !needed.contains(&quantity) {
+                continue;
+            }
+            let measure = self.measure(index, &greatest, quantity, found);
+            for (estimate, &value) in found.iter_mut().zip(self.row) {
+                let error = estimate.error * size(value) / measure;
+                if !(estimate.slope.is_finite() && measure > 0.0 && error > WITHIN) {
+                    continue;
+                }
+                let why = self.inexact(index, quantity, error);
+                let worst = if let Some(Reason::Inexact { error, .. }) = self.inexact { error } else { WITHIN };
+                if error > OF_USE {
+                    *estimate = Estimate::NONE;
+                    reason = reason.or(Some(why));
+                } else if error > worst {
+                    self.inexact = Some(why);
+                }
+            }
+        }
+        reason
+    }
+
+    /// What is said of a derivative of a quantity that may be wrong by this part of the largest of its probe.
+    fn inexact(&self, index: usize, quantity: usize, error: f64) -> Reason {
+        let outputs = &self.problem.outputs;
+        let own = outputs.iter().position(|output| output.probe == quantity && output.step == index);
+        let output = own.or_else(|| outputs.iter().position(|output| output.step >= index)).unwrap_or_default();
+        Reason::Inexact { output, error }
+    }
+
     /// Derivatives of all probes at the end of a step, and of components that the next one keeps, by equilibria nearby; with
     /// the reason where there are none, or not all.
     fn by_neighbours<const D: usize>(
@@ -273,32 +370,39 @@ impl<'a> Slopes<'a> {
         at: (usize, &StepHistory),
         kept: &[Component],
         exact: Option<&Exact>,
-    ) -> (Vec<f64>, Option<Reason>) {
+    ) -> (Vec<Estimate>, Option<Reason>) {
         let inputs = self.row.len();
-        let mut slopes = vec![f64::NAN; (self.after[at.0].len() + kept.len()) * inputs];
+        let count = self.after[at.0].len() + kept.len();
+        let mut found = vec![Estimate::NONE; count * inputs];
         let mut reason = None;
         let probes = &self.design.model.probes;
-        let stated = |quantity: usize| {
-            exact.is_some_and(|exact| exact.slopes[quantity * inputs..][..inputs].iter().all(|slope| slope.is_finite()))
-        };
-        // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near:
-        // expressions follow what they refer to.
         let regular = exact.is_some_and(|exact| exact.regular);
         let refers = |quantity: usize| quantity < probes.len() && probes.operands(quantity).is_some();
-        let known = |quantity: usize| stated(quantity) && (regular || refers(quantity));
-        let counts = |quantity: usize| !known(quantity) && (stated(quantity) || self.counts(at.0, quantity));
         for input in 0..inputs {
-            match self.slope(path, packs, at, (input, [&known, &counts]), kept) {
+            let stated = |quantity: usize| exact.is_some_and(|exact| exact.states(quantity, input));
+            let settled = |quantity: usize| exact.is_some_and(|exact| exact.is_near(quantity, input));
+            // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near:
+            // expressions follow what they refer to.
+            let known = |quantity: usize| settled(quantity) && (regular || refers(quantity));
+            let counts = |quantity: usize| !known(quantity) && (stated(quantity) || self.counts(at.0, quantity));
+            if !(0..count).any(counts) {
+                continue;
+            }
+            // What is stated already, though not as near as it should be, needs no other reason.
+            let matters = |quantity: usize| counts(quantity) && !(regular && stated(quantity));
+            match self.slope(path, packs, at, (input, [&known, &counts, &matters]), kept) {
                 Ok((column, doubtful)) => {
-                    for (quantity, slope) in column.into_iter().enumerate() {
-                        slopes[quantity * inputs + input] = slope;
+                    for (quantity, estimate) in column.into_iter().enumerate() {
+                        found[quantity * inputs + input] = estimate;
                     }
                     reason = reason.or(doubtful);
                 }
-                Err(why) => reason = reason.or(Some(why)),
+                Err(Reason::Interrupted) => return (found, Some(Reason::Interrupted)),
+                Err(why) if (0..count).any(matters) => reason = reason.or(Some(why)),
+                Err(_) => {}
             }
         }
-        (slopes, reason)
+        (found, reason)
     }
 
     /// Values of all probes in a state.
@@ -346,22 +450,21 @@ impl<'a> Slopes<'a> {
     }
 
     /// Derivatives of all probes, and of the components that the next step keeps, by one parameter; with the reason where some
-    /// of them are not to be trusted, and are no numbers. Which of them are known in another way, and which have to be trusted, is
-    /// given.
+    /// of them are not to be trusted, and are no numbers. Which of them are known in another way, which are looked for, and which have to
+    /// be trusted, is given.
     fn slope<const D: usize>(
         &self,
         path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, record): (usize, &StepHistory),
-        (input, [known, counts]): (usize, [&dyn Fn(usize) -> bool; 2]),
+        (input, [known, counts, matters]): (usize, [&dyn Fn(usize) -> bool; 3]),
         kept: &[Component],
-    ) -> Result<(Vec<f64>, Option<Reason>), Reason> {
-        let value = self.row[input];
-        let size = if value == 0.0 { 1.0 } else { value.abs() };
+    ) -> Result<(Vec<Estimate>, Option<Reason>), Reason> {
+        let size = size(self.row[input]);
         let largest = self.after[index].iter().filter(|value| value.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
         let probes = &self.design.model.probes;
         let greatest = solution::last_state(record).map(Greatest::of).unwrap_or_default();
-        let mut slopes: Vec<f64> = Vec::new();
+        let mut found: Vec<Estimate> = Vec::new();
         let mut open: Vec<usize> = Vec::new();
         for (round, part) in APART.into_iter().enumerate() {
             let apart = part * size;
@@ -381,9 +484,10 @@ impl<'a> Slopes<'a> {
                 Err(Reason::Singular { .. }) if round + 1 < APART.len() => continue,
                 Err(reason) => return Err(reason),
             };
+            let beyond = pair(4.0 * apart).ok();
             let all: Vec<usize> =
-                if slopes.is_empty() { (0..near[0].len()).collect() } else { std::mem::take(&mut open) };
-            slopes.resize(near[0].len(), f64::NAN);
+                if found.is_empty() { (0..near[0].len()).collect() } else { std::mem::take(&mut open) };
+            found.resize(near[0].len(), Estimate::NONE);
             for quantity in all {
                 let slope =
                     |[ahead, behind]: &[Vec<f64>; 2], by: f64| (ahead[quantity] - behind[quantity]) / (2.0 * by);
@@ -392,11 +496,17 @@ impl<'a> Slopes<'a> {
                 let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
                 let vanishes = VANISHES[usize::from(round + 1 == APART.len())];
                 let nothing = vanishes * greatest.like(kind, near[0][quantity]) / size;
+                let four = beyond.as_ref().map(|beyond| slope(beyond, 4.0 * apart));
+                let estimate = extrapolated([one, two], four, near[0][quantity].abs() / apart);
+                let measure = estimate.slope.abs().max(self.floor(index, &greatest, quantity) / size);
+                let is_near = four.is_some() && estimate.error <= ENOUGH * measure;
                 // What is not a number in the state itself is none here either.
-                if (one - two).abs() > (AGREED * one.abs()).max(nothing) + noise {
+                if !is_near && (one - two).abs() > (AGREED * one.abs()).max(nothing) + noise {
                     open.push(quantity);
                 }
-                slopes[quantity] = one + (one - two) / 3.0;
+                if estimate.error < found[quantity].error {
+                    found[quantity] = estimate;
+                }
             }
             if !open.iter().any(|&quantity| counts(quantity)) {
                 break;
@@ -407,12 +517,12 @@ impl<'a> Slopes<'a> {
             if known(quantity) {
                 continue;
             }
-            slopes[quantity] = f64::NAN;
-            if counts(quantity) {
+            found[quantity] = Estimate::NONE;
+            if matters(quantity) {
                 reason = reason.or(Some(self.doubt(index, quantity)));
             }
         }
-        Ok((slopes, reason))
+        Ok((found, reason))
     }
 
     /// Whether the derivative of a probe, or of a component beyond them, is asked for.
@@ -457,9 +567,9 @@ impl<'a> Slopes<'a> {
         let mut system = together::system(&path.system, packs, structure, &self.design.steps);
         system.adopt(&path.system);
         system.stand_at_end(&path.system, held, &drives);
-        let (moved, settled) =
+        let (moved, near) =
             neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
-        neighbour::polish(&mut system);
+        let settled = neighbour::polish(&mut system) && near;
         let state = neighbour::read(&mut system);
         // Values after the steps before, to first order: that is all that counts.
         let inputs = self.row.len();
@@ -492,5 +602,35 @@ impl<'a> Slopes<'a> {
             Held { to, ..*row }
         };
         held.iter().map(row).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Differences of a function over a distance, and over two and four times as much.
+    fn differences(value: impl Fn(f64) -> f64, by: f64) -> [f64; 3] {
+        [1.0, 2.0, 4.0].map(|times| (value(times * by) - value(-times * by)) / (2.0 * times * by))
+    }
+
+    #[test]
+    fn what_a_smooth_function_leaves_is_less_than_is_said() {
+        let [one, two, four] = differences(|x| 1.0 / (1.0 - x), 0.01);
+        let (of_two, of_three) = (extrapolated([one, two], None, 0.0), extrapolated([one, two], Some(four), 0.0));
+        for found in [of_two, of_three] {
+            assert!((found.slope - 1.0).abs() <= 1.01 * found.error && found.error < 1e-7, "{found:?}");
+        }
+        assert!((of_three.slope - 1.0).abs() < 1e-2 * (of_two.slope - 1.0).abs(), "{of_three:?} {of_two:?}");
+    }
+
+    #[test]
+    fn rounding_is_told_by_the_third_distance() {
+        for rounding in [3e-9, -3e-9, 1e-8] {
+            let [one, two, four] = differences(|x| x.sin() + if x == 1e-3 { rounding } else { 0.0 }, 1e-3);
+            let found = extrapolated([one, two], Some(four), 0.0);
+            let miss = (found.slope - 1.0).abs();
+            assert!(miss > 1e-6 && miss <= found.error && found.error < 10.0 * miss, "{found:?} {miss:e}");
+        }
     }
 }

@@ -432,6 +432,36 @@ fn what_statics_fixes_has_the_derivative_zero() {
     assert!(found.jacobian[2].abs() * 30.0 < 1e-9 * found.values[2].abs(), "{:?}", found.jacobian);
 }
 
+/// The stiffness of a straight cantilever that cannot be sheared, across its axes, hardly depends on its stretch: what it does is what
+/// beam theory says, to 10⁻¹⁰ of the stiffness; by its bending, which makes nearly all of it, to 10⁻⁸.
+#[test]
+fn the_stiffness_of_a_cantilever_by_its_stretch() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { EA = 8475, EI = 11227 }
+        nodes = { A = [0, 0], B = [54, -40] }
+        sections = { s = { stiffness = { EA = "= EA", EI3 = "= EI", EI2 = 12490, GJ = 4845 } } }
+        members = { m = { nodes = ["A", "B"], section = "s" } }
+        supports = { A = "clamped" }
+        steps = [{ name = "s" }]
+        probes = { k = { node = "B", stiffness = "uy" } }
+    "#;
+    let document = Document::from_text("cantilever.toml", text);
+    let problem = Problem::new(&document, &[], &["EA", "EI"], &["k"], 1e-6).unwrap();
+    let found = problem.gradient(&problem.middle());
+    assert!(found.reasons[0].is_none(), "{:?}", found.reasons);
+    // Along the member L/EA, across it L³/3EI.
+    let (length, [x, y]) = (54.0f64.hypot(40.0), [54.0, 40.0]);
+    let (stretch, bending) = (y * y / length / 8475.0, x * x * length / (3.0 * 11227.0));
+    let stiffness = 1.0 / (stretch + bending);
+    assert!((found.values[0] / stiffness - 1.0).abs() < 1e-8, "{:?} {stiffness}", found.values);
+    let slopes = [found.jacobian[0] * 8475.0, found.jacobian[1] * 11227.0];
+    for ((slope, expected), within) in slopes.iter().zip([stretch, bending]).zip([1e-10, 1e-8]) {
+        let miss = (slope / stiffness - expected * stiffness).abs();
+        assert!(miss < within, "{slope} {miss:e}");
+    }
+}
+
 /// Closed frames of members that cannot be stretched, and a muscle that cannot: derivatives are those of rigid strains.
 #[test]
 fn closed_frames_that_cannot_be_stretched() {

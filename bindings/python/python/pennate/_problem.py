@@ -25,7 +25,7 @@ class Reason(str):
     """Why a design has no answer, or not all of it, in a sentence; `kind` is a word for programs.
 
     Kinds are `not_finite`, `refused`, `other_topology`, `mechanism`, `limit_point`, `bifurcation`, `not_converged`,
-    `singular`, `no_derivative`, `lost` and `interrupted`.
+    `singular`, `no_derivative`, `inexact` (derivatives that are less exact than others), `lost` and `interrupted`.
     """
 
     __slots__ = ("kind",)

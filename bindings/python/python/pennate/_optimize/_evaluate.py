@@ -169,7 +169,7 @@ class Evaluator:
         known = [bool(row.all()) for row in np.isfinite(wanted)]
         for reason, stable, finite in zip(answers.reasons, answers.stable, known):
             # Values without derivatives are values, as long as nothing is made of the derivatives.
-            if reason is not None and not (finite and reason.kind in ("no_derivative", "singular")):
+            if reason is not None and not (finite and reason.kind in ("no_derivative", "inexact", "singular")):
                 word, text = reason.kind, str(reason)
             elif stable is False:
                 word, text = "unstable", "the end of a step is unstable"
