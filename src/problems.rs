@@ -45,7 +45,7 @@ pub fn reason(problem: &Problem, reason: &Reason) -> String {
         }
         Reason::Inexact { output, error } => {
             let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
-            format!("derivatives of the probe '{}' are known to {error:.0e} of the largest alone", shown(name))
+            format!("derivatives of the probe '{}' are known to no better than {error:.0e} of the largest", shown(name))
         }
         Reason::Edge { parameter, reason: why } => {
             let name = problem.parameters().nth(*parameter).unwrap_or_default();

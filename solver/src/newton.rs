@@ -246,8 +246,7 @@ impl Newton {
         let mut misfit = 0.0;
         let mut violation = self.tuning.tolerance();
         let mut asked = 0;
-        let mut contraction = 0.0;
-        let mut negative_at_first = 0;
+        let mut so_far = Convergence::default();
         let mut slow = 0;
         let mut inertia = Inertia::default();
         let mut has_factors = false;
@@ -268,14 +267,7 @@ impl Newton {
                 let residual = system.residual();
                 if residual.largest() <= self.tuning.near * misfit {
                     let factorizations = iterations - 1 + asked;
-                    return Ok(Convergence {
-                        iterations,
-                        factorizations,
-                        inertia,
-                        residual,
-                        contraction,
-                        negative_at_first,
-                    });
+                    return Ok(Convergence { iterations, factorizations, inertia, residual, ..so_far });
                 }
             }
             if iterations == 1 && start.linearized {
@@ -292,7 +284,7 @@ impl Newton {
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
             if iterations == 1 {
                 misfit = residual.largest();
-                negative_at_first = inertia.negative;
+                so_far.negative_at_first = inertia.negative;
                 violation = match start.aim {
                     Aim::Result | Aim::Passing => self.tuning.tolerance(),
                     Aim::Rough => self.tuning.shortest,
@@ -322,14 +314,7 @@ impl Newton {
                 return Err(Lost { iterations, factorizations, residual, why: Why::Astray });
             }
             if settled && !system.follow_carried_forces() {
-                return Ok(Convergence {
-                    iterations,
-                    factorizations,
-                    inertia,
-                    residual,
-                    contraction,
-                    negative_at_first,
-                });
+                return Ok(Convergence { iterations, factorizations, inertia, residual, ..so_far });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && start.negative_limit < usize::MAX {
@@ -365,7 +350,7 @@ impl Newton {
                 return lost(Why::Astray);
             }
             if size > self.tuning.near {
-                contraction = f64::max(contraction, size / last);
+                so_far.contraction = f64::max(so_far.contraction, size / last);
                 slow += usize::from(size > self.tuning.contraction * last);
                 astray |= self.tuning.contraction * size > last;
                 if !start.may_wander && (astray || slow > self.tuning.many / 3) {

@@ -33,6 +33,7 @@ pub struct Limit<'a> {
     sizes: &'a [f64],
     /// Those of the last three compliances.
     rounds: Vec<Vec<f64>>,
+    /// How many compliances there were.
     count: usize,
     rows: Vec<Row>,
 }
