@@ -251,8 +251,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// Tries the next increment: the state is at its end then, or the last one again.
     pub(super) fn increment_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Tried<Increment, Ending> {
         let trial = self.predict_by_fraction(run, by);
-        let tried = self.correct_by_fraction(run, by, &trial);
-        let first = self.system.moves.first_own;
+        let (tried, first) = self.correct_by_fraction(run, by, &trial);
         let rests = self.base.negative() == 0 && !self.base.neutral;
         #[cfg(feature = "trace")]
         eprintln!(
@@ -349,8 +348,15 @@ impl<const D: usize> Continuation<'_, D> {
         trial
     }
 
-    /// Iterates to the equilibrium at the end of an increment; where that gets lost, again from the last state, more carefully.
-    fn correct_by_fraction(&mut self, run: &mut Run<'_>, by: &ByFraction, trial: &Trial) -> Result<Convergence, Lost> {
+    /// Iterates to the equilibrium at the end of an increment; where that gets lost, again from the last state, more carefully. With how
+    /// far the first increment of the first iteration moved, in radians or lengths of a member: without mixed stresses, elements that
+    /// lock answer less.
+    fn correct_by_fraction(
+        &mut self,
+        run: &mut Run<'_>,
+        by: &ByFraction,
+        trial: &Trial,
+    ) -> (Result<Convergence, Lost>, f64) {
         let doubt = run.conservative && trial.length > self.tuning.bracket * by.whole;
         let start = Start {
             predicted: by.is_extrapolated,
@@ -373,9 +379,10 @@ impl<const D: usize> Continuation<'_, D> {
             None => 0,
         };
         let mut outcome = self.newton.solve_beside(&mut self.system, start, &mut lost_aside);
+        let first = self.system.moves.first_own;
         if let Err(lost) = &outcome
             && lost.why == Why::Astray
-            && self.system.moves.first_own < HALF_A_TURN
+            && first < HALF_A_TURN
         {
             // A chain that is bent far too much at first curls up beyond measure: straight on it comes back.
             run.effort.count(&outcome);
@@ -396,7 +403,7 @@ impl<const D: usize> Continuation<'_, D> {
             self.system.members.set_plain(false);
         }
         run.effort.count(&outcome);
-        outcome
+        (outcome, first)
     }
 
     /// Whether the equilibrium that an increment led to is the one that follows the last on its path.
@@ -464,8 +471,9 @@ impl<const D: usize> Continuation<'_, D> {
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
         let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
-        // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice.
-        let unsure = hard || !conservative && found.iterations >= tuning.most_nearby(rose);
+        // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice; so is a beginning beyond.
+        let twice = found.iterations >= tuning.most_nearby(rose) || was_beyond;
+        let unsure = hard || !conservative && twice;
         let far = (guarded || doubtful || aside || flipped) && step > bracket;
         let mut torn = doubtful && found.iterations >= tuning.many;
         let mut passed = None;
