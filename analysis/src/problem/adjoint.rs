@@ -20,12 +20,13 @@ use pennate_solver::system::System;
 
 use super::Reason;
 use super::design::Design;
+use super::estimate::{Estimate, Greatest, WITHIN};
 use super::explicit::{self, Explicit, Joints, Kept};
 use super::moved::Mover;
 use super::nearby::{self, Nearby, apart, size};
 use super::neighbour;
 use super::numbers::Places;
-use super::slopes::{Component, Estimate, Greatest, Slopes, WITHIN};
+use super::slopes::{Component, Slopes};
 use crate::together;
 
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
@@ -38,8 +39,6 @@ const ROUNDING: f64 = 1e-12;
 /// What extrapolation to no distance may change of a derivative, over the largest of its probe: its square is left, or less. Where it
 /// changes more, distances are shorter.
 const CORRECTED: f64 = 1e-5;
-/// A probe whose derivatives are less than this part of what is greatest of its kind is measured by that.
-const FIXED: f64 = 1e-3;
 /// Auxiliary stiffnesses that are tried at most: of what statics fixes, all of them leave rounding, which never agrees.
 const ENOUGH: usize = 6;
 /// Part of what forces do along motions, each taken by itself, that rounding leaves where they cancel: with an auxiliary stiffness up to this
@@ -267,14 +266,6 @@ impl Slopes<'_> {
             }
         }
         errors
-    }
-
-    /// What derivatives of a quantity are measured by at least, each over the whole of a parameter.
-    pub(super) fn floor(&self, index: usize, greatest: &Greatest, quantity: usize) -> f64 {
-        let probes = &self.design.model.probes;
-        let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
-        let value = self.after[index].get(quantity).copied().unwrap_or(0.0);
-        FIXED * greatest.like(kind, value)
     }
 
     /// Whether rows bear what they bear along vectors of their own: those that hold a turn in space in part follow that turn.

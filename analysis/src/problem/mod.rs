@@ -29,7 +29,9 @@
 
 mod adjoint;
 mod design;
+mod differences;
 mod error;
+mod estimate;
 mod evaluate;
 mod explicit;
 mod gradient;
