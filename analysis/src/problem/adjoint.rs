@@ -81,6 +81,15 @@ impl Exact {
     }
 }
 
+/// What one auxiliary stiffness gives.
+struct Round {
+    /// By quantity and parameter.
+    slopes: Vec<f64>,
+    /// By how much rounding may move them, by what is read and parameter.
+    cancelled: Vec<f64>,
+    explicit: Vec<Explicit>,
+}
+
 impl Slopes<'_> {
     /// Derivatives of the probes that are needed at the end of a step, and of components that the next step keeps; `None` where all
     /// of them have to be found in another way, or, if `whole`, any.
@@ -119,9 +128,16 @@ impl Slopes<'_> {
         };
         let found = self.slopes_of(system, (index, state), (&needed, &read, missing), (&all, kept), copies);
         self.nearby = Some(Some(all));
+        // Nobody goes on from the end of the last step, unless neighbours are looked at.
+        let is_done = matches!(&found, Some(Ok(exact)) if exact.regular && exact.whole);
+        if !is_done || index + 1 < self.design.steps.len() {
+            set_auxiliary(system, packs::AUXILIARY);
+        }
         found
     }
 
+    /// The same with what is read at hand, and what is to be found in another way; leaves the system with the auxiliary stiffness that was
+    /// taken last.
     fn slopes_of<const D: usize>(
         &self,
         system: &mut System<D>,
@@ -139,58 +155,15 @@ impl Slopes<'_> {
         let floors: Vec<f64> = read.iter().map(|&(quantity, _)| self.floor(index, &greatest, quantity)).collect();
         let auxiliaries = if system.loading.holds_strains() { &AUXILIARIES[..ENOUGH] } else { &[packs::AUXILIARY] };
         for &auxiliary in auxiliaries {
-            if let Err(reason) = self.wanted() {
-                set_auxiliary(system, packs::AUXILIARY);
-                return Some(Err(reason));
-            }
             take_auxiliary(system, auxiliary);
-            system.assemble(false);
-            let Some(found) = self.explicit(system, (index, all, &mut parts), copies) else {
-                set_auxiliary(system, packs::AUXILIARY);
-                return None;
+            let round = self.round(system, (index, all, &mut parts), (read, &floors, probes + kept.len()), copies);
+            let round = match round? {
+                Ok(round) => round,
+                Err(reason) => return Some(Err(reason)),
             };
-            explicit = found;
-            let moves = explicit.iter().any(|explicit| explicit.moves);
-            system.tangent.transpose();
-            let adjoints: Option<Vec<(Joints, Joints)>> =
-                read.iter().map(|(_, weights)| adjoint_of(system, weights, moves)).collect();
-            system.tangent.transpose();
-            let Some(adjoints) = adjoints else {
-                set_auxiliary(system, packs::AUXILIARY);
-                return Some(Err(Reason::Singular { step: index }));
-            };
-            let mut slopes = vec![f64::NAN; (probes + kept.len()) * inputs];
-            loop {
-                let mut far = vec![false; inputs];
-                for (((quantity, _), (mu, pull)), floor) in read.iter().zip(&adjoints).zip(&floors) {
-                    let own = &mut slopes[quantity * inputs..][..inputs];
-                    for (slope, explicit) in own.iter_mut().zip(&explicit) {
-                        let held = if explicit.moves { product(pull, &explicit.held) } else { 0.0 };
-                        *slope = product(mu, &explicit.forces) + held;
-                    }
-                    let largest =
-                        own.iter().zip(&sizes).map(|(slope, size)| (slope * size).abs()).fold(*floor, f64::max);
-                    for (input, far) in far.iter_mut().enumerate() {
-                        *far |= (product(mu, &explicit[input].corrections) * sizes[input]).abs() > CORRECTED * largest;
-                    }
-                }
-                let shorter = |input: usize| if far[input] { explicit::shorter(parts[input]) } else { None };
-                let nearer: Vec<Option<f64>> = (0..inputs).map(shorter).collect();
-                if nearer.iter().all(Option::is_none) {
-                    break;
-                }
-                parts.iter_mut().zip(nearer).for_each(|(part, nearer)| *part = nearer.unwrap_or(*part));
-                let Some(found) = self.explicit(system, (index, all, &mut parts), copies) else {
-                    set_auxiliary(system, packs::AUXILIARY);
-                    return None;
-                };
-                explicit = found;
-            }
-            let holds = system.loading.holds_strains();
-            let rounding = CANCELS * if holds { (auxiliary.member / UP_TO).sqrt().max(1.0) } else { 1.0 };
-            let pairs = adjoints.iter().flat_map(|(mu, _)| explicit.iter().map(move |explicit| (mu, explicit)));
-            cancelled.push(pairs.map(|(mu, explicit)| rounding * work(mu, &explicit.forces)).collect::<Vec<f64>>());
-            if limit.add(slopes) {
+            explicit = round.explicit;
+            cancelled.push(round.cancelled);
+            if limit.add(round.slopes) {
                 break;
             }
         }
@@ -211,21 +184,66 @@ impl Slopes<'_> {
                 self.add_own(system, state, (read, kept), (nearby, input), &mut slopes);
             }
         }
-        if self.combine(index, all, (needed, &mut missing), &mut slopes).is_none() {
-            set_auxiliary(system, packs::AUXILIARY);
-            return None;
-        }
+        self.combine(index, all, (needed, &mut missing), &mut slopes)?;
         let regular = system.pattern.equations.size == 0 || self.is_regular(system, index, &explicit);
-        // Nobody goes on from the end of the last step, unless neighbours are looked at.
-        if !regular || !missing.is_empty() || index + 1 < self.design.steps.len() {
-            set_auxiliary(system, packs::AUXILIARY);
-        }
         let estimate =
             |(slope, error): (f64, f64)| if slope.is_finite() { Estimate { slope, error } } else { Estimate::NONE };
         let mut found: Vec<Estimate> = slopes.into_iter().zip(errors).map(estimate).collect();
         let errors = self.relative(index, &greatest, needed, &mut found);
         // A singular point may be near, or wires so stiff that motions of second order count: neighbours tell the two apart.
         Some(Ok(Exact { found, errors, inputs, regular, whole: missing.is_empty() }))
+    }
+
+    /// Derivatives with the auxiliary stiffness that the system has, of `count` quantities of which some are read, at least measured by `floors`.
+    /// Parameters are moved by `parts` of them, shorter ones where these are too long.
+    fn round<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        (index, all, parts): (usize, &[Nearby], &mut [f64]),
+        (read, floors, count): (&[(usize, Weights)], &[f64], usize),
+        copies: &mut Option<Kept<D>>,
+    ) -> Option<Result<Round, Reason>> {
+        if let Err(reason) = self.wanted() {
+            return Some(Err(reason));
+        }
+        system.assemble(false);
+        let mut explicit = self.explicit(system, (index, all, parts), copies)?;
+        let moves = explicit.iter().any(|explicit| explicit.moves);
+        system.tangent.transpose();
+        let adjoints: Option<Vec<(Joints, Joints)>> =
+            read.iter().map(|(_, weights)| adjoint_of(system, weights, moves)).collect();
+        system.tangent.transpose();
+        let Some(adjoints) = adjoints else { return Some(Err(Reason::Singular { step: index })) };
+        let inputs = self.row.len();
+        let mut slopes = vec![f64::NAN; count * inputs];
+        loop {
+            let mut far = vec![false; inputs];
+            for (((quantity, _), (mu, pull)), floor) in read.iter().zip(&adjoints).zip(floors) {
+                let own = &mut slopes[quantity * inputs..][..inputs];
+                for (slope, explicit) in own.iter_mut().zip(&explicit) {
+                    let held = if explicit.moves { product(pull, &explicit.held) } else { 0.0 };
+                    *slope = product(mu, &explicit.forces) + held;
+                }
+                let sizes = || self.row.iter().map(|&value| size(value));
+                let largest = own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(*floor, f64::max);
+                for ((far, explicit), size) in far.iter_mut().zip(&explicit).zip(sizes()) {
+                    *far |= (product(mu, &explicit.corrections) * size).abs() > CORRECTED * largest;
+                }
+            }
+            let shorter = |input: usize| if far[input] { explicit::shorter(parts[input]) } else { None };
+            let nearer: Vec<Option<f64>> = (0..inputs).map(shorter).collect();
+            if nearer.iter().all(Option::is_none) {
+                break;
+            }
+            parts.iter_mut().zip(nearer).for_each(|(part, nearer)| *part = nearer.unwrap_or(*part));
+            explicit = self.explicit(system, (index, all, parts), copies)?;
+        }
+        let loading = &system.loading;
+        let rounding =
+            CANCELS * if loading.holds_strains() { (loading.auxiliary.member / UP_TO).sqrt().max(1.0) } else { 1.0 };
+        let pairs = adjoints.iter().flat_map(|(mu, _)| explicit.iter().map(move |explicit| (mu, explicit)));
+        let cancelled = pairs.map(|(mu, explicit)| rounding * work(mu, &explicit.forces)).collect();
+        Some(Ok(Round { slopes, cancelled, explicit }))
     }
 
     /// By how much derivatives may be wrong, over the largest of their quantity; expressions by as much as what they refer to.
