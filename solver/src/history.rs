@@ -169,6 +169,12 @@ pub enum Note {
         /// By index.
         members: Vec<MemberId>,
     },
+    /// Nothing resists turning the network about the line of its round members, which have bent: the direction in which they bend is one
+    /// of many.
+    TurnsFreely {
+        /// Along the line: unit vector in global axes.
+        axis: [f64; 3],
+    },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,
     /// Elements of the next order lose stability where these do not, or the other way round, or lose most of the stiffness that is

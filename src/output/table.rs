@@ -349,6 +349,12 @@ pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
                 list(&names, MEMBERS)
             )
         }
+        Note::TurnsFreely { axis } => format!(
+            "nothing resists turning the network about the line along ({}): round members have bent, and the direction in which they \
+             bend is one of many. Displacements across that line, and moments, are those of the direction shown; a small force across it \
+             decides.",
+            axis.map(number).join(", ")
+        ),
         Note::WithinRounding => {
             "the end is a singular state, as far as rounding can tell: whether it is stable is not known.".to_owned()
         }

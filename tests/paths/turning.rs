@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_analysis::solution::Solution;
-use pennate_solver::history::{CriticalKind, Equilibrium, Status, StepHistory};
+use pennate_solver::history::{CriticalKind, Equilibrium, Note, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_testing::network::model;
 
@@ -111,8 +111,8 @@ fn a_clamped_round_strut_bends_along_the_arc() {
     assert_buckled(&solution.history.steps[0], (TAU / 100.0).powi(2) / 500.0 * 100.0 / 3.0, 1e-3);
 }
 
-/// What bends in any plane turns to where the first load across it wants it, whichever way that is, and no stiffness is said to resist
-/// it before.
+/// What bends in any plane says so, turns to where the first load across it wants it, whichever way that is, and no stiffness is said to
+/// resist it before.
 #[test]
 fn a_load_across_decides_about_the_plane_of_bending() {
     let solve = |[x, z]: [f64; 2]| {
@@ -129,6 +129,8 @@ fn a_load_across_decides_about_the_plane_of_bending() {
         let solution = solve([x, z]);
         let [pushed, across] = &solution.history.steps[..] else { panic!("two steps") };
         assert_eq!((across.status, across.stable), (Status::Converged, Some(true)), "{x} {z}");
+        let said = [pushed, across].map(|step| step.notes.contains(&Note::TurnsFreely { axis: [0.0, 1.0, 0.0] }));
+        assert_eq!(said, [true, false], "{x} {z}");
         // In the plane of bending a unit force moves the middle by some L³ / (192 EI), at right angles to it without end.
         let softest = end(pushed).compliances.iter().map(|columns| columns[0][0] + columns[2][2]);
         let softest = softest.fold(0.0, |most: f64, compliance| most.max(compliance.abs()));

@@ -63,7 +63,8 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it.
+    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it, and a line about which
+    /// nothing resists turning the network.
     pub(super) fn note_turned(&self, record: &mut StepHistory) {
         if record.increments.is_empty() {
             return;
@@ -71,6 +72,9 @@ impl<const D: usize> Continuation<'_, D> {
         let members = self.system.turned_about_themselves();
         if !members.is_empty() {
             record.notes.push(Note::TurnedAboutItself { members });
+        }
+        if let Some(turning) = self.system.turning.filter(|turning| self.system.has_left(turning.axis)) {
+            record.notes.push(Note::TurnsFreely { axis: turning.axis });
         }
     }
 
