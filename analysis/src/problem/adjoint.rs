@@ -194,8 +194,8 @@ impl Slopes<'_> {
         Some(Ok(Exact { found, errors, inputs, regular, whole: missing.is_empty() }))
     }
 
-    /// Derivatives with the auxiliary stiffness that the system has, of `count` quantities of which some are read, at least measured by `floors`.
-    /// Parameters are moved by `parts` of them, shorter ones where these are too long.
+    /// Derivatives with the auxiliary stiffness that the system has, of `count` quantities, some of which are read, each of them measured by
+    /// `floors` at least. Parameters are moved by `parts` of them, which become shorter where they are too long.
     fn round<const D: usize>(
         &self,
         system: &mut System<D>,

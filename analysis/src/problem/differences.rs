@@ -19,8 +19,8 @@ use crate::together::{self, Packs};
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
 ///
 /// With differences at h and 2 h extrapolated to h = 0 what is left goes with h⁴, and with those at 4 h, where there are any, with h⁶:
-/// 10⁻¹⁰ of the fifth derivative at the first of them, where rounding of the states, 10⁻¹³ or so, leaves 3 · 10⁻¹¹. At a third of it, rounding of forces along members whose
-/// stretch counts was 5 · 10⁻⁷ of the largest derivative.
+/// 10⁻¹⁰ of the fifth derivative at the first of them, where rounding of the states, 10⁻¹³ or so, leaves 3 · 10⁻¹¹. At a third of it,
+/// rounding of forces along members whose stretch counts was 5 · 10⁻⁷ of the largest derivative.
 const APART: [f64; 5] = [3e-3, 1e-3, 3e-4, 1e-4, 3e-5];
 /// Part by which the differences at both distances may differ: its square is left after extrapolation.
 const AGREED: f64 = 1e-4;
@@ -141,6 +141,7 @@ impl Slopes<'_> {
         }
         (found, reason)
     }
+
     /// Derivatives of all probes, and of the components that the next step keeps, by one parameter; with the reason where some
     /// of them are not to be trusted, and are no numbers. Which of them are known in another way, which are looked for, and which have to
     /// be trusted, is given.

@@ -471,7 +471,8 @@ impl<const D: usize> Continuation<'_, D> {
         let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
         let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
-        // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice; so is a beginning beyond.
+        // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice; an extrapolation that had
+        // lost a pivot which the end has is another.
         let twice = found.iterations >= tuning.most_nearby(rose) || was_beyond;
         let unsure = hard || !conservative && twice;
         let far = (guarded || doubtful || aside || flipped) && step > bracket;
