@@ -50,8 +50,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if self.settings.push != 0.0 {
             self.push_nodes(&mut dashpots);
         }
-        if let Some(drawn) = self.settings.drawn {
-            self.draw_node(&mut dashpots, &drawn);
+        for drawn in &self.settings.drawn {
+            self.draw_node(&mut dashpots, drawn);
         }
         self.dashpots = dashpots;
     }

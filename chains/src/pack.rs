@@ -45,14 +45,14 @@ pub struct Settings {
     pub anchor: Vec<f64>,
     /// Force on every node between the ends for a unit of mass, in a direction that singles out no motion; zero where there is none.
     pub push: f64,
-    /// What draws a node between the ends to a place.
-    pub drawn: Option<Drawn>,
+    /// What draws nodes between the ends to places.
+    pub drawn: Vec<Drawn>,
 }
 
 impl Settings {
-    /// Whether dashpots, forces or a spring act on nodes between the ends.
+    /// Whether dashpots, forces or springs act on nodes between the ends.
     pub(crate) fn acts_on_nodes(&self) -> bool {
-        self.dashpots > 0.0 || self.push != 0.0 || self.drawn.is_some()
+        self.dashpots > 0.0 || self.push != 0.0 || !self.drawn.is_empty()
     }
 }
 

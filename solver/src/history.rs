@@ -169,9 +169,11 @@ pub enum Note {
         /// By index.
         members: Vec<MemberId>,
     },
-    /// Nothing resists turning the network about the line of its round members, which have bent: the direction in which they bend is one
-    /// of many.
+    /// Nothing resists turning a part of the network about the line that it lay on unloaded, and it has left that line: the direction in
+    /// which it did is one of many.
     TurnsFreely {
+        /// The nodes of the part.
+        nodes: Vec<usize>,
         /// Along the line: unit vector in global axes.
         axis: [f64; 3],
     },

@@ -15,7 +15,7 @@ use crate::joints::{Held, HeldKind};
 use crate::newton::{Newton, Start};
 use crate::packs;
 use crate::reduce;
-use crate::system::{Inertia, System};
+use crate::system::{Holds, Inertia, System};
 
 /// Pivots of the lateral tangent of members without releases that are larger, over the diagonal entry they came from, have the sign
 /// that they show. A joint that only released ends meet may have no stiffness but rounding, and pivots as large as that.
@@ -98,11 +98,11 @@ impl Lateral {
         let rows: Vec<Held> = plane.pattern.equations.held.iter().chain(&self.held).copied().collect();
         space.loading.fading.clone_from(&plane.loading.fading);
         space.hold(flat_rows(plane));
-        space.turning = None;
+        space.turning.clear();
         space.lift(plane);
         Newton::default().exact().solve(space, Start::nearby()).ok()?;
         space.hold(rows);
-        space.turning = space.turning_inside();
+        space.turning.clone_from(&self.system.turning);
         space.assemble(false);
         Some(space)
     }
@@ -196,6 +196,10 @@ impl Lateral {
         system.loading.nodes.copy_from_slice(&plane.loading.nodes);
         system.loading.prestress = plane.loading.prestress;
         system.loading.fraction = plane.loading.fraction;
+        let rows: Vec<Held> = plane.pattern.equations.held.iter().chain(&self.held).copied().collect();
+        let is_fixed = |joint| plane.pattern.equations.holds_all(joint) && system.pattern.equations.holds_all(joint);
+        let drives = plane.loading.drives.as_slice();
+        system.turning = plane.turned_where(&Holds::new(&plane.topology, &rows, is_fixed), [drives; 2]);
         system.begin(false);
         let mut inertia = Inertia { smallest: 1.0, ..Inertia::default() };
         self.bare.resize(plane.members.count(), [[[0.0; 3]; 3]; 2]);
@@ -234,6 +238,7 @@ impl Lateral {
             system.add_member(index, &reduced);
         }
         system.add_springs_and_loads(Some(plane));
+        system.resist_turning();
         let inertia = system.finish(inertia);
         (inertia, system.tangent.has_potential())
     }

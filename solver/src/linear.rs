@@ -213,6 +213,11 @@ impl Symmetric {
         self.values[self.analysis.diagonal[index]]
     }
 
+    /// Whether the last factorization met no pivot of exactly zero, so that there is an inverse.
+    pub(crate) fn is_factorized(&self) -> bool {
+        self.factorized
+    }
+
     /// Adds `factor` times the weights to the diagonal.
     pub(crate) fn shift(&mut self, factor: f64, weights: &[f64]) {
         for (&position, weight) in self.analysis.diagonal.iter().zip(weights) {

@@ -40,6 +40,9 @@ pub enum Spring {
     },
 }
 
+/// Part of a stiffness that rounding of directions makes.
+const ROUNDED: f64 = 1e-12;
+
 /// Where the nodes of a spring are.
 pub(crate) struct Placed {
     /// Displacement and rotation of both nodes; of the only one twice.
@@ -146,6 +149,18 @@ impl Spring {
         }
     }
 
+    /// Its stiffness across an axis against displacements and against turning, where it is alike in all directions across; an axis lies
+    /// along the line between its nodes.
+    pub(crate) fn stiffness_around(&self, axis: V3<f64>) -> Option<[f64; 2]> {
+        match self {
+            Self::Ground { stiffness, .. } | Self::Coupling { stiffness, .. } => {
+                let of = |offset: usize| across(std::array::from_fn(|c| stiffness[offset + c]), axis);
+                Some([of(0)?, of(3)?])
+            }
+            Self::Axial { .. } => Some([0.0; 2]),
+        }
+    }
+
     /// The force on the structure of a spring to the ground whose node is displaced by `u`.
     pub(crate) fn ground_force(&self, u: V3<f64>) -> Option<V3<f64>> {
         match self {
@@ -200,6 +215,18 @@ impl Spring {
             }
         }
     }
+}
+
+/// What stiffnesses along x, y and z are in all directions across an axis; nothing where they differ.
+fn across(stiffness: V3<f64>, axis: V3<f64>) -> Option<f64> {
+    let along: f64 = (0..3).map(|c| stiffness[c] * axis[c] * axis[c]).sum();
+    let across = 0.5 * (stiffness.iter().sum::<f64>() - along);
+    let largest = stiffness.iter().fold(0.0, |most: f64, k| most.max(k.abs()));
+    let is_same = |i: usize, j: usize| {
+        let own = if i == j { stiffness[i] - across } else { 0.0 };
+        (own - (along - across) * axis[i] * axis[j]).abs() <= ROUNDED * largest
+    };
+    (0..3).all(|i| (0..3).all(|j| is_same(i, j))).then_some(across)
 }
 
 /// In the plane the rotation between two nodes counts whole turns.

@@ -349,12 +349,16 @@ pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
                 list(&names, MEMBERS)
             )
         }
-        Note::TurnsFreely { axis } => format!(
-            "nothing resists turning the network about the line along ({}): round members have bent, and the direction in which they \
-             bend is one of many. Displacements across that line, and moments, are those of the direction shown; a small force across it \
-             decides.",
-            axis.map(number).join(", ")
-        ),
+        Note::TurnsFreely { nodes, axis } => {
+            let names: Vec<String> = nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
+            format!(
+                "nothing resists turning what lay on the line through {} about it, along ({}): it has bent or leans, and the direction \
+                 in which it does is one of many. Displacements across that line, and moments, are those of the direction shown; a small \
+                 force across it decides.",
+                list(&names, MEMBERS),
+                axis.map(number).join(", ")
+            )
+        }
         Note::WithinRounding => {
             "the end is a singular state, as far as rounding can tell: whether it is stable is not known.".to_owned()
         }

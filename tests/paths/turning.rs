@@ -129,7 +129,8 @@ fn a_load_across_decides_about_the_plane_of_bending() {
         let solution = solve([x, z]);
         let [pushed, across] = &solution.history.steps[..] else { panic!("two steps") };
         assert_eq!((across.status, across.stable), (Status::Converged, Some(true)), "{x} {z}");
-        let said = [pushed, across].map(|step| step.notes.contains(&Note::TurnsFreely { axis: [0.0, 1.0, 0.0] }));
+        let note = Note::TurnsFreely { nodes: vec![0, 1, 2], axis: [0.0, 1.0, 0.0] };
+        let said = [pushed, across].map(|step| step.notes.contains(&note));
         assert_eq!(said, [true, false], "{x} {z}");
         // In the plane of bending a unit force moves the middle by some L³ / (192 EI), at right angles to it without end.
         let softest = end(pushed).compliances.iter().map(|columns| columns[0][0] + columns[2][2]);
@@ -201,4 +202,69 @@ fn hinged_round_columns_bend_in_some_plane() {
             assert!((free / held - 1.0).abs() < 1e-5, "{free} instead of {held}: {members:?} {times}");
         }
     }
+}
+
+/// A weightless body that stands on a spring alike in all directions leans by θ where P L / k = θ / sin θ, in any plane, and loses no
+/// stability by that: followed in its plane, and free to leave it.
+#[test]
+fn a_body_on_a_spring_leans_in_some_plane() {
+    for dimension in ["plane", "space"] {
+        for method in ["newton", "arc_length", "jump"] {
+            let solution = solve(&format!(
+                "format = 'pennate/1'\ndimension = '{dimension}'\n\
+                 [nodes]\nP = [0, 0]\nC = [0, 30]\nA = [500, 500]\nB = [510, 500]\n\
+                 [sections]\ns = {{ stiffness = {{ EA = 1e8, GJ = 1e8, EI2 = 1e8, EI3 = 1e8 }} }}\n\
+                 [members]\nelsewhere = {{ nodes = ['A', 'B'], section = 's' }}\n\
+                 [rigid_bodies]\nb = {{ nodes = ['P', 'C'], reference = 'C' }}\n\
+                 [supports]\nP = ['ux', 'uy', 'uz']\nA = 'clamped'\n\
+                 [springs]\nk = {{ node = 'P', stiffness = {{ rx = 1, ry = 1, rz = 1 }} }}\n\
+                 [[steps]]\nforce = {{ C = [0, {:?}] }}\nmethod = '{method}'\n",
+                -2.0 / 30.0
+            ));
+            let step = &solution.history.steps[0];
+            assert_buckled(step, 0.5, 1e-8);
+            // The root of θ = 2 sin θ.
+            let lean = 1.895_494_267_034_f64;
+            let [down, aside] = moved(&solution, 0, "C");
+            assert!(
+                (aside / 30.0 - lean.sin()).abs() < 1e-9 && (down / 30.0 + 1.0 - lean.cos()).abs() < 1e-9,
+                "{aside}"
+            );
+            let says = step.notes.contains(&Note::TurnsFreely { nodes: vec![0, 1], axis: [0.0, 1.0, 0.0] });
+            assert_eq!(says, dimension == "space", "{method}");
+        }
+    }
+}
+
+/// Two round columns that nothing joins but the ground bend each in a plane of its own, by as much as one that cannot leave its plane; one
+/// of them stands on a spring. A spring that is stiffer in one direction decides about the plane.
+#[test]
+fn columns_apart_bend_in_planes_of_their_own() {
+    let network = |dimension: &str, about_x: f64| {
+        format!(
+            "format = 'pennate/1'\ndimension = '{dimension}'\n\
+             [nodes]\nA = [0, 0]\nB = [0, 100]\nC = [300, 0]\nD = [300, 100]\n\
+             [sections]\ns = {{ stiffness = {{ EA = 1e6, GJ = 8e3, EI2 = 1e4, EI3 = 1e4 }} }}\n\
+             [members]\none = {{ nodes = ['A', 'B'], section = 's' }}\nother = {{ nodes = ['C', 'D'], section = 's' }}\n\
+             [supports]\nA = ['ux', 'uy', 'uz']\nC = 'clamped'\n\
+             [springs]\nk = {{ node = 'A', stiffness = {{ rx = {about_x:?}, ry = 200, rz = 200 }} }}\n\
+             [[steps]]\nforce = {{ B = [0, -1.4], D = [0, -2.6] }}\n"
+        )
+    };
+    let [space, plane] = ["space", "plane"].map(|dimension| solve(&network(dimension, 200.0)));
+    let step = &space.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{:?}", step.critical_points);
+    assert_eq!(step.critical_points.len(), 2);
+    for (node, part) in [("B", vec![0, 1]), ("D", vec![2, 3])] {
+        let [free, held] = [&space, &plane].map(|solution| moved(solution, 0, node));
+        assert!((free[0] / held[0] - 1.0).abs() < 1e-5 && (free[1] / held[1] - 1.0).abs() < 1e-5, "{free:?} {held:?}");
+        assert!(step.notes.contains(&Note::TurnsFreely { nodes: part, axis: [0.0, 1.0, 0.0] }), "{:?}", step.notes);
+    }
+    let stiffer = solve(&network("space", 250.0));
+    let step = &stiffer.history.steps[0];
+    let says = |note: &Note| matches!(note, Note::TurnsFreely { nodes, .. } if nodes.contains(&0));
+    assert!(step.stable == Some(true) && !step.notes.iter().any(says), "{:?}", step.notes);
+    let index = stiffer.model.nodes.iter().position(|n| n.name == "B").expect("the head");
+    let [x, _, z] = end(step).nodes[index].displacement;
+    assert!(x.abs() > 10.0 && z.abs() < 1e-3 * x.abs(), "{x} {z}");
 }

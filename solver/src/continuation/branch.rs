@@ -97,7 +97,7 @@ impl<const D: usize> Continuation<'_, D> {
             return None;
         }
         let near = self.system.loading.fraction;
-        let inside = self.gives_way_inside(run, ends, point.fraction);
+        let inside = self.gives_way_inside(run, ends, near);
         let by_joints = if inside { None } else { self.switch(run, point.fraction) };
         let at = by_joints.or_else(|| self.switch_inside(run, point, near))?;
         let residual = self.system.residual();

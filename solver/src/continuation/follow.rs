@@ -13,8 +13,7 @@ use super::fraction::ByFraction;
 use crate::history::{Status, StepHistory};
 use crate::newton::{Convergence, Lost, Start, Why};
 use crate::structure::{Branch, Method, Stop};
-use crate::system::System;
-use pennate_elements::small::V3;
+use crate::system::{System, Turning};
 
 /// The values that a ramp moves.
 pub(super) struct Ramp {
@@ -84,8 +83,8 @@ pub(super) struct Run<'r> {
     pub landmarks: Vec<f64>,
     /// Whether branches that seemed to meet were seen not to: the network is nearly symmetric.
     pub is_nearly_symmetric: bool,
-    /// The axis about which nothing resisted turning the network at the end of the last step, where loads of this one do.
-    pub turns: Option<V3<f64>>,
+    /// Parts that nothing resisted turning at the end of the last step, where loads of this one do.
+    pub turns: Vec<Turning>,
     pub effort: Effort,
 }
 
@@ -146,7 +145,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// What a ramp is measured by at first.
     fn first_control(&mut self, run: &mut Run<'_>) -> Result<Control, Lost> {
         self.system.save(&mut self.last);
-        let turned = run.turns.and_then(|axis| self.turn_with_loads(run, axis));
+        let turned = if run.turns.is_empty() { None } else { self.turn_with_loads(run) };
         let purpose = match run.request.method {
             Method::ArcLength => Purpose::Whole,
             Method::Jump if run.conservative => Purpose::Jump,

@@ -267,7 +267,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
     /// Leaves the end of the last step as it is: with nothing that resists turning.
     fn let_turn(&mut self) {
         for system in [Some(&mut self.system), self.refined.as_mut()].into_iter().flatten() {
-            if system.turning.take().is_some() {
+            if !std::mem::take(&mut system.turning).is_empty() {
                 system.assemble(false);
             }
         }
@@ -303,7 +303,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             conservative,
             landmarks: Vec::new(),
             is_nearly_symmetric: false,
-            turns: None,
+            turns: Vec::new(),
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
@@ -353,14 +353,14 @@ impl<'a, const D: usize> Continuation<'a, D> {
             conservative: true,
             landmarks: self.landmarks_of_coarse(index),
             is_nearly_symmetric: false,
-            turns: None,
+            turns: Vec::new(),
             effort: Effort::default(),
         };
         self.way = self.way_on_this_mesh(index);
-        let turned = self.system.turning;
+        let turned = std::mem::take(&mut self.system.turning);
         self.system.turning = self.system.may_be_turned([&ramp.drives[0], &ramp.drives[1]]);
-        run.turns = turned.map(|turning| turning.axis);
-        run.turns = run.turns.filter(|axis| self.system.turning.is_none() && self.system.has_left(*axis));
+        run.turns = turned;
+        run.turns.retain(|part| !self.system.turning.contains(part) && self.system.has_left(part));
         let known = !prestressed && self.end_from_coarse(&mut run, index, step);
         if index + 1 == steps.len() {
             self.coarse = None; // what follows needs its memory
@@ -513,7 +513,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let refined = self.refined.as_mut()?;
         refined.loading.fading.clone_from(&self.system.loading.fading);
         refined.loading.auxiliary = self.system.loading.auxiliary;
-        refined.turning = self.system.turning;
+        refined.turning.clone_from(&self.system.turning);
         refined.hold_like(&self.system);
         if !self.refined_held.is_empty() {
             let apart = |held: &Held| self.refined_held.get(&(held.node, held.component)).copied().unwrap_or(0.0);

@@ -63,8 +63,8 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it, and a line about which
-    /// nothing resists turning the network.
+    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it, and parts that
+    /// nothing resists turning about their line.
     pub(super) fn note_turned(&self, record: &mut StepHistory) {
         if record.increments.is_empty() {
             return;
@@ -73,8 +73,8 @@ impl<const D: usize> Continuation<'_, D> {
         if !members.is_empty() {
             record.notes.push(Note::TurnedAboutItself { members });
         }
-        if let Some(turning) = self.system.turning.filter(|turning| self.system.has_left(turning.axis)) {
-            record.notes.push(Note::TurnsFreely { axis: turning.axis });
+        for part in self.system.turning.iter().filter(|part| self.system.has_left(part)) {
+            record.notes.push(Note::TurnsFreely { axis: part.axis, nodes: part.nodes.clone() });
         }
     }
 

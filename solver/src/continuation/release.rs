@@ -11,7 +11,7 @@ use super::follow::Run;
 use super::{Continuation, Count, Tuning};
 use crate::history::{CriticalKind, CriticalPoint, Jump};
 use crate::newton::{Newton, Start};
-use pennate_elements::small::{V3, norm};
+use pennate_elements::small::norm;
 
 /// How a jump ends.
 pub(super) enum Release {
@@ -65,11 +65,11 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// Turns the network about an axis, at the beginning of a step, to where the first loads of its ramp want it; the fraction at which it
-    /// is in a stable equilibrium then, `None`, with nothing changed, where none is found.
+    /// Turns parts that nothing resisted turning, at the beginning of a step, to where the first loads of its ramp want them; the fraction
+    /// at which the network is in a stable equilibrium then, `None`, with nothing changed, where none is found.
     ///
     /// Nothing resists that, so that next to no load decides: the way there has no length, and no energy is released.
-    pub(super) fn turn_with_loads(&mut self, run: &mut Run<'_>, axis: V3<f64>) -> Option<f64> {
+    pub(super) fn turn_with_loads(&mut self, run: &mut Run<'_>) -> Option<f64> {
         if !run.conservative {
             return None;
         }
@@ -79,7 +79,7 @@ impl<const D: usize> Continuation<'_, D> {
             self.system.assemble(false);
             let found = self.flow(run, f64::INFINITY);
             self.system.remove_dashpots();
-            if found == Some(true) && self.system.moved_but_for_turning(&self.last, axis) <= self.tuning.miss {
+            if found == Some(true) && self.system.moved_but_for_turning(&self.last, &run.turns) <= self.tuning.miss {
                 let residual = self.system.residual();
                 self.system.save(&mut self.last);
                 self.accept(run.record, at, residual);

@@ -4,7 +4,7 @@
 use pennate_elements::small::{V3, cross, dot, norm, sub};
 
 use super::turning::IN_LINE;
-use super::{Places, State, System};
+use super::{Places, State, System, Turning};
 use crate::chain::{Drawn, InnerNode, PackMesh, any, load_work};
 use crate::structure::MemberId;
 
@@ -17,8 +17,8 @@ pub(super) struct Dashpots {
     anchor: Places,
     /// Force on every node for a unit of mass; zero where there is none.
     push: f64,
-    /// The pack with a member that a spring on a node between its ends keeps from turning.
-    turns: Option<usize>,
+    /// Packs and lanes of the members that a spring on a node between their ends keeps from turning.
+    turns: Vec<[usize; 2]>,
     /// Mass and inertia of the joints; empty until they are asked for.
     masses: Vec<[f64; 2]>,
 }
@@ -27,7 +27,7 @@ pub(super) struct Dashpots {
 /// and 192 between clamps.
 const SPRING: f64 = 100.0;
 
-/// Stiffness of the spring that keeps a member from turning about the axis of the network, for a radian, over the EI/L of its bending. It
+/// Stiffness of the spring that keeps a member from turning about the axis of its part, for a radian, over the EI/L of its bending. It
 /// acts in one component, and what that has across the turn is drawn after in every iteration: one as stiff as bending itself lost
 /// a column at 1.02 times its critical load.
 const TURN: f64 = 0.25;
@@ -108,31 +108,42 @@ impl<const D: usize> System<D> {
         let slot = &self.members.slots[inner.member];
         let (lane, node) = (slot.lane, inner.node);
         let drawn = times.map(|times| Drawn { lane, node, stiffness, to: inner.drawn(times) });
-        self.members.packs[slot.pack].settings().drawn = drawn;
-        self.dashpots.turns = None;
+        self.members.packs[slot.pack].settings().drawn = drawn.into_iter().collect();
+        self.dashpots.turns.retain(|[pack, _]| *pack != slot.pack);
     }
 
-    /// Resists turning about the axis of the whole network where nothing but a node between the ends of a member moves in that: by a
-    /// spring on the node, from where it is.
+    /// Resists turning the parts of which nothing but nodes between the ends of members moves in that: by a spring on the one that moves
+    /// most, from where it is.
     pub(super) fn resist_turning_inside(&mut self) {
-        if let Some(pack) = self.dashpots.turns.take() {
-            self.members.packs[pack].settings().drawn = None;
+        for [pack, lane] in std::mem::take(&mut self.dashpots.turns) {
+            self.members.packs[pack].settings().drawn.retain(|drawn| drawn.lane != lane);
         }
-        let Some(axis) = self.turns_inside() else { return };
-        let between = self.inner_nodes().into_iter().filter(|inner| matches!(inner.node, InnerNode::Between(_)));
-        let turned = between.map(|inner| (inner, cross(axis, inner.to)));
-        let most = turned.max_by(|(_, a), (_, b)| norm(*a).total_cmp(&norm(*b)));
-        let Some((inner, turns)) = most.filter(|(_, turns)| norm(*turns) > IN_LINE * self.size) else { return };
-        let slot = &self.members.slots[inner.member];
-        let (pack, lane) = (slot.pack, slot.lane);
-        if self.members.packs[pack].settings().drawn.is_some() {
+        if self.turning.is_empty() {
             return;
         }
+        let turned: Vec<(Inner, f64)> =
+            self.turned_inside().into_iter().filter_map(|part| self.turned_most_inside(part)).collect();
+        for (inner, moved) in turned {
+            let stiffness = TURN * self.bending_of(inner.member) * (inner.length / moved).powi(2);
+            let slot = &self.members.slots[inner.member];
+            let (pack, lane, node) = (slot.pack, slot.lane, inner.node);
+            let drawn = &mut self.members.packs[pack].settings().drawn;
+            if drawn.iter().all(|drawn| drawn.lane != lane) {
+                drawn.push(Drawn { lane, node, stiffness, to: inner.drawn(1.0) });
+                self.dashpots.turns.push([pack, lane]);
+            }
+        }
+    }
+
+    /// The node between the ends of the members of a part that moves most where that is turned about its axis, the component in which it
+    /// does, and by how much for a radian; nothing where none does.
+    fn turned_most_inside(&self, part: &Turning) -> Option<(Inner, f64)> {
+        let between = |inner: &Inner| matches!(inner.node, InnerNode::Between(_));
+        let nodes = part.members.iter().flat_map(|&member| self.nodes_within(member)).filter(between);
+        let turned = nodes.map(|inner| (inner, cross(part.axis, inner.to)));
+        let (inner, turns) = turned.max_by(|(_, a), (_, b)| norm(*a).total_cmp(&norm(*b)))?;
         let component = largest(turns);
-        let stiffness = TURN * self.bending_of(inner.member) * (inner.length / turns[component]).powi(2);
-        let drawn = Inner { component, from: inner.to, ..inner }.drawn(1.0);
-        self.members.packs[pack].settings().drawn = Some(Drawn { lane, node: inner.node, stiffness, to: drawn });
-        self.dashpots.turns = Some(pack);
+        (norm(turns) > IN_LINE * self.size).then(|| (Inner { component, from: inner.to, ..inner }, turns[component]))
     }
 
     /// EI/L³ of a member (force per length), with the largest EI that it has and that is not infinite.
@@ -169,20 +180,23 @@ impl<const D: usize> System<D> {
 
     /// The nodes between the ends of all members where they are.
     fn inner_nodes(&self) -> Vec<Inner> {
+        (0..self.members.count()).flat_map(|member| self.nodes_within(member)).collect()
+    }
+
+    /// The nodes between the ends of a member where they are.
+    fn nodes_within(&self, member: MemberId) -> Vec<Inner> {
         let mut nodes = Vec::new();
-        for member in 0..self.members.count() {
-            let (pack, lane) = self.members.chain(member);
-            let length = length_of(pack.mesh(), lane);
-            let inner = |node, to| Inner { member, node, component: 0, other: None, length, from: to, to };
-            for element in 0..pack.mesh().elements() {
-                if element > 0 {
-                    nodes.push(inner(InnerNode::Between(element), pack.node(lane, element).displacement));
-                }
-                let local = pack.local(lane, element);
-                for (i, u) in local.iter().enumerate().take(pack.mesh().order - 1) {
-                    let u = if D == 3 { [u[0], u[1], 0.0] } else { [u[0], u[1], u[2]] };
-                    nodes.push(inner(InnerNode::Within(element, i), u));
-                }
+        let (pack, lane) = self.members.chain(member);
+        let length = length_of(pack.mesh(), lane);
+        let inner = |node, to| Inner { member, node, component: 0, other: None, length, from: to, to };
+        for element in 0..pack.mesh().elements() {
+            if element > 0 {
+                nodes.push(inner(InnerNode::Between(element), pack.node(lane, element).displacement));
+            }
+            let local = pack.local(lane, element);
+            for (i, u) in local.iter().enumerate().take(pack.mesh().order - 1) {
+                let u = if D == 3 { [u[0], u[1], 0.0] } else { [u[0], u[1], u[2]] };
+                nodes.push(inner(InnerNode::Within(element, i), u));
             }
         }
         nodes

@@ -37,6 +37,7 @@ mod side;
 mod skew;
 mod springs;
 mod states;
+mod symmetry;
 mod tangent;
 mod turned;
 mod turning;
@@ -53,8 +54,8 @@ pub use places::Places;
 use scatter::add_local;
 use side::{Rows, Side};
 pub use states::State;
+pub(crate) use symmetry::{Holds, Turning};
 pub use tangent::{Inertia, Residual, Tangent};
-pub(crate) use turning::Turning;
 
 /// The equations of a structure in D components a joint, split by what lives how long.
 pub struct System<const D: usize> {
@@ -79,8 +80,8 @@ pub struct System<const D: usize> {
     /// Memory of the last solve, of forces that held rows bear.
     pub held_forces: HeldForces,
     dashpots: Dashpots,
-    /// How the network may be turned as a whole in the present step without anything changing, where it may.
-    pub(crate) turning: Option<Turning>,
+    /// The parts that may be turned in the present step without anything changing.
+    pub(crate) turning: Vec<Turning>,
     /// Memory of what lies in rows.
     side_rows: Rows,
     /// Memory of a state that an iteration comes back to.
@@ -111,7 +112,7 @@ impl<const D: usize> System<D> {
             moves: Moves::new(joints, members, pattern.parts.count),
             held_forces: HeldForces::default(),
             dashpots: Dashpots::default(),
-            turning: None,
+            turning: Vec::new(),
             side_rows: Rows::default(),
             aside: State::default(),
             stop: None,

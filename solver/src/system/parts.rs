@@ -48,7 +48,7 @@ impl<const D: usize> System<D> {
 }
 
 /// The joint that stands for a part; those on the way to it are nearer afterwards.
-fn find(root: &mut [usize], mut joint: usize) -> usize {
+pub(super) fn find(root: &mut [usize], mut joint: usize) -> usize {
     while root[joint] != joint {
         root[joint] = root[root[joint]];
         joint = root[joint];

@@ -31,7 +31,7 @@ impl<const D: usize> System<D> {
         self.tangent.renew();
         self.moves.renew();
         self.dashpots = Dashpots::default();
-        self.turning = None;
+        self.turning.clear();
         (self.stop, self.straight) = (None, false);
         (self.structure, self.topology) = (structure, topology);
         self.check_side();

@@ -11,6 +11,9 @@ use crate::linear::{Pivots, Symmetric};
 use crate::reduce::ReleaseFactor;
 use crate::structure::MemberId;
 
+/// Part of its diagonal that is added to a tangent without an inverse, to find what it does not resist: far more than rounding, and far
+/// less than what a soft network has.
+const BESIDE: f64 = 1e-12;
 /// Part of the smallest pivot of the unloaded structure that is far from none.
 const FIRM: f64 = 0.5;
 
@@ -354,6 +357,12 @@ impl<const D: usize> Tangent<D> {
     fn softest_motion_from(&mut self, mut x: Vec<f64>, iterations: usize, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
         let count = self.linear.size();
         let weights: Vec<f64> = (0..count).map(|i| self.weight(i)).collect();
+        // Pivots of exactly zero leave nothing to go on with; right beside them the softest motion is the same.
+        let singular = (!self.linear.is_factorized()).then(|| self.linear.values.clone());
+        if singular.is_some() {
+            self.linear.shift(BESIDE, &weights);
+            self.linear.factorize();
+        }
         for _ in 0..iterations {
             // What is looked for is soft against the rest.
             for (x, weight) in x.iter_mut().zip(&weights) {
@@ -364,6 +373,10 @@ impl<const D: usize> Tangent<D> {
             }
             let length = x.iter().zip(&weights).map(|(x, w)| x * x * w).sum::<f64>().sqrt();
             x.iter_mut().for_each(|x| *x /= length.max(f64::MIN_POSITIVE));
+        }
+        if let Some(values) = singular {
+            self.linear.values = values;
+            self.linear.factorize();
         }
         let motions = pattern.motions_of(&x);
         let largest = motions.iter().flat_map(|m| (0..6).map(|c| if c < 3 { m[c] / size } else { m[c] }));
