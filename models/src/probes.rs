@@ -216,6 +216,8 @@ impl Quantity {
         let values: Vec<f64> = places.iter().map(|at| value(at)).collect();
         let mut greatest = values.iter().copied().fold(f64::NAN, f64::max);
         let near = NEAR_GREATEST * greatest;
+        // What is greater than at any place, as the segment's places, the place after it, and the part of the way there.
+        let mut top: Option<(&[&SectionForces], usize, f64)> = None;
         let mut rest = values.as_slice();
         for places in places.chunk_by(|a, b| a.segment == b.segment) {
             let (values, others) = rest.split_at(places.len());
@@ -230,13 +232,31 @@ impl Quantity {
                     _ => value(&between(places, index, part as f64 / BETWEEN as f64)),
                 };
                 let samples: [f64; BETWEEN + 1] = std::array::from_fn(sample);
-                greatest = samples.windows(3).map(highest).fold(greatest, f64::max);
+                for (first, three) in samples.windows(3).enumerate() {
+                    let (part, highest) = highest(three);
+                    if highest > greatest {
+                        greatest = highest;
+                        top = Some((places, index, (first as f64 + 1.0 + part) / BETWEEN as f64));
+                    }
+                }
             }
+        }
+        let Some((places, index, mut part)) = top else { return greatest };
+        // A parabola through places so far apart is off by what it leaves out: from nearer it is looked at until that is nothing.
+        let mut apart = 1.0 / BETWEEN as f64;
+        for _ in 0..NEARER {
+            apart /= BETWEEN as f64;
+            let three = [-1.0, 0.0, 1.0].map(|side| value(&between(places, index, part + side * apart)));
+            let (aside, highest) = highest(&three);
+            part = (part + aside * apart).clamp(0.0, 1.0);
+            greatest = highest;
         }
         greatest
     }
 }
 
+/// How often a greatest value is looked at from nearer by so many times: what is left is the fourth power of 1/512.
+const NEARER: usize = 2;
 /// Places between two neighbouring ones that are looked at, and the part of the greatest value at any place that both must be below
 /// where the greatest of all is not looked for between them.
 const BETWEEN: usize = 8;
@@ -262,12 +282,15 @@ fn between(places: &[&SectionForces], index: usize, part: f64) -> SectionForces 
     sum
 }
 
-/// The largest value of the parabola through three equally spaced values, from the first to the last of them.
-fn highest(values: &[f64]) -> f64 {
+/// Where the parabola through three equally spaced values is highest, from the first to the last of them, in spacings from that in the
+/// middle, and its value there.
+fn highest(values: &[f64]) -> (f64, f64) {
     let [before, here, after] = [values[0], values[1], values[2]];
     let (slope, curvature) = (0.5 * (after - before), before - 2.0 * here + after);
-    let is_between = curvature < 0.0 && slope.abs() < -curvature;
-    if is_between { here - 0.5 * slope * slope / curvature } else { before.max(after) }
+    if curvature < 0.0 && slope.abs() < -curvature {
+        return (-slope / curvature, here - 0.5 * slope * slope / curvature);
+    }
+    if before > after { (-1.0, before) } else { (1.0, after) }
 }
 
 /// What an expression of probes refers to.

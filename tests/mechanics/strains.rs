@@ -97,6 +97,31 @@ fn the_greatest_moment_may_lie_between_nodes() {
     near(found[4].0, 1e-5 * 1e4 / 8.0, 1e-6);
 }
 
+/// Loads so small that statics of the straight bar hold: bent about both axes on two supports, its moment is the root of two parabolas
+/// squared, greatest anywhere between nodes, to nine digits on two elements.
+#[test]
+fn the_greatest_moment_about_two_axes_is_found_between_nodes() {
+    let [line, at_a, at_b, other] = [2e-8, 3e-6, 2.5e-5, -1e-6];
+    let text = BEAM.replace("SECTION", "round").replace(
+        "LOAD",
+        &format!(
+            "distributed = {{ bar = [0, {line:?}, {:?}] }}\nmoment = {{ A = [0, {at_a:?}, {other:?}], B = [0, {at_b:?}, 0] }}",
+            line / 3.0
+        ),
+    );
+    let text =
+        text.replace("A = \"clamped\"\nSUPPORTS", "A = [\"ux\", \"uy\", \"uz\", \"rx\"]\nB = [\"uy\", \"uz\", \"rx\"]");
+    let found = probes(&solve(&text, 1e-4));
+    let moment = |x: f64| {
+        let hangs = 0.5 * (x * x - 100.0 * x);
+        let about_z = line * hangs - other * (1.0 - x / 100.0);
+        let about_y = -line / 3.0 * hangs - at_a * (1.0 - x / 100.0) + at_b * x / 100.0;
+        about_y.hypot(about_z)
+    };
+    let greatest = (0..=1_000_000).map(|i| moment(1e-4 * f64::from(i))).fold(0.0, f64::max);
+    near(found[4].0, greatest, 1e-9);
+}
+
 /// In large bending, what a fine mesh finds lies within the estimated error of a coarse one, or nearly.
 #[test]
 fn the_estimated_error_of_a_greatest_stress_is_honest() {
