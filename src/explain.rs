@@ -6,7 +6,7 @@ use pennate_analysis::solution::{Solution, fewest_digits, last_state, whole_digi
 use pennate_models::Model;
 use pennate_models::model::Target;
 use pennate_solver::error::{Extent, FreeMotion, NearMotion, Place};
-use pennate_solver::history::{Cause, Failure, History, Status, StepHistory};
+use pennate_solver::history::{Cause, Failure, History, Note, Status, StepHistory};
 use pennate_solver::structure::{Change, NodeId};
 
 use crate::diagnostics::Message;
@@ -155,9 +155,19 @@ pub fn few_digits(model: &Model, history: &History) -> Option<Message> {
     })
 }
 
-/// The error of the mesh, where it is known and more than asked for.
+/// The error of the mesh, where it is known and more than asked for, or a finer mesh that was to confirm it did not.
 pub fn inaccurate(solution: &Solution) -> Option<Message> {
     let Accuracy { asked, estimated, verdict, .. } = solution.accuracy;
+    if let (Verdict::PathLost, Some(error)) = (verdict, estimated.filter(|error| *error <= asked)) {
+        return Some(Message {
+            title: format!("the estimated error of {error:.1e} is not confirmed: a finer mesh got less far along the path"),
+            help: Some(
+                "the results of the finer mesh may differ; follow the path in more increments, or look at the states that its step passes"
+                    .to_owned(),
+            ),
+            ..Message::default()
+        });
+    }
     let error = estimated.filter(|error| *error > asked)?;
     let help = match verdict {
         Verdict::Forced => "leave `elements` out of the file: the mesh is chosen by the accuracy asked for then",
@@ -286,11 +296,13 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
         Cause::Taut { member } => strains::taut_towards(model, step, member),
         _ => None,
     };
+    let undecided = undecided(model, step, failure.cause);
     let help = match step.prestress {
         Some(_) if failure.cause != Cause::Interrupted => Some(STRAINED.to_owned()),
+        None if undecided.is_some() => Some(DECIDES.to_owned()),
         _ => taut.as_ref().map_or_else(|| advice(failure, &place), |taut| Some(taut.help.clone())),
     };
-    notes.extend(taut.map(|taut| taut.note).or_else(|| looks_like(failure.cause, &place)));
+    notes.extend(taut.map(|taut| taut.note).or(undecided).or_else(|| looks_like(failure.cause, &place)));
     notes.extend(worst_residual(model, failure));
     notes.extend(pushed_muscles(model, step));
     notes.extend(strains::tension(model, step));
@@ -300,6 +312,25 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
         notes.push(format!("{left} later step{} not tried", if left == 1 { " was" } else { "s were" }));
     }
     Message { title, span: model.steps.get(index).map(|step| step.span), notes, help, ..Message::default() }
+}
+
+/// What helps where less than rounding decides which way a network goes.
+const DECIDES: &str = "a small force across, an offset by a thousandth of the length, or members that are not all alike decide, as they do \
+                       about the real network; what is found then shows how much depends on them";
+
+/// What it looks like where a network cannot go on from a state that rounding does not tell from a singular one: right behind a bifurcation
+/// it may lead to any side, and no iteration finds one of these.
+fn undecided(model: &Model, step: &StepHistory, cause: Cause) -> Option<String> {
+    if cause != Cause::StepTooSmall || !step.notes.contains(&Note::WithinRounding) {
+        return None;
+    }
+    let point = step.critical_points.last()?;
+    Some(format!(
+        "hardly anything resists a motion of the network there: right behind the singular point at {}, where {} moves most, less than \
+         rounding decides which way it goes",
+        percent(point.fraction),
+        node_name(model, point.node)
+    ))
 }
 
 fn node_name(model: &Model, node: NodeId) -> String {

@@ -290,7 +290,9 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
     };
     let error = point.error.map_or_else(|| "not known".to_owned(), estimate);
     let of = if point.in_prestress { " of the prestress" } else { "" };
-    format!("{kind}{sideways} at fraction {:.9}{of} (error {error}), where {place} moves most.", point.fraction)
+    // What lies at the beginning by rounding lies there, without a sign.
+    let fraction = if point.fraction.abs() < 5e-10 { 0.0 } else { point.fraction };
+    format!("{kind}{sideways} at fraction {fraction:.9}{of} (error {error}), where {place} moves most.")
 }
 
 fn jump_in_words(model: &Model, jump: &Jump) -> String {

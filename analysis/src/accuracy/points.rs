@@ -132,7 +132,9 @@ pub(super) struct CriticalError {
 /// The errors of the singular points of a run; `None` where no error is known.
 pub(super) fn critical_error(history: &History) -> Option<CriticalError> {
     let points = || history.steps.iter().flat_map(|step| &step.critical_points);
-    let largest = points().map(|point| point.fraction.abs()).fold(f64::MIN_POSITIVE, f64::max);
+    // What a prestress is a fraction of is all of it: it may pass a point at next to none, as what is loose without it does.
+    let size = |point: &CriticalPoint| if point.in_prestress { 1.0 } else { point.fraction.abs() };
+    let largest = points().map(size).fold(f64::MIN_POSITIVE, f64::max);
     let errors = || points().filter_map(|point| Some((point.error?, point.error? - point.located?)));
     let whole = errors().map(|(whole, _)| whole).reduce(f64::max)?;
     let of_mesh = errors().map(|(_, of_mesh)| of_mesh).reduce(f64::max)?;

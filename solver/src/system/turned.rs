@@ -45,6 +45,7 @@ impl<const D: usize> System<D> {
             }
         }
         found.extend(torques.into_iter().filter(|(torque, _)| moves(*torque)).flat_map(|(_, members)| members));
-        found.into_iter().collect()
+        // One that is alike in all directions is the same however it is turned: its moments are rounding.
+        found.into_iter().filter(|&member| self.round_axis(member).is_none()).collect()
     }
 }
