@@ -3,7 +3,7 @@
 use pennate_models::{Mesh, Model};
 use pennate_solver::history::{History, Note, Status};
 
-use super::points::has_unknown_points;
+use super::points::{are_located, has_unknown_points};
 use super::refine::{halved, is_at_limit, is_finer_everywhere, member_factors, missing, shortened};
 use super::{Round, Verdict};
 use crate::adapt::Next;
@@ -11,6 +11,8 @@ use crate::adapt::Next;
 /// Meshes that are tried at most, and as many where some are spent on grading or there is no estimate yet.
 const ROUNDS: usize = 6;
 const MAX_ROUNDS: usize = 8;
+/// Meshes that are tried at most for a singular point of which a path tells no more than an increment: on finer ones it is no different.
+const TRIES: usize = 3;
 /// Relative error below which every refinement pays, as long as rounding is not in the way.
 const ASYMPTOTIC: f64 = 1e-4;
 /// By how much a limit point may move along a step's ramp from one mesh to the next.
@@ -71,7 +73,8 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
         }
     }
     // A singular point is known as well as the last mesh moved it, where the mesh before it found it too.
-    if has_unknown_points(history) && rounds < ROUNDS {
+    let most = if are_located(history) { ROUNDS } else { TRIES };
+    if has_unknown_points(history) && rounds < most {
         let finer = halved(model, mesh);
         if finer != *mesh {
             return Next::Refine(finer);
@@ -92,7 +95,9 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     }
     // An error that does not count what is not known of singular points is no measure of progress.
     let before = best.filter(|before| !has_unknown_points(&before.history)).and_then(|before| before.error);
-    let stalled = error < ASYMPTOTIC && before.is_some_and(|before| error > 0.5 * before);
+    // At the end of a step that rounding does not tell from a singular state, displacements are what rounding makes them, on any mesh.
+    let may_stall = error < ASYMPTOTIC || ends_within_rounding(history);
+    let stalled = may_stall && before.is_some_and(|before| error > 0.5 * before);
     // Errors of elements that are longer than a layer fall as they like.
     let fine = grading.longest <= 1.0;
     if stalled && fine && best.is_some_and(|before| is_finer_everywhere(model, mesh, &before.mesh)) {
@@ -115,6 +120,11 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
 fn is_too_coarse(history: &History) -> bool {
     let tells = |note: &Note| matches!(note, Note::TooCoarse | Note::VibrationsUnknown);
     history.steps.iter().any(|step| step.notes.iter().any(tells))
+}
+
+/// Whether rounding hides if the end of a step is a singular state.
+fn ends_within_rounding(history: &History) -> bool {
+    history.steps.iter().any(|step| step.notes.contains(&Note::WithinRounding))
 }
 
 /// Whether the end of every step that has come to it was found on a finer mesh too.

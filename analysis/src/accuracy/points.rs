@@ -12,6 +12,12 @@ pub(super) fn has_unknown_points(history: &History) -> bool {
     history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none())
 }
 
+/// Whether all of these were located nearer than the increments that led past them.
+pub(super) fn are_located(history: &History) -> bool {
+    let mut unknown = history.steps.iter().flat_map(|step| &step.critical_points).filter(|point| point.error.is_none());
+    unknown.all(|point| point.located.is_some())
+}
+
 /// Estimates the errors of singular points from how far they lie from those of a coarser mesh, on which every stretch that may have
 /// more has `ratio` times fewer elements at least.
 ///
