@@ -88,6 +88,9 @@ impl<const D: usize> System<D> {
 
     /// The same with other rows held, as those of a plane network and those out of its plane together.
     pub(crate) fn turned_where(&self, holds: &Holds<'_>, drives: [&[f64]; 2]) -> Vec<Turning> {
+        if self.bends_everywhere(holds) {
+            return Vec::new();
+        }
         let parts = self.parts_between(holds);
         parts.into_iter().filter_map(|part| self.turned_part(part, holds, drives)).collect()
     }
@@ -102,6 +105,25 @@ impl<const D: usize> System<D> {
         nodes.sort_unstable();
         nodes.dedup();
         turns.then_some(Turning { axis, nodes, joints, members, stiffness })
+    }
+
+    /// Whether every member ends in a joint that moves, and members of different directions meet in all of these: no part lies on a line.
+    fn bends_everywhere(&self, holds: &Holds<'_>) -> bool {
+        let mut bends = holds.fixed.clone();
+        let mut along = vec![[0.0; 3]; bends.len()];
+        for member in &self.structure.members {
+            let joints = member.nodes.map(|node| self.topology.links[node].joint);
+            if joints.iter().all(|joint| holds.fixed[*joint]) {
+                return false;
+            }
+            for joint in joints {
+                match along[joint] == [0.0; 3] {
+                    true => along[joint] = member.axes[0],
+                    false => bends[joint] |= !lies_along(along[joint], member.axes[0]),
+                }
+            }
+        }
+        bends.into_iter().all(|bends| bends)
     }
 
     /// The parts that joints which do not move leave of a network.
