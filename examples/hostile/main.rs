@@ -320,7 +320,10 @@ fn verify(network: &Network, steps: &[Step], history: &History) -> (Residual, us
                     held.remove(&(node, component));
                     let Some(state) = before else { continue };
                     let all = [state.nodes[node].reaction_force, state.nodes[node].reaction_moment].concat();
-                    fading.push((node, component, (1.0 - last.fraction) * all[component]));
+                    // What holds one component of a rotation vector has a moment about all axes, where others are large.
+                    let alone = component > 2 && !(3..6).any(|other| held.contains_key(&(node, other)));
+                    let of_it = if alone { 3..6 } else { component..component + 1 };
+                    fading.extend(of_it.map(|other| (node, other, (1.0 - last.fraction) * all[other])));
                 }
             }
         }
