@@ -263,6 +263,10 @@ impl<const D: usize> Continuation<'_, D> {
                 Judged::Accepted(increment) => Tried::Accepted(increment),
                 Judged::Lost(ending) => Tried::Lost(ending),
                 Judged::TooLong(length) => {
+                    debug_assert!(
+                        length < trial.length,
+                        "an increment is made again shorter, or it would be the same for ever"
+                    );
                     self.system.restore(&self.last);
                     self.cut_short(by);
                     (by.length, by.is_shortened) = (length, true);
@@ -502,6 +506,7 @@ impl<const D: usize> Continuation<'_, D> {
             let again = if rose && hard { None } else { self.in_two_parts(run, ends, ratio) };
             let Some(again) = again else { return Judged::TooLong(0.5 * step) };
             if rose
+                && step > bracket
                 && !self.system.hangs()
                 && let Some(part) = self.passed_twice(run, ends)
             {
