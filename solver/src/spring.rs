@@ -149,15 +149,15 @@ impl Spring {
         }
     }
 
-    /// Its stiffness across an axis against displacements and against turning, where it is alike in all directions across; an axis lies
-    /// along the line between its nodes.
-    pub(crate) fn stiffness_around(&self, axis: V3<f64>) -> Option<[f64; 2]> {
+    /// Its stiffness against turning across an axis, on which its nodes lie (moment per radian); nothing where it is not alike in all
+    /// directions across, against displacements too.
+    pub(crate) fn stiffness_around(&self, axis: V3<f64>) -> Option<f64> {
         match self {
             Self::Ground { stiffness, .. } | Self::Coupling { stiffness, .. } => {
                 let of = |offset: usize| across(std::array::from_fn(|c| stiffness[offset + c]), axis);
-                Some([of(0)?, of(3)?])
+                of(0).and(of(3))
             }
-            Self::Axial { .. } => Some([0.0; 2]),
+            Self::Axial { .. } => Some(0.0),
         }
     }
 

@@ -12,7 +12,7 @@ pub(super) fn has_unknown_points(history: &History) -> bool {
     history.steps.iter().flat_map(|step| &step.critical_points).any(|point| point.error.is_none())
 }
 
-/// Whether all of these were located nearer than the increments that led past them.
+/// Whether all singular points whose errors are not known were located nearer than the increments that led past them.
 pub(super) fn are_located(history: &History) -> bool {
     let mut unknown = history.steps.iter().flat_map(|step| &step.critical_points).filter(|point| point.error.is_none());
     unknown.all(|point| point.located.is_some())

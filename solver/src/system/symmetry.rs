@@ -214,10 +214,9 @@ impl<const D: usize> System<D> {
 
     /// The stiffness against turning of the stiffest spring, where all of them are alike in all directions across an axis.
     fn stiffest_spring(&self, part: &Part, axis: V3<f64>) -> Option<f64> {
-        part.springs.iter().try_fold(0.0, |most: f64, &index| {
-            let [_, turn] = self.structure.springs[index].stiffness_around(axis)?;
-            Some(most.max(turn))
-        })
+        part.springs
+            .iter()
+            .try_fold(0.0, |most: f64, &index| Some(most.max(self.structure.springs[index].stiffness_around(axis)?)))
     }
 
     fn loads_lie_along(&self, part: &Part, axis: V3<f64>, drives: &[f64]) -> bool {

@@ -43,15 +43,16 @@ impl<const D: usize> System<D> {
 
     /// Resists turning every part that has left its axis.
     pub(crate) fn resist_turning(&mut self) {
-        for turning in std::mem::take(&mut self.turning) {
-            if let Some((joint, motion)) = self.turned_most(&turning) {
+        let parts = std::mem::take(&mut self.turning);
+        for turning in &parts {
+            if let Some((joint, motion)) = self.turned_most(turning) {
                 let factor = (turning.stiffness / self.square(&motion)).sqrt();
                 let along = self.measured(&motion).map(|n| n * factor);
                 let block = std::array::from_fn(|i| std::array::from_fn(|j| along[i] * along[j]));
                 self.add_joint_block(joint, &block);
             }
-            self.turning.push(turning);
         }
+        self.turning = parts;
     }
 
     /// Whether a part has left its axis, so that turning it moves anything.
@@ -125,8 +126,8 @@ impl<const D: usize> System<D> {
             return;
         }
         let part = || {
-            let own = self.turned_inside().into_iter().find(|part| part.members.contains(&index));
-            own.map(|part| (part.axis, part.stiffness))
+            let own = self.turning.iter().find(|part| part.members.contains(&index));
+            own.filter(|part| self.turned_most(part).is_none()).map(|part| (part.axis, part.stiffness))
         };
         let Some((axis, stiffness)) = self.turning_of_member(index).or_else(part) else { return };
         let Some((end, across)) = self.end_turned_most(index, axis) else { return };
