@@ -331,7 +331,11 @@ pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
             shown(&model.nodes[*node].name)
         ),
         Note::TouchedSingular { fraction } => {
-            format!("touched a singular state at {} and went on, its stability unchanged.", percent(*fraction))
+            format!(
+                "touched a singular state at {} and went on, its stability unchanged: another way may go on from there, as \
+                 where the bars of a linkage come into one line.",
+                percent(*fraction)
+            )
         }
         Note::Undetermined { members } => {
             let names: Vec<String> = members.iter().map(|&member| shown(&model.members[member].name)).collect();

@@ -10,6 +10,7 @@ mod guide;
 mod held;
 mod increments;
 mod leaps;
+mod linkages;
 mod modes;
 mod stays;
 mod threads;

@@ -12,11 +12,12 @@ use super::follow::{Control, Next, Ramp, Run, Tried};
 use super::fraction::ByFraction;
 use super::locate::Value;
 use super::record::Ending;
+use super::touching::Between;
 use super::{Continuation, Count, Tuning};
 use crate::history::Status;
 use crate::newton::{Lost, Why};
 use crate::structure::Stop;
-use crate::system::System;
+use crate::system::{Answer, System};
 
 /// What a path is followed along its arc for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +60,8 @@ pub(super) struct ByArc {
     negative: usize,
     /// What passes zero at a singular tangent, at the last state and at the one before it, where that is known.
     tests: [Option<f64>; 2],
+    /// How the network answers at the last state, where that is known.
+    answer: Option<Answer>,
     /// How often an increment was made again because no singular point was found between its ends.
     pub again: usize,
     /// Increments that are left.
@@ -74,8 +77,10 @@ pub(super) struct ArcIncrement {
     pub events: Events,
     /// Unit tangent at its end, forward.
     pub ahead: Direction,
-    /// What passes zero at a singular tangent.
-    test: Option<f64>,
+    /// How the network answers there.
+    answer: Option<Answer>,
+    /// The fraction at which the path touched another one, if it did.
+    meets: Option<f64>,
 }
 
 impl ByArc {
@@ -96,13 +101,14 @@ impl ByArc {
     }
 
     fn advance(&mut self, increment: ArcIncrement, tuning: &Tuning) {
-        let ArcIncrement { length, point, ahead, test, .. } = increment;
+        let ArcIncrement { length, point, ahead, answer, .. } = increment;
         self.next = tuning.next_length(length, point.iterations, None);
         self.last = Some(length);
         self.before = self.fraction;
         self.fraction = point.fraction;
         self.tangent = ahead;
-        self.tests = [test, self.tests[0]];
+        self.tests = [answer.as_ref().map(|answer| answer.test), self.tests[0]];
+        self.answer = answer;
         self.negative = point.inertia.negative;
         self.begun = None;
         self.again = 0;
@@ -208,6 +214,7 @@ impl<const D: usize> Continuation<'_, D> {
             top: None,
             negative: self.system.tangent.inertia().negative,
             tests: [None; 2],
+            answer: None,
             again: 0,
             left,
             suspended: None,
@@ -334,14 +341,25 @@ impl<const D: usize> Continuation<'_, D> {
             by.next = tuning.shorter * s;
             return None;
         }
-        let test = self.system.tangent.singular_test_of_all(&self.system.pattern, self.system.size);
+        let answer = self.system.answer();
+        let test = answer.as_ref().map(|answer| answer.test);
         let hidden = || turns_twice(by, &chord, &ahead) || by.nears_a_singular_tangent(s, test, &tuning);
         if !short && !touched && !turns_back && hidden() {
             by.next = tuning.shorter * s;
             return None;
         }
         events.touched = touched;
-        Some(ArcIncrement { length: s, point, events, ahead, test })
+        let ends = [by.fraction, point.fraction];
+        let between = if events.any() { Between::Nothing } else { self.seen_between(run, ends, [&by.answer, &answer]) };
+        let meets = match between {
+            Between::Nothing => None,
+            Between::Leapt(_) if !short => {
+                by.next = tuning.shorter * s;
+                return None;
+            }
+            Between::Touched(fraction) | Between::Leapt(fraction) => Some(fraction),
+        };
+        Some(ArcIncrement { length: s, point, events, ahead, answer, meets })
     }
 
     /// Whether a path, with this tangent at the present state, moves along the softest motion too.
@@ -378,6 +396,9 @@ impl<const D: usize> Continuation<'_, D> {
             };
         }
         let residual = increment.point.residual;
+        if let Some(fraction) = increment.meets.filter(|_| by.purpose != Purpose::Search) {
+            self.note_touched(run, fraction);
+        }
         self.base = increment.events.count;
         self.shift_states();
         by.advance(increment, &self.tuning);

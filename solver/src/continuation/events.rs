@@ -57,7 +57,7 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.apply_drives();
         let inertia = self.at_rest.take().unwrap_or_else(|| self.system.assemble(false));
         record.factorizations += 1;
-        self.first_stiffness = self.overall_stiffness();
+        self.first_answer = self.system.answer();
         self.base = self.count(&inertia);
     }
 

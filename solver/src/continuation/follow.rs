@@ -174,7 +174,7 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.save(&mut self.last);
         run.effort.accepted = 0;
         let first = self.options.first_increment.min(run.ramp.longest).clamp(self.tuning.shortest, 1.0);
-        ByFraction::new(from, first, self.first_stiffness.take())
+        ByFraction::new(from, first, self.first_answer.take())
     }
 
     /// Iterates to an equilibrium at this fraction, near the present state.

@@ -11,12 +11,13 @@ use super::acceptance::{came_aside, is_doubtful, is_quick, leapt};
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
 use super::record::Ending;
+use super::touching::Between;
 use super::{Continuation, Count, Tuning};
 use crate::chain::Size;
 use crate::history::{Cause, CriticalPoint};
 use crate::newton::{Aim, Convergence, Lost, Start, Why};
 use crate::options::Options;
-use crate::system::System;
+use crate::system::{Answer, System};
 
 /// Pivots that may be lost together at a point that is not singular.
 const PAIR: usize = 2;
@@ -49,8 +50,8 @@ pub(super) struct ByFraction {
     foresees_buckling: bool,
     /// Why the last increments failed, where a member is held at both ends.
     overheld: Option<Why>,
-    /// The overall stiffness at the last state, where it is known.
-    stiffness: Option<f64>,
+    /// How the network answers at the last state, where that is known.
+    answer: Option<Answer>,
 }
 
 /// An increment that is tried: its length, where it leads to, what the state there is for, and how far each part of the
@@ -74,10 +75,12 @@ pub(super) struct Increment {
     missed: f64,
     /// How far the network moved, in radians or lengths, for a unit of the fraction.
     rate: f64,
-    /// The overall stiffness, where it was asked for.
-    stiffness: Option<f64>,
+    /// How the network answers.
+    answer: Option<Answer>,
     /// Whether it leaves the branch of the last state for another one that meets it.
     leaves: bool,
+    /// The fraction at which the path touched another one, if it did.
+    touched: Option<f64>,
 }
 
 /// What is to be made of an equilibrium that was found.
@@ -90,7 +93,7 @@ enum Judged {
 }
 
 impl ByFraction {
-    pub(super) fn new(fraction: f64, length: f64, stiffness: Option<f64>) -> Self {
+    pub(super) fn new(fraction: f64, length: f64, answer: Option<Answer>) -> Self {
         Self {
             fraction,
             is_extrapolated: false,
@@ -104,7 +107,7 @@ impl ByFraction {
             is_shortened: false,
             foresees_buckling: false,
             overheld: None,
-            stiffness,
+            answer,
         }
     }
 
@@ -127,7 +130,7 @@ impl ByFraction {
         Trial { length, target, aim, foreseen: Vec::new() }
     }
 
-    fn advance(&mut self, increment: &Increment, longest: f64, tuning: &Tuning) {
+    fn advance(&mut self, increment: &mut Increment, longest: f64, tuning: &Tuning) {
         // What was not extrapolated says too little of how far one can go.
         let missed = self.is_extrapolated.then_some(increment.missed);
         let next = tuning.next_length(increment.length, increment.found.iterations, missed);
@@ -144,7 +147,7 @@ impl ByFraction {
         self.is_shortened = false;
         self.foresees_buckling = false;
         self.overheld = None;
-        self.stiffness = increment.stiffness;
+        self.answer = increment.answer.take();
     }
 
     /// Goes on from a singular point, or from beyond it; `last` is the increment between the last two states, where they may
@@ -158,7 +161,7 @@ impl ByFraction {
         self.failures = 0;
         self.is_shortened = false;
         self.foresees_buckling = false;
-        self.stiffness = None;
+        self.answer = None;
     }
 
     /// Near a fold the state moves ever faster with the loads.
@@ -301,15 +304,18 @@ impl<const D: usize> Continuation<'_, D> {
         by: &mut ByFraction,
         mut increment: Increment,
     ) -> Next {
-        self.note_changes(run.record, &increment.count, [by.fraction, increment.target], increment.passed.take());
-        self.base = increment.count;
-        let end = if increment.stiffness.is_none() { self.overall_stiffness() } else { None };
-        for stiffness in [by.stiffness, increment.stiffness, end].into_iter().flatten() {
-            self.way.go_on(stiffness);
+        let ends = [by.fraction, increment.target];
+        for answer in by.answer.iter().chain(&increment.answer) {
+            self.way.go_on(answer.stiffness());
         }
+        if let Some(fraction) = increment.touched {
+            self.note_touched(run, fraction);
+        }
+        self.note_changes(run.record, &increment.count, ends, increment.passed.take());
+        self.base = increment.count;
         self.shift_states();
         run.effort.accepted += 1;
-        by.advance(&increment, run.ramp.longest, &self.tuning);
+        by.advance(&mut increment, run.ramp.longest, &self.tuning);
         if run.is_step {
             self.accept(run.record, by.fraction, increment.found.residual);
         }
@@ -338,11 +344,11 @@ impl<const D: usize> Continuation<'_, D> {
     /// Puts the system at the loads of the next increment, on the extrapolation of the last two states where there are two.
     fn predict_by_fraction(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Trial {
         let mut trial = by.trial(&run.landmarks, &self.options);
-        if by.stiffness.is_none() && trial.target < 1.0 {
+        if by.answer.is_none() && trial.target < 1.0 {
             run.ramp.apply(&mut self.system, by.fraction);
             self.system.assemble(false);
             run.effort.factorizations += 1;
-            by.stiffness = self.overall_stiffness();
+            by.answer = self.system.answer();
         }
         run.ramp.apply(&mut self.system, trial.target);
         if by.is_extrapolated {
@@ -419,11 +425,11 @@ impl<const D: usize> Continuation<'_, D> {
         let missed = self.system.moves.first_own;
         let first_moves = self.system.moves.first_by_part.clone();
         let foreseen = if predicted { &trial.foreseen } else { &first_moves };
-        let stiffness = if trial.target < 1.0 { self.overall_stiffness() } else { None };
+        let mut answer = if trial.target < 1.0 { self.system.answer() } else { None };
         // So near to a singular point the sign of its stiffness is noise, and which of the branches that meet there the iteration
         // came out on is chance: no place to end an increment at.
-        if let Some((here, last)) = stiffness.zip(by.stiffness)
-            && here < tuning.bracket * last
+        if let Some((here, last)) = answer.as_ref().zip(by.answer.as_ref())
+            && here.stiffness() < tuning.bracket * last.stiffness()
             && step > bracket
         {
             return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
@@ -522,7 +528,7 @@ impl<const D: usize> Continuation<'_, D> {
             && !flipped
             && step > bracket
             && !self.system.hangs()
-            && let Some(part) = self.dipped_below(run, ends, by.stiffness)
+            && let Some(part) = self.dipped_below(run, ends, by.answer.as_ref().map(|answer| answer.stiffness()))
         {
             return Judged::TooLong((part * step).max(0.9 * bracket));
         }
@@ -547,6 +553,14 @@ impl<const D: usize> Continuation<'_, D> {
             }
         }
         let rate = moved.into_iter().fold(Size::default(), Size::join).largest() / step;
+        answer = answer.or_else(|| self.system.answer());
+        let same = !leaves && passed.is_none() && !self.events_at(&count, false).any();
+        let between = if same { self.seen_between(run, ends, [&by.answer, &answer]) } else { Between::Nothing };
+        let touched = match between {
+            Between::Nothing => None,
+            Between::Leapt(_) if step > shortest => return shorter(shortest),
+            Between::Touched(fraction) | Between::Leapt(fraction) => Some(fraction),
+        };
         Judged::Accepted(Increment {
             length: step,
             target: trial.target,
@@ -555,8 +569,9 @@ impl<const D: usize> Continuation<'_, D> {
             passed,
             missed,
             rate,
-            stiffness,
+            answer,
             leaves,
+            touched,
         })
     }
 

@@ -18,7 +18,7 @@ use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
 use crate::results;
 use crate::structure::{Dimension, NodeId, Step};
-use crate::system::{Inertia, State, System};
+use crate::system::{Answer, Inertia, State, System};
 
 mod acceptance;
 mod arc;
@@ -37,6 +37,7 @@ mod meeting;
 mod record;
 mod release;
 mod taut;
+mod touching;
 mod tuning;
 mod verdict;
 
@@ -128,8 +129,8 @@ pub struct Continuation<'a, const D: usize> {
     at_rest: Option<Inertia>,
     /// How far the network was from where it is unloaded when the step began, as `Places::moved`.
     moved_at_start: f64,
-    /// The overall stiffness where a step begins, as long as nothing was followed from there.
-    first_stiffness: Option<f64>,
+    /// How the network answers where a step begins, as long as nothing was followed from there.
+    first_answer: Option<Answer>,
     /// The largest overall stiffness out of the plane of all states that were looked at.
     stiffest_aside: f64,
     /// How the overall stiffness went along the present step.
@@ -206,7 +207,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             free: Vec::new(),
             at_rest: None,
             moved_at_start: 0.0,
-            first_stiffness: None,
+            first_answer: None,
             stiffest_aside: 0.0,
             way: coarse::Way::default(),
             undecided: false,
@@ -373,7 +374,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         }
         so_far.counted = true;
         so_far.going = known || self.follow(&mut run);
-        self.first_stiffness = None;
+        self.first_answer = None;
         self.judge_end(&ramp, record);
     }
 

@@ -72,7 +72,7 @@ impl<const D: usize> System<D> {
     }
 
     /// What the ends of a member move by where joints move like this, and its released rotations, where it has any.
-    fn end_motions(&self, index: usize, motions: &[[f64; 6]]) -> ([[f64; D]; 2], Option<[f64; MAX_FREE]>) {
+    pub(super) fn end_motions(&self, index: usize, motions: &[[f64; 6]]) -> ([[f64; D]; 2], Option<[f64; MAX_FREE]>) {
         let active = &self.pattern.equations.active;
         let moves =
             self.structure.members[index].nodes.map(|n| self.places.motion_of(&self.topology.links[n], motions));

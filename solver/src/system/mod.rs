@@ -39,6 +39,7 @@ mod springs;
 mod states;
 mod symmetry;
 mod tangent;
+mod thrust;
 mod turned;
 mod turning;
 
@@ -56,6 +57,7 @@ use side::{Rows, Side};
 pub use states::State;
 pub(crate) use symmetry::{Holds, Turning};
 pub use tangent::{Inertia, Residual, Tangent};
+pub(crate) use thrust::Answer;
 
 /// The equations of a structure in D components a joint, split by what lives how long.
 pub struct System<const D: usize> {

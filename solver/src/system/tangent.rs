@@ -310,6 +310,11 @@ impl<const D: usize> Tangent<D> {
 
     /// The same with its sign, which changes where the tangent is singular, and where the stiffness is beyond all bounds.
     pub(crate) fn singular_test_of_all(&mut self, pattern: &Pattern<D>, size: f64) -> Option<f64> {
+        self.answer_to_all(pattern, size).map(|(test, _)| test)
+    }
+
+    /// The same, and the solution for these forces.
+    pub(super) fn answer_to_all(&mut self, pattern: &Pattern<D>, size: f64) -> Option<(f64, Vec<f64>)> {
         let mut forces = vec![0.0; self.linear.size()];
         for (joint, own) in pattern.equations.joints.iter().enumerate() {
             let force: [f64; 6] = std::array::from_fn(|c| any(6 * joint + c) * if c < 3 { 1.0 } else { size });
@@ -317,7 +322,7 @@ impl<const D: usize> Tangent<D> {
                 forces[own.first + e] = (0..6).map(|c| force[c] * motion[c]).sum();
             }
         }
-        self.singular_test(&forces)
+        self.answer_to(&forces)
     }
 
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
@@ -399,14 +404,18 @@ impl<const D: usize> Tangent<D> {
         if apart > 0.0 { stiffness / apart } else { 1.0 }
     }
 
-    /// The solution for a right-hand side, over which it is projected: 1 / (bᵀ K⁻¹ b) passes zero, smoothly, where the tangent is
-    /// singular.
+    /// The inverse of how far forces move what they act on: 1 / (bᵀ K⁻¹ b) passes zero, smoothly, where the tangent is singular.
     pub(crate) fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
+        self.answer_to(b).map(|(test, _)| test)
+    }
+
+    /// The same, and the solution K⁻¹ b.
+    fn answer_to(&mut self, b: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut y = b.to_vec();
         if !self.solve(&mut y) {
             return None;
         }
         let compliance: f64 = y.iter().zip(b).map(|(y, b)| y * b).sum();
-        (compliance != 0.0).then(|| 1.0 / compliance)
+        (compliance != 0.0).then(|| (1.0 / compliance, y))
     }
 }

@@ -1,0 +1,72 @@
+//! How the network as a whole answers to forces that single out no motion: how stiff it is, and how it carries them.
+//!
+//! Theory: docs/theory/stability.md, Eq. 7.12.
+
+use pennate_elements::small::{add, norm, scale, sub};
+
+use super::System;
+use crate::chain::MemberEnds;
+
+/// The answer of a network, in its present state, to forces that single out no motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Answer {
+    /// The stiffness against them, with a sign: it passes zero where the tangent is singular.
+    pub test: f64,
+    /// The axial forces by which members carry them, where members can turn against each other; else none.
+    ///
+    /// They pass infinity, from one sign to the other, where members come to lie so that they can carry nothing, as the bars of a
+    /// linkage in one line.
+    pub thrusts: Vec<f64>,
+}
+
+impl Answer {
+    /// How far members carry them as in another answer: the product of their forces.
+    pub(crate) fn like(&self, other: &Self) -> f64 {
+        self.thrusts.iter().zip(&other.thrusts).map(|(a, b)| a * b).sum()
+    }
+
+    /// The overall stiffness.
+    pub(crate) fn stiffness(&self) -> f64 {
+        self.test.abs()
+    }
+}
+
+impl<const D: usize> System<D> {
+    /// The answer of the network by the factors of the last assembly, where there are some.
+    pub(crate) fn answer(&mut self) -> Option<Answer> {
+        let (test, solution) = self.tangent.answer_to_all(&self.pattern, self.size)?;
+        // What members carry can be opposite where there are two of them at least.
+        let hinged = self.members.count() > 1 && (!self.structure.is_welded() || !self.structure.springs.is_empty());
+        Some(Answer { test, thrusts: if hinged { self.thrusts_by(&solution) } else { Vec::new() } })
+    }
+
+    /// The axial forces that members have from a solution of the equations of the joints.
+    fn thrusts_by(&self, solution: &[f64]) -> Vec<f64> {
+        let motions = self.pattern.motions_of(solution);
+        let rest = vec![[0.0; 6]; motions.len()];
+        let active = &self.pattern.equations.active;
+        let axial = |member: usize| {
+            let nodes = self.structure.members[member].nodes;
+            let places = nodes
+                .map(|node| add(self.structure.nodes[node], self.places.pose(&self.topology.links[node]).displacement));
+            let chord = sub(places[1], places[0]);
+            let length = norm(chord);
+            if length == 0.0 {
+                return 0.0;
+            }
+            let along = scale(1.0 / length, chord);
+            // What a released end would still move at rest is no part of the answer.
+            let ([moved, still], MemberEnds { k01, k11, .. }) =
+                ([&motions, &rest].map(|motions| self.end_motions(member, motions).0), self.members.condensed(member));
+            let [first, last]: [[f64; D]; 2] =
+                std::array::from_fn(|end| std::array::from_fn(|i| moved[end][i] - still[end][i]));
+            let translations = active.iter().enumerate().filter(|(_, component)| **component < 3);
+            let force = translations.map(|(i, &component)| {
+                let own: f64 = (0..D).map(|j| k01[j][i] * first[j] + k11[i][j] * last[j]).sum();
+                along[component] * own
+            });
+            force.sum()
+        };
+        (0..self.members.count()).map(axial).collect()
+    }
+}
