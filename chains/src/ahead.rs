@@ -44,9 +44,12 @@ fn prefetch<V: ?Sized>(value: &V) {
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// See [`Pack::prefetch`](crate::Pack::prefetch).
     pub(super) fn prefetch_impl(&self, task: Task, e: usize) {
-        let (Some(piece), Some(node)) = (self.pieces.get(e), self.state.nodes.get(e + 1)) else { return };
-        prefetch(piece);
+        let Some(node) = self.state.nodes.get(e + 1) else { return };
         prefetch(node);
+        // There may be fewer of them than elements, as of segments.
+        if let Some(piece) = self.pieces.get(e) {
+            prefetch(piece);
+        }
         let local: &[[[T; D]; P]] = self.state.local.as_chunks().0;
         if task == Task::PlaceNodes {
             prefetch(&local[e][P - 1]);
@@ -55,7 +58,6 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         prefetch(&local[e]);
         prefetch(self.stress_of(e));
         prefetch(&self.frames[e]);
-        // There are fewer segments than elements.
         if let Some(moduli) = self.moduli.get(e) {
             prefetch(moduli);
         }

@@ -107,7 +107,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// What an element is at its present state: its frame, and its local unknowns.
     #[inline(always)]
     fn evaluate<const TANGENT: bool>(&mut self, e: usize, k: &mut Local<T, D, P>) -> (B::Frame, [[T; D]; P]) {
-        let frame = B::frame(&self.pieces[e], &self.state.nodes[e], &self.state.nodes[e + 1]);
+        let frame = B::frame(self.piece(e), &self.state.nodes[e], &self.state.nodes[e + 1]);
         self.frames[e] = frame;
         let local = self.local_of(e, &frame);
         if self.settings.plain {
@@ -207,7 +207,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         if !self.loaded {
             return;
         }
-        let force = scale(self.pieces[e].length, self.loads[self.mesh.segment_of[e]]);
+        let force = scale(self.piece(e).length, self.loads[self.mesh.segment_of[e]]);
         let part = T::splat(self.table.integrals[P - 1]);
         for d in 0..Self::TRANSLATIONS {
             first[d] -= (T::one() - part) * force[d];
@@ -290,9 +290,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         local: &[[T; D]; P],
         k: &mut Local<T, D, P>,
     ) -> (Turn<T, D>, [[[T; 3]; D]; P]) {
-        let load = scale(self.pieces[e].length, B::pull_back(frame, self.loads[self.mesh.segment_of[e]]));
-        let inverse = T::one() / self.pieces[e].length;
-        let mut arm = scale(inverse, self.pieces[e].bulge);
+        let load = scale(self.piece(e).length, B::pull_back(frame, self.loads[self.mesh.segment_of[e]]));
+        let inverse = T::one() / self.piece(e).length;
+        let mut arm = scale(inverse, self.piece(e).bulge);
         let mut coupling = [zeros(); P];
         for i in 0..P - 1 {
             let weight = T::splat(self.table.integrals[i]);
@@ -415,7 +415,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             }
             let ends = [&self.state.nodes[e], &self.state.nodes[e + 1]];
             let turns = [&self.increments[e], &self.increments[e + 1]];
-            self.state.local[e * P + P - 1] = B::moved(&self.pieces[e], ends, turns, &local[P - 1], &change[P - 1]);
+            self.state.local[e * P + P - 1] = B::moved(self.piece(e), ends, turns, &local[P - 1], &change[P - 1]);
         }
         self.sizes = self.sizes();
         self.reach = self.reached();

@@ -32,7 +32,7 @@ impl<T, const D: usize> Default for Dashpots<T, D> {
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Brings what acts on the nodes to the present state.
     pub(super) fn load_dashpots(&mut self) {
-        let elements = self.pieces.len();
+        let elements = self.frames.len();
         let mut dashpots = std::mem::take(&mut self.dashpots);
         let zero = [T::zero(); D];
         for (rows, count) in [
@@ -58,7 +58,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Dashpots that tie every node to where it is in the state of the settings.
     fn tie_nodes(&self, dashpots: &mut Dashpots<T, D>) {
-        let elements = self.pieces.len();
+        let elements = self.frames.len();
         let stiffness = self.settings.dashpots;
         let saved = self.saved(&self.settings.anchor);
         for lane in 0..T::LANES {
@@ -97,12 +97,12 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Mass of a node within an element, of a unit for a unit of length.
     fn inner_mass(&self, lane: usize, element: usize) -> f64 {
-        self.pieces[element].length.lane(lane) / P as f64
+        self.piece(element).length.lane(lane) / P as f64
     }
 
     /// Forces on every node that single out no motion.
     fn push_nodes(&self, dashpots: &mut Dashpots<T, D>) {
-        let (elements, push) = (self.pieces.len(), self.settings.push);
+        let (elements, push) = (self.frames.len(), self.settings.push);
         let share = |d: usize, mass: f64| if d < Self::TRANSLATIONS { mass } else { mass * mass };
         for lane in 0..T::LANES {
             for index in 1..elements {

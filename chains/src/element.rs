@@ -195,7 +195,7 @@ pub(crate) fn point_weights(points: &[f64], s: f64) -> [f64; MOST_NODES] {
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn unloaded_impl(&self, lane: usize, e: usize) -> Unloaded {
-        let packed = &self.pieces[e];
+        let packed = self.piece(e);
         let mut unloaded = Unloaded {
             piece: Piece {
                 length: packed.length.lane(lane),

@@ -63,8 +63,9 @@ impl Bent {
 
 /// What the elements of the members of a pack are before anything acts on them.
 pub(super) struct Geometry<T, const P: usize> {
+    /// One a segment of straight members, whose elements are all alike there, one an element of curved ones.
     pub pieces: Vec<Piece<T>>,
-    /// Empty for straight members.
+    /// One an element; empty for straight members.
     pub curves: Vec<Curve<T, P>>,
     /// Distances of the outermost fibres along axes 2 and 3 in every segment, and one where it has corners.
     pub fibres: Vec<[T; 3]>,
@@ -76,11 +77,11 @@ pub(super) struct Geometry<T, const P: usize> {
 impl<T: Real, const P: usize> Geometry<T, P> {
     /// The last member is repeated in the lanes where there are fewer.
     pub(crate) fn new(meshes: &[ChainMesh], mesh: &PackMesh) -> Self {
-        let (segment_of, elements) = (&mesh.segment_of, mesh.elements());
         let curved = is_curved(meshes);
-        let mut pieces = vec![Piece::default(); elements];
+        let elements = if curved { mesh.elements() } else { 0 };
+        let mut pieces = vec![Piece::default(); if curved { elements } else { mesh.segments() }];
         let zero_curve = Curve { frames: [zeros(); P], nodes: [[T::zero(); 3]; P] };
-        let mut curves = vec![zero_curve; if curved { elements } else { 0 }];
+        let mut curves = vec![zero_curve; elements];
         let (mut total_length, mut chord) = (T::zero(), [T::zero(); 3]);
         let mut fibres = vec![[T::zero(); 3]; mesh.segments()];
         for lane in 0..T::LANES {
@@ -88,38 +89,33 @@ impl<T: Real, const P: usize> Geometry<T, P> {
             set_fibres(&mut fibres, lane, mesh);
             let mut axes = mesh.axes;
             let (mut total, mut end) = (0.0, [0.0; 3]);
-            let mut all = pieces.iter_mut().zip(0..);
-            for &SegmentMesh { length, elements, curvature, .. } in &mesh.segments {
+            let mut element = 0;
+            for (index, &SegmentMesh { length, elements, curvature, .. }) in mesh.segments.iter().enumerate() {
                 let length = length / elements as f64;
                 let bent = Bent { length, curvature };
                 // All elements of a segment are the same but for their axes, and those of straight members have the same.
                 let own = bent.piece::<P>(&axes);
                 let curve = curved.then(|| bent.curve::<P>());
                 let turn = (curvature != [0.0; 3]).then(|| bent.frame(length));
-                for (index, (piece, e)) in all.by_ref().take(elements).enumerate() {
+                for _ in 0..elements {
                     total += length;
                     end = add(end, tapply(&axes, &own.chord));
-                    if curved || index == 0 {
-                        set_piece(piece, lane, &Piece { axes, ..own });
-                    }
                     if let Some(curve) = &curve {
-                        set_curve(&mut curves[e], lane, curve);
+                        set_piece(&mut pieces[element], lane, &Piece { axes, ..own });
+                        set_curve(&mut curves[element], lane, curve);
                     }
                     if let Some(turn) = &turn {
                         axes = tmul(turn, &axes);
                     }
+                    element += 1;
+                }
+                if !curved {
+                    set_piece(&mut pieces[index], lane, &own);
                 }
             }
             total_length.set_lane(lane, total);
             for (chord, end) in chord.iter_mut().zip(end) {
                 chord.set_lane(lane, end);
-            }
-        }
-        if !curved {
-            for e in 1..elements {
-                if segment_of[e] == segment_of[e - 1] {
-                    pieces[e] = pieces[e - 1];
-                }
             }
         }
         Self { pieces, curves, fibres, total_length, chord }

@@ -126,7 +126,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         negative: &mut T,
         softest: &mut T,
     ) -> Ends<T, 3> {
-        let piece = &self.pieces[e];
+        let piece = self.piece(e);
         let segment = self.mesh.segment_of[e];
         let frame = <plane::Plane as Beam<T, 3>>::frame(piece, first, last);
         let (mut local, mut stress) = ([[T::zero(); 3]; P], [[T::zero(); 3]; P]);

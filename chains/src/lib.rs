@@ -104,6 +104,7 @@ impl<T, const D: usize> Default for KeptFactors<T, D> {
 pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     mesh: PackMesh,
     table: Table<P>,
+    /// One a segment of straight members, whose elements are all alike there, one an element of curved ones.
     pieces: Vec<Piece<T>>,
     /// Gauss frames and unloaded local positions of nodes 1…P; empty for straight members.
     curves: Vec<Curve<T, P>>,
@@ -231,6 +232,13 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         true
     }
 
+    /// Unloaded geometry of an element.
+    #[inline(always)]
+    fn piece(&self, element: usize) -> &Piece<T> {
+        let index = if self.curves.is_empty() { self.mesh.segment_of[element] } else { element };
+        &self.pieces[index]
+    }
+
     #[inline(always)]
     fn curved(&self, element: usize) -> Option<&[M3<T>; P]> {
         self.curves.get(element).map(|curve| &curve.frames)
@@ -241,7 +249,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     fn reference(&self, element: usize, i: usize) -> V3<T> {
         match self.curves.get(element) {
             Some(curve) => curve.nodes[i],
-            None => scale(T::splat(node(i + 1, P)), self.pieces[element].chord),
+            None => scale(T::splat(node(i + 1, P)), self.piece(element).chord),
         }
     }
 
@@ -265,7 +273,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     fn at<'a>(&'a self, element: usize, local: &'a [[T; D]; P]) -> At<'a, T, D, P> {
         At {
             table: &self.table,
-            piece: &self.pieces[element],
+            piece: self.piece(element),
             curved: self.curved(element),
             moduli: &self.moduli[self.mesh.segment_of[element]],
             local,

@@ -50,7 +50,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Measure<'_
         let mut length = T::zero();
         let (mut stretch, mut bending) = (Largest::default(), Largest::default());
         let mut before = T::zero();
-        for (e, piece) in chain.pieces.iter().enumerate() {
+        for e in 0..chain.frames.len() {
+            let piece = chain.piece(e);
             let strains = Strains(chain, e).run();
             let segment = chain.mesh.segment_of[e];
             let rest = &chain.moduli[segment].rest;

@@ -103,7 +103,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         let (first, spin) = Self::motion(&self.increments[0]);
         let start = B::displacement(&self.state.nodes[0]);
         let mut chord: V3<T> = [o; 3];
-        for (e, piece) in self.pieces.iter().enumerate() {
+        for e in 0..self.frames.len() {
+            let piece = self.piece(e);
             chord = add(chord, tapply(&piece.axes, &piece.chord));
             let arm = add(chord, sub(B::displacement(&self.state.nodes[e + 1]), start));
             let (shift, turn) = Self::motion(&self.increments[e + 1]);

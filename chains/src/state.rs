@@ -85,7 +85,8 @@ impl<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize> Predict<'a, T, 
             }
             chain.state.local[i] = local;
         }
-        for (e, piece) in chain.pieces.iter().enumerate() {
+        for e in 0..chain.frames.len() {
+            let piece = chain.piece(e);
             let (a, b) = (before.last_local::<T, B, D>(piece, e), last.last_local::<T, B, D>(piece, e));
             let mut local = add(b, scale(ratio, sub(b, a)));
             if let Some((earlier, times)) = &bend {

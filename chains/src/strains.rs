@@ -18,7 +18,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for LocalUnkno
     #[inline(always)]
     fn run(self) -> [[T; D]; P] {
         let Self(chain, e) = self;
-        let frame = B::frame(&chain.pieces[e], &chain.state.nodes[e], &chain.state.nodes[e + 1]);
+        let frame = B::frame(chain.piece(e), &chain.state.nodes[e], &chain.state.nodes[e + 1]);
         chain.local_of(e, &frame)
     }
 }

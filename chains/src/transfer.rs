@@ -164,7 +164,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Enrich<'_,
         for (index, node) in chain.state.nodes.iter_mut().enumerate() {
             *node = saved.node::<T, B, D>(index);
         }
-        for (e, piece) in chain.pieces.iter().enumerate() {
+        for e in 0..chain.frames.len() {
+            let piece = chain.piece(e);
             let last = B::last_local(&B::frame(piece, &chain.state.nodes[e], &chain.state.nodes[e + 1]));
             for i in 0..P {
                 let (mut x, mut s) = ([T::zero(); D], [T::zero(); D]);
@@ -200,7 +201,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Locals<'_,
         let mut local = [[T::zero(); D]; P];
         for i in 0..P {
             local[i] =
-                B::local_at(&chain.pieces[element], [&first, &nodes[P - 1]], &nodes[i], chain.reference(element, i));
+                B::local_at(chain.piece(element), [&first, &nodes[P - 1]], &nodes[i], chain.reference(element, i));
         }
         local
     }

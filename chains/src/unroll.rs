@@ -32,22 +32,22 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Unroll<'_,
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     #[inline(always)]
     fn unroll_all(&mut self, next: Option<&dyn Pack<D>>) {
-        let elements = self.pieces.len();
+        let elements = self.frames.len();
         if elements == 1 {
             return;
         }
         let end = self.state.nodes[elements];
-        for (e, piece) in self.pieces.iter().enumerate() {
+        for e in 0..elements {
             if let Some(next) = next {
                 next.prefetch(Task::PlaceNodes, e);
             }
-            self.state.nodes[e + 1] = B::last(piece, &self.state.nodes[e], &self.state.local[e * P + P - 1]);
+            self.state.nodes[e + 1] = B::last(self.piece(e), &self.state.nodes[e], &self.state.local[e * P + P - 1]);
         }
         let missed = scale(T::one() / self.total_length, B::between(&self.state.nodes[elements], &end));
         let mut passed = T::zero();
-        for (piece, node) in self.pieces.iter().zip(&mut self.state.nodes[1..]) {
-            passed += piece.length;
-            B::advance(node, &scale(passed, missed));
+        for e in 0..elements {
+            passed += self.piece(e).length;
+            B::advance(&mut self.state.nodes[e + 1], &scale(passed, missed));
         }
         self.state.nodes[elements] = end;
     }
@@ -56,8 +56,8 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     #[inline(always)]
     pub(super) fn reached(&self) -> B::Pose {
         let mut last = B::Pose::default();
-        for (e, piece) in self.pieces.iter().enumerate() {
-            last = B::last(piece, &last, &self.state.local[e * P + P - 1]);
+        for e in 0..self.frames.len() {
+            last = B::last(self.piece(e), &last, &self.state.local[e * P + P - 1]);
         }
         last
     }

@@ -45,7 +45,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Integrals<
             let after = B::extrapolate(&at, &change);
             let [work, change] = &mut sums[chain.mesh.segment_of[e]];
             for g in 0..P {
-                let weight = T::splat(chain.table.weights[g]) * chain.pieces[e].length;
+                let weight = T::splat(chain.table.weights[g]) * chain.piece(e).length;
                 for i in 0..D {
                     let free = T::one() - moduli.held[i];
                     let elastic = strains[g][i] - moduli.rest[i];
