@@ -6,7 +6,7 @@
 
 #![allow(unsafe_code, reason = "the instruction that asks for memory takes a pointer")]
 
-use pennate_elements::beam::Beam;
+use pennate_elements::beam::{Beam, Ends};
 use pennate_elements::real::Real;
 
 use crate::Chain;
@@ -20,6 +20,8 @@ pub enum Task {
     Advance,
     /// See [`Pack::place_nodes`](crate::Pack::place_nodes).
     PlaceNodes,
+    /// See [`Pack::condensed`](crate::Pack::condensed): for members, by lane, in place of elements.
+    TakeEnds,
 }
 
 /// Asks for a value, into the second-level cache: into the first one it would push out what is being worked on.
@@ -44,6 +46,9 @@ fn prefetch<V: ?Sized>(value: &V) {
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// See [`Pack::prefetch`](crate::Pack::prefetch).
     pub(super) fn prefetch_impl(&self, task: Task, e: usize) {
+        if task == Task::TakeEnds {
+            return self.prefetch_ends(e);
+        }
         let Some(node) = self.state.nodes.get(e + 1) else { return };
         prefetch(node);
         // There may be fewer of them than elements, as of segments.
@@ -55,7 +60,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             prefetch(&local[e][P - 1]);
             return;
         }
-        prefetch(&local[e]);
+        // Of the local unknowns elimination reads those within the element.
+        if P > 1 || task == Task::Advance {
+            prefetch(&local[e]);
+        }
         prefetch(self.stress_of(e));
         prefetch(&self.frames[e]);
         if let Some(moduli) = self.moduli.get(e) {
@@ -78,6 +86,19 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         }
         if task == Task::Condense && e == 0 {
             prefetch(&self.ends);
+        }
+    }
+
+    /// Asks for a part of what is left at the ends: all lanes together ask for all of it.
+    fn prefetch_ends(&self, lane: usize) {
+        let Ends { k00, k01, k11, r0, r1 } = &self.ends;
+        for row in (lane..D).step_by(T::LANES) {
+            for block in [k00, k01, k11] {
+                prefetch(&block[row]);
+            }
+            for force in [r0, r1, &self.mixed[0], &self.mixed[1]] {
+                prefetch(&force[row]);
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ use pennate_elements::small::{V3, scale, tmul};
 use rayon::prelude::*;
 
 use super::{Places, State};
-use crate::chain::{MemberEnds, NodesBy, OwnRows, Pack, PackMesh, held_force};
+use crate::chain::{MemberEnds, NodesBy, OwnRows, Pack, PackMesh, Task, held_force};
 use crate::joints::{EndKind, Topology};
 use crate::packs::Turn;
 use crate::structure::{Member, MemberId, Structure};
@@ -95,6 +95,17 @@ impl<const D: usize> Members<D> {
     /// The same of all members, in their order.
     pub fn chains(&self) -> impl Iterator<Item = (&dyn Pack<D>, usize)> {
         self.slots.iter().map(|slot| (self.packs[slot.pack].as_ref(), slot.lane))
+    }
+
+    /// Asks for the ends of a member of the next pack, while those of this one are taken.
+    #[inline]
+    pub(super) fn ask_for_ends_after(&self, member: MemberId) {
+        let slot = &self.slots[member];
+        if self.far
+            && let Some(next) = self.packs.get(slot.pack + 1)
+        {
+            next.prefetch(Task::TakeEnds, slot.lane);
+        }
     }
 
     /// Stiffness and forces of the ends of a member.

@@ -310,6 +310,7 @@ impl<const D: usize> System<D> {
         for index in 0..self.members.count() {
             let pack = self.members.slots[index].pack;
             if side.as_ref().is_none_or(|side| !side.has(pack)) {
+                self.members.ask_for_ends_after(index);
                 self.assemble_member(index, pending, &mut moved);
             }
         }
