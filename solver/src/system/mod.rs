@@ -374,7 +374,8 @@ impl<const D: usize> System<D> {
             return;
         }
         let joints = self.structure.members[index].nodes.map(|n| self.topology.links[n].joint);
-        let scatter = &self.pattern.scatters.members[index];
+        let scatters = &*self.pattern.scatters;
+        let scatter = (scatters, &scatters.members[index]);
         add_local(&self.pattern.equations, reduced, &joints, scatter, &mut self.tangent.linear);
     }
 

@@ -1,5 +1,7 @@
 //! From stiffness in components of joints to entries of the matrix.
 
+use std::ops::Range;
+
 use crate::joints::{Basis, Equations};
 use crate::linear::Symmetric;
 use crate::reduce::Reduced;
@@ -7,15 +9,48 @@ use crate::reduce::Reduced;
 /// Where the entries of a member's or spring's reduced stiffness go.
 #[derive(Debug, Default)]
 pub(super) struct Scatter {
-    /// Local row, local column, position in the matrix.
+    /// Local row, local column, position in the matrix; of two joints only where their entries are no runs.
     pub entries: Vec<(u8, u8, u32)>,
-    /// The same by the place in a reduced stiffness, row by row, where the components of all joints are their own.
-    direct: Vec<(u8, u32)>,
+    /// Which of the runs of members and springs are the same, where the components of all joints are their own.
+    direct: Range<usize>,
     /// Whether the components of both joints of a member are their own, or nothing of it goes anywhere.
     pub is_plain: bool,
     /// The same of such a member by the places in its blocks before any reduction, row by row: start and start, start and end, end and
     /// end.
     pub plain: [Vec<(u8, u32)>; 3],
+}
+
+/// Entries of one column of a reduced stiffness whose rows follow each other there and in the matrix.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// The first row.
+    row: u8,
+    column: u8,
+    count: u8,
+    /// Of the first row in the matrix.
+    position: u32,
+}
+
+impl Run {
+    /// Takes one more row, where it follows; says whether it does.
+    fn take(&mut self, row: u8, column: u8, position: u32) -> bool {
+        let follows =
+            column == self.column && row == self.row + self.count && position == self.position + u32::from(self.count);
+        self.count += u8::from(follows);
+        follows
+    }
+
+    /// Puts entries in any order behind other runs; those that go to one position are added in theirs. Which runs they became.
+    fn put(mut entries: Vec<(u8, u8, u32)>, runs: &mut Vec<Self>) -> Range<usize> {
+        entries.sort_by_key(|&(.., position)| position);
+        let first = runs.len();
+        for (row, column, position) in entries {
+            if !runs[first..].last_mut().is_some_and(|run| run.take(row, column, position)) {
+                runs.push(Self { row, column, count: 1, position });
+            }
+        }
+        first..runs.len()
+    }
 }
 
 /// Where everything goes in the matrix.
@@ -24,13 +59,15 @@ pub(super) struct Scatters {
     pub members: Vec<Scatter>,
     pub springs: Vec<Scatter>,
     pub joints: Vec<Scatter>,
+    /// Runs of members and springs, one after the other as they are read.
+    runs: Vec<Run>,
 }
 
 impl Scatters {
     /// Places of nothing: what is assembled leaves the matrix alone.
     pub(super) fn none(members: usize, springs: usize, joints: usize) -> Self {
         let nothing = |count: usize| (0..count).map(|_| Scatter { is_plain: true, ..Scatter::default() }).collect();
-        Self { members: nothing(members), springs: nothing(springs), joints: nothing(joints) }
+        Self { members: nothing(members), springs: nothing(springs), joints: nothing(joints), runs: Vec::new() }
     }
 
     /// The pattern of the matrix, and the place in it of what members, springs and single joints add.
@@ -64,7 +101,8 @@ impl Scatters {
             }
         }
         let linear = Symmetric::new(equations.size, &mut pairs, in_blocks);
-        let scatter = |group: &Vec<usize>| {
+        let mut runs = Vec::new();
+        let mut scatter = |group: &Vec<usize>, in_runs: bool| {
             let local: Vec<usize> = group.iter().flat_map(|&joint| range(joint)).collect();
             let mut entries = Vec::new();
             for (i, &row) in local.iter().enumerate() {
@@ -84,8 +122,9 @@ impl Scatters {
                 }
             }
             let simple = group.iter().all(|&joint| !equations.is_general(joint));
-            let place = |i: u8, j: u8| (12 * components[usize::from(i)] + components[usize::from(j)]) as u8;
-            let direct = entries.iter().filter(|_| simple).map(|&(i, j, position)| (place(i, j), position)).collect();
+            let own = |local: u8| components[usize::from(local)] as u8;
+            let places = entries.iter().map(|&(i, j, position)| (own(i), own(j), position));
+            let direct = if in_runs && simple { Run::put(places.collect(), &mut runs) } else { 0..0 };
             let mut plain: [Vec<(u8, u32)>; 3] = Default::default();
             let is_plain = simple && group.len() == 2 || entries.is_empty();
             for &(i, j, position) in entries.iter().filter(|_| is_plain) {
@@ -94,11 +133,15 @@ impl Scatters {
                 // Blocks on the diagonal are symmetric; that beside it has rows of the start.
                 plain[a / D + b / D].push(((D * (a % D) + b % D) as u8, position));
             }
+            if group.len() > 1 && !direct.is_empty() {
+                entries = Vec::new();
+            }
             Scatter { entries, direct, is_plain, plain }
         };
-        let all = |groups: &[Vec<usize>]| groups.iter().map(scatter).collect();
-        let scatters = Self { members: all(members), springs: all(springs), joints: all(&joints) };
-        (linear, scatters)
+        let mut all = |groups: &[Vec<usize>], in_runs| groups.iter().map(|group| scatter(group, in_runs)).collect();
+        let [members, springs, joints] = [all(members, true), all(springs, true), all(&joints, false)];
+        runs.shrink_to_fit();
+        (linear, Self { members, springs, joints, runs })
     }
 }
 
@@ -125,25 +168,30 @@ pub(super) fn unit_motion<const D: usize>(equations: &Equations<D>, joint: usize
     motion
 }
 
-/// Adds a reduced stiffness of one or two joints to the matrix.
+/// Adds a reduced stiffness of one or two joints to the matrix; `scatter` is one of the scatters.
 pub(super) fn add_local<const D: usize>(
     equations: &Equations<D>,
     reduced: &Reduced,
     joints: &[usize],
-    scatter: &Scatter,
+    (scatters, scatter): (&Scatters, &Scatter),
     linear: &mut Symmetric,
 ) {
     if !scatter.direct.is_empty() {
-        let stiffness = reduced.stiffness.as_flattened();
-        if linear.is_wide() {
-            for &(place, position) in &scatter.direct {
-                linear.add(position as usize, stiffness[usize::from(place)]);
-            }
-            return;
-        }
         // One look at how sums are kept is enough for all.
-        for &(place, position) in &scatter.direct {
-            linear.values[position as usize] += stiffness[usize::from(place)];
+        let is_wide = linear.is_wide();
+        for run in &scatters.runs[scatter.direct.clone()] {
+            let (row, column, position) = (usize::from(run.row), usize::from(run.column), run.position as usize);
+            let rows = &reduced.stiffness[row..row + usize::from(run.count)];
+            if is_wide {
+                for i in 0..rows.len() {
+                    linear.add(position + i, rows[i][column]);
+                }
+                continue;
+            }
+            let values = &mut linear.values[position..position + rows.len()];
+            for i in 0..rows.len() {
+                values[i] += rows[i][column];
+            }
         }
         return;
     }

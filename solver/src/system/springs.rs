@@ -69,7 +69,8 @@ impl<const D: usize> System<D> {
     /// Adds the stiffness of a spring to the matrix alone.
     fn scatter_spring(&mut self, index: usize, reduced: &Reduced, joints: &[usize]) {
         if !self.tangent.keeps_matrix {
-            let scatter = &self.pattern.scatters.springs[index];
+            let scatters = &*self.pattern.scatters;
+            let scatter = (scatters, &scatters.springs[index]);
             add_local(&self.pattern.equations, reduced, joints, scatter, &mut self.tangent.linear);
         }
     }
