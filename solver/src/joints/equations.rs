@@ -2,6 +2,8 @@
 //!
 //! Theory: docs/theory/joints.md, Eq. 5.7.
 
+use std::ops::Range;
+
 use pennate_elements::rotation::{compose, exp, inverse, log, tangent_map, turn};
 use pennate_elements::small::{M3, V3, add, apply, dot, norm, scale, sub, zeros};
 
@@ -18,8 +20,8 @@ pub struct JointEquations {
     pub count: usize,
     /// The motions that these are of.
     pub basis: Basis,
-    /// Indices of the rows that hold the joint.
-    rows: Vec<usize>,
+    /// Where the rows that hold it are among those of all joints.
+    rows: Range<usize>,
 }
 
 /// Free motions of a joint.
@@ -52,6 +54,8 @@ pub struct Equations<const D: usize> {
     pub size: usize,
     /// Rows that hold components, one after the other.
     pub held: Vec<Held>,
+    /// Their indices, joint after joint.
+    rows: Vec<usize>,
     /// Motion of held components still to be made, per joint.
     pub pending: Vec<[f64; 6]>,
     /// Reaction along every held row.
@@ -64,9 +68,15 @@ impl<const D: usize> Equations<D> {
     /// Numbers the free components of all joints.
     pub(crate) fn new(topology: &Topology, active: Active<D>, held: Vec<Held>) -> Self {
         let joints = topology.references.len();
-        let mut rows = vec![Vec::new(); joints];
-        for (index, row) in held.iter().enumerate() {
-            rows[topology.links[row.node].joint].push(index);
+        let joint_of = |index: usize| topology.links[held[index].node].joint;
+        let mut rows: Vec<usize> = (0..held.len()).collect();
+        // Most are in this order already; those of one joint keep theirs.
+        rows.sort_by_key(|&index| joint_of(index));
+        let mut ends = Vec::with_capacity(joints);
+        let mut next = 0;
+        for joint in 0..joints {
+            next += rows[next..].iter().take_while(|&&index| joint_of(index) == joint).count();
+            ends.push(next);
         }
         let mut equations = Self {
             active,
@@ -76,12 +86,15 @@ impl<const D: usize> Equations<D> {
             multipliers: vec![0.0; held.len()],
             missed: vec![[0.0; 2]; joints],
             held,
+            rows,
         };
-        for (joint, rows) in rows.into_iter().enumerate() {
-            let idle = topology.idle[joint];
-            let (count, basis) = equations.basis_of(topology, &rows, idle);
+        let mut start = 0;
+        for (joint, end) in ends.into_iter().enumerate() {
+            let rows = start..end;
+            let (count, basis) = equations.basis_of(topology, &equations.rows[rows.clone()], topology.idle[joint]);
             equations.joints.push(JointEquations { first: equations.size, count, basis, rows });
             equations.size += count;
+            start = end;
         }
         equations
     }
@@ -250,17 +263,17 @@ impl<const D: usize> Equations<D> {
                 if !asked || self.joints[joint].rows.is_empty() {
                     continue;
                 }
-                self.pending[joint] =
-                    self.pending_components(&self.joints[joint].rows, &states[joint], fraction, &active);
+                self.pending[joint] = self.pending_components(self.rows_of(joint), &states[joint], fraction, &active);
                 continue;
             }
             let mut equations = std::mem::replace(
                 &mut self.joints[joint],
-                JointEquations { first: 0, count: 0, basis: Basis::Components([None; 6]), rows: Vec::new() },
+                JointEquations { first: 0, count: 0, basis: Basis::Components([None; 6]), rows: 0..0 },
             );
             if let Basis::Columns(columns) = &mut equations.basis {
                 let (idle, count, state) = (topology.idle[joint], equations.count, &states[joint]);
-                let motions = self.columns(topology, &equations.rows, idle, state, fraction, count, columns);
+                let rows = &self.rows[equations.rows.clone()];
+                let motions = self.columns(topology, rows, idle, state, fraction, count, columns);
                 self.missed[joint] = motions.missed;
                 self.pending[joint] = motions.pending;
             }
@@ -304,6 +317,11 @@ impl<const D: usize> Equations<D> {
         pending
     }
 
+    /// Indices of the rows that hold a joint.
+    fn rows_of(&self, joint: usize) -> &[usize] {
+        &self.rows[self.joints[joint].rows.clone()]
+    }
+
     /// Whether no row holds a joint.
     pub fn holds_nothing(&self, joint: usize) -> bool {
         self.joints[joint].rows.is_empty()
@@ -320,7 +338,7 @@ impl<const D: usize> Equations<D> {
             let Basis::Components(_) = equations.basis else { continue };
             let mut theta = [0.0; 3];
             let mut turned = false;
-            for &index in &equations.rows {
+            for &index in &self.rows[equations.rows.clone()] {
                 let held = &self.held[index];
                 let target = held.at(fraction);
                 match held.kind {
@@ -427,7 +445,7 @@ impl<const D: usize> Equations<D> {
         for (joint, equations) in self.joints.iter().enumerate() {
             match &equations.basis {
                 Basis::Components(_) => {
-                    for &index in &equations.rows {
+                    for &index in &self.rows[equations.rows.clone()] {
                         let (vector, offset) = match self.held[index].kind {
                             HeldKind::Translation { direction } => (direction, 0),
                             HeldKind::Rotation { axis } => (axis, 3),
@@ -438,11 +456,12 @@ impl<const D: usize> Equations<D> {
                 }
                 Basis::Columns(_) if equations.rows.is_empty() => {}
                 Basis::Columns(_) => {
-                    let count = equations.rows.len();
+                    let rows = &self.rows[equations.rows.clone()];
+                    let count = rows.len();
                     let mut matrix = nalgebra::Matrix6::zeros();
                     // Rows beyond six depend on each other: rare, and worth an allocation.
                     let mut wide = nalgebra::DMatrix::zeros(6, if count > 6 { count } else { 0 });
-                    for (r, &index) in equations.rows.iter().enumerate() {
+                    for (r, &index) in rows.iter().enumerate() {
                         let held = &self.held[index];
                         let gradient = row(held, fraction, &states[joint], topology.links[held.node].arm).gradient;
                         for &c in &self.active {
@@ -452,7 +471,7 @@ impl<const D: usize> Equations<D> {
                     }
                     let force = nalgebra::Vector6::from(forces[joint]);
                     let mut share = |solution: &[f64]| {
-                        for (&index, &multiplier) in equations.rows.iter().zip(solution) {
+                        for (&index, &multiplier) in rows.iter().zip(solution) {
                             self.multipliers[index] = multiplier;
                         }
                     };
@@ -489,7 +508,7 @@ impl<const D: usize> Equations<D> {
         state: &JointState,
         shares: &[(usize, f64)],
     ) -> [f64; 6] {
-        let rows = &self.joints[joint].rows;
+        let rows = self.rows_of(joint);
         let mut matrix = nalgebra::DMatrix::zeros(rows.len(), 6);
         let mut wanted = nalgebra::DVector::zeros(rows.len());
         for (r, &index) in rows.iter().enumerate() {
@@ -529,7 +548,7 @@ impl<const D: usize> Equations<D> {
             return self.reaction(index, topology, states);
         }
         let mut moment = [0.0; 3];
-        for &other in &self.joints[joint].rows {
+        for &other in self.rows_of(joint) {
             moment = add(moment, self.reaction(other, topology, states).1);
         }
         // M = Σ λ T⁻ᵀ axis, so λ = T axis · M.
@@ -548,7 +567,7 @@ impl<const D: usize> Equations<D> {
         let mut stiffness = zeros();
         let equations = &self.joints[joint];
         if let Basis::Columns(_) = equations.basis {
-            for &index in &equations.rows {
+            for &index in self.rows_of(joint) {
                 let held = &self.held[index];
                 let row = row(held, fraction, state, topology.links[held.node].arm);
                 for i in 0..3 {

@@ -67,8 +67,16 @@ impl<const D: usize> Pattern<D> {
     }
 
     /// Sets what is held; true where that is not the same as before, and the equations have to be analysed.
-    pub(super) fn hold(&mut self, topology: &Topology, held: Vec<Held>) -> bool {
-        let (held, aside) = held.into_iter().partition::<Vec<_>, _>(|held| self.concerns(held));
+    pub(super) fn hold(&mut self, topology: &Topology, mut held: Vec<Held>) -> bool {
+        let mut aside = std::mem::take(&mut self.aside);
+        aside.clear();
+        held.retain(|row| {
+            let concerns = self.concerns(row);
+            if !concerns {
+                aside.push(*row);
+            }
+            concerns
+        });
         self.aside = aside;
         let same = |a: &Held, b: &Held| (a.node, a.component, a.kind) == (b.node, b.component, b.kind);
         let known = &self.equations.held;
