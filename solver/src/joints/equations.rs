@@ -99,6 +99,13 @@ impl<const D: usize> Equations<D> {
         equations
     }
 
+    /// Forgets what belongs to a state.
+    pub(crate) fn unload(&mut self) {
+        self.pending.fill([0.0; 6]);
+        self.multipliers.fill(0.0);
+        self.missed.fill([0.0; 2]);
+    }
+
     /// Whether the joints of others have as many free motions each, components of their own or none.
     pub(crate) fn are_like(&self, other: &Self) -> bool {
         let same = |(a, b): (&JointEquations, &JointEquations)| match (&a.basis, &b.basis) {

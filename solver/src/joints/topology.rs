@@ -98,6 +98,15 @@ impl Attached {
 }
 
 impl Topology {
+    /// Whether joints have the same nodes and the same idle motions as those of another structure: rows that hold components one by
+    /// one leave them the same ones free.
+    pub(crate) fn moves_like(&self, other: &Self) -> bool {
+        let same = |(a, b): (&Link, &Link)| a.joint == b.joint && a.has_arm() == b.has_arm();
+        self.idle == other.idle
+            && self.links.len() == other.links.len()
+            && self.links.iter().zip(&other.links).all(same)
+    }
+
     /// `turned` tells of every node what acts on its rotation.
     pub(crate) fn new(structure: &Structure, turned: &[Turned]) -> Self {
         let count = structure.nodes.len();

@@ -55,9 +55,13 @@ impl<const D: usize> Pattern<D> {
         }
     }
 
-    /// Takes the joints of another structure of the same topology, held as those of this one; false, with nothing changed, where they
-    /// have other equations.
-    pub(super) fn renew(&mut self, topology: &Topology) -> bool {
+    /// Takes the joints of another structure, held as those of the one `before`; false, with nothing changed, where they have other
+    /// equations.
+    pub(super) fn renew(&mut self, before: &Topology, topology: &Topology) -> bool {
+        if !self.equations.has_general() && topology.moves_like(before) {
+            self.equations.unload();
+            return true;
+        }
         let equations = Equations::new(topology, self.equations.active, self.equations.held.clone());
         let alike = equations.are_like(&self.equations);
         if alike {

@@ -17,7 +17,7 @@ impl<const D: usize> System<D> {
         };
         let alike = counts(&structure) == counts(&self.structure)
             && topology.references == self.topology.references
-            && self.pattern.renew(&topology)
+            && self.pattern.renew(&self.topology, &topology)
             && packs::renew(&mut self.members.packs, &structure);
         if !alike {
             return false;
