@@ -63,11 +63,18 @@ impl<const D: usize> System<D> {
         ahead: f64,
         apply: &mut dyn FnMut(&mut Self, f64),
     ) -> Option<Vec<[f64; 6]>> {
+        let drives = self.loading.drives.clone();
         apply(self, fraction + ahead);
         self.refresh(true);
         let there = self.sides();
+        // Where the ramp moves nothing but what is held, members have the forces of the state already.
+        let stay = self.loading.drives == drives;
         apply(self, fraction);
-        self.refresh(true);
+        if stay {
+            self.refresh_joints(true);
+        } else {
+            self.refresh(true);
+        }
         let mut slope = self.slope_to(there, ahead);
         self.tangent.solve(&mut slope.rhs).then(|| self.motions_of(&slope))
     }

@@ -286,10 +286,15 @@ impl<const D: usize> System<D> {
     pub fn refresh(&mut self, pending: bool) -> bool {
         self.resist_turning_inside();
         let keep = self.members.refresh();
+        self.refresh_joints(pending);
+        keep
+    }
+
+    /// The same where members have the forces of the present state.
+    pub(crate) fn refresh_joints(&mut self, pending: bool) {
         self.tangent.keeps_matrix = true;
         self.collect(pending);
         self.tangent.keeps_matrix = false;
-        keep
     }
 
     /// Puts together what members, springs and loads give.
