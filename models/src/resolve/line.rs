@@ -65,6 +65,8 @@ impl Line<'_> {
         };
         let curvature = |draft: &Draft| draft.initial_curvature.or(member_curvature).unwrap_or_default();
         let curved = drafts.iter().any(|draft| curvature(draft) != [0.0; 3]);
+        // The straight line from node to node, where nothing else is asked for, fits by itself.
+        let is_straight = arc.is_none() && !curved && data.tangent.is_none() && data.length.is_none();
         let length = self.length(&drafts, arc.as_ref(), curved, cx)?;
         let tangent = self.tangent(arc.as_ref(), curved, cx)?;
         let frame = self.frame(tangent, cx)?;
@@ -85,6 +87,9 @@ impl Line<'_> {
                 elements: draft.elements,
             })
             .collect();
+        if is_straight {
+            return Some(Shape { frame, end_frame: frame, segments });
+        }
         self.fit(frame, segments, length, cx)
     }
 
