@@ -47,6 +47,10 @@ pub struct Convergence {
     pub contraction: f64,
     /// Negative pivots where it began.
     pub negative_at_first: usize,
+    /// The last of its increments (radians, or lengths of a member).
+    pub last: f64,
+    /// The next one, as the last two foresee it.
+    pub left: f64,
 }
 
 /// An iteration that was given up.
@@ -105,6 +109,9 @@ pub struct Start<'a> {
     pub reuses_factors: Option<f64>,
     /// They do so after an increment no larger than this (radians, or lengths of a member).
     pub reuses_within: f64,
+    /// So much of the increments may be left (radians, or lengths of a member) for one more step with the factors at hand, which
+    /// follows then.
+    pub leaves: f64,
 }
 
 /// What an equilibrium is for.
@@ -132,6 +139,7 @@ impl Start<'_> {
             linearized: false,
             reuses_factors: None,
             reuses_within: f64::INFINITY,
+            leaves: 0.0,
         }
     }
 }
@@ -251,6 +259,7 @@ impl Newton {
         let mut inertia = Inertia::default();
         let mut has_factors = false;
         let mut astray = false;
+        let mut left = f64::INFINITY;
         for iterations in 1..=self.tuning.iterations {
             if system.is_stopped() {
                 let residual = Residual::default();
@@ -270,15 +279,19 @@ impl Newton {
                     return Ok(Convergence { iterations, factorizations, inertia, residual, ..so_far });
                 }
             }
-            if iterations == 1 && start.linearized {
+            let fresh = if iterations == 1 && start.linearized {
                 (inertia, has_factors) = (system.tangent.inertia(), true);
+                true
             } else if !(serve
                 && unknowns.refresh(system)
                 && (small || system.residual().largest() <= self.tuning.shortest))
             {
                 inertia = unknowns.linearize(system, iterations == 1);
                 has_factors = true;
-            }
+                true
+            } else {
+                false
+            };
             let residual = system.residual();
             #[cfg(feature = "trace")]
             eprintln!("{iterations:3} {:.1e} {:.1e} {last:.1e} {inertia:?}", residual.force, residual.moment);
@@ -303,18 +316,22 @@ impl Newton {
             };
             let converged =
                 enough || self.is_converged(last, before, residual) || self.is_rounding(system, last, before, residual);
+            let settles = residual.largest() <= self.tuning.residual && before <= self.tuning.trust;
+            let followed = !converged && settles && left <= start.leaves;
             let factorizations = iterations + asked;
             // A multiplier grows without end where a rigid rod would have to stretch: no increment shows it.
             let is_held = || {
                 !system.loading.holds_strains()
                     || system.members.violation() <= violation && held.are_settled(system, self.held_part(start.aim))
             };
-            let settled = converged && unknowns.are_settled(&self.tuning) && is_held();
+            let settled = (converged || followed) && unknowns.are_settled(&self.tuning) && is_held();
             if settled && system.members.lean() > LEANS {
                 return Err(Lost { iterations, factorizations, residual, why: Why::Astray });
             }
             if settled && !system.follow_carried_forces() {
-                return Ok(Convergence { iterations, factorizations, inertia, residual, ..so_far });
+                // The step that follows is one of the iteration.
+                let iterations = iterations + usize::from(followed);
+                return Ok(Convergence { iterations, factorizations, inertia, residual, last, left, ..so_far });
             }
             let lost = |why| Err(Lost { iterations, factorizations, residual, why });
             if iterations == 1 && start.predicted && start.negative_limit < usize::MAX {
@@ -359,6 +376,8 @@ impl Newton {
             }
             before = last;
             last = size;
+            // With factors of the state increments fall by their squares, with others by as much each time.
+            left = if fresh { foreseen(last, before) } else { last * last / before };
         }
         unreachable!("the loop ends at its last iteration")
     }
@@ -385,9 +404,7 @@ impl Newton {
     pub(crate) fn is_converged(&self, last: f64, before: f64, residual: Residual) -> bool {
         let still = last <= 0.1 * self.tuning.rounding && residual.largest() < 1.0;
         let settled = residual.largest() <= self.tuning.residual;
-        // Increments fall by their squares: from the last two follows the next.
-        let next = last * last * (last / (before * before)).max(1.0);
-        let foreseen = before <= self.tuning.trust && next <= self.tuning.rounding;
+        let foreseen = before <= self.tuning.trust && foreseen(last, before) <= self.tuning.rounding;
         let twice = before <= self.tuning.increment || foreseen && last <= 0.1 * self.tuning.increment;
         let rounding = twice && (residual.largest() <= self.tuning.tolerance() || still);
         last <= self.tuning.increment && (settled || rounding) || settled && foreseen
@@ -432,4 +449,9 @@ impl Newton {
         system.aside = here;
         excess
     }
+}
+
+/// The increment after the last two: with factors of the state they fall by their squares.
+fn foreseen(last: f64, before: f64) -> f64 {
+    last * last * (last / (before * before)).max(1.0)
 }

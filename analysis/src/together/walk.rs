@@ -40,6 +40,10 @@ const AT_ONCE: f64 = 3.0;
 /// left is rounding: every step is a tenth of the one before, or less.
 const MORE: usize = 4;
 const SETTLED: f64 = 1e-11;
+/// What an iteration may leave for the first of them (radians, or lengths of a member), and what is left, of increments and of forces,
+/// where there need be none.
+const LEFT: f64 = 1e-10;
+const EXACT: f64 = 1e-12;
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
@@ -207,8 +211,9 @@ struct Walk<const D: usize> {
     defers: bool,
     /// Whether any ends were passed, or a state is not stable out of the plane where the unloaded network was not looked at.
     trusted: bool,
-    /// What one more step with the factors at hand moved a state that is to be read, and the number of the linearization before.
-    polished: Option<(Option<f64>, u64)>,
+    /// What one more step with the factors at hand moved a state that is to be read, if there was one, what the increment before it
+    /// did, and the number of the linearization before.
+    polished: Option<(Option<f64>, f64, u64)>,
     /// Whether the state is one that was read.
     was_read: bool,
 }
@@ -464,8 +469,20 @@ impl<const D: usize> Walk<D> {
         self.times = times;
         let (predicted, rest) = (times.is_some(), times.is_none().then_some(&*last));
         let (negative_limit, may_wander) = (0, false);
-        let start =
-            Start { predicted, rest, negative_limit, aim, may_wander, linearized, reuses_factors, reuses_within };
+        // States that are read get one more step.
+        let is_read = matches!(look, Look::Nodes | Look::State);
+        let leaves = if is_read && aim == Aim::Result { LEFT } else { 0.0 };
+        let start = Start {
+            predicted,
+            rest,
+            negative_limit,
+            aim,
+            may_wander,
+            linearized,
+            reuses_factors,
+            reuses_within,
+            leaves,
+        };
         let newton = Newton::default();
         let found = newton.solve(system, start).ok()?;
         let moved = system.distances(last);
@@ -483,9 +500,13 @@ impl<const D: usize> Walk<D> {
         };
         let end = (found, 1.0, 1.0);
         // What makes sure of the way finds the forces of the state anew, which a state that is read needs after one more step.
-        if matches!(look, Look::Nodes | Look::State) && !doubtful {
-            let size = system.advance(system.pattern.equations.has_general());
-            self.polished = Some((size.map(|size| size.largest()), system.tangent.linearizations()));
+        if is_read && !doubtful {
+            // Where the iteration foresees nothing but rounding there is nothing to gain.
+            let still = found.residual.force.max(found.residual.moment) <= EXACT;
+            let is_exact = still && found.left <= EXACT;
+            let pending = system.pattern.equations.has_general();
+            let size = if is_exact { None } else { system.advance(pending).map(|size| size.largest()) };
+            self.polished = Some((size, found.last, system.tangent.linearizations()));
         }
         let aside =
             !doubtful && continuation::came_aside(system, states, (&moved, &foreseen), end, &mut apply, &newton.tuning);
@@ -520,15 +541,19 @@ impl<const D: usize> Walk<D> {
         // In the plane factors are those of the state, or of one as good: a step leaves a thousandth of the one before, or less.
         let settled = if D == 3 { 100.0 * SETTLED } else { SETTLED };
         let mut polished = self.polished.take();
+        let mut last = 0.0;
         for _ in 0..MORE {
-            let (size, before) = polished.take().unwrap_or_else(|| {
-                (self.system.advance(pending).map(|size| size.largest()), self.system.tangent.linearizations())
+            let (size, before, linearization) = polished.take().unwrap_or_else(|| {
+                (self.system.advance(pending).map(|size| size.largest()), last, self.system.tangent.linearizations())
             });
             let Some(size) = size else { break };
-            let is_fresh = self.system.tangent.linearizations() > before;
-            if !(is_fresh || self.system.refresh(pending)) || size <= settled {
+            let is_fresh = self.system.tangent.linearizations() > linearization;
+            // A step leaves as small a part of itself as it is of the one before.
+            let is_last = size <= settled || size * size <= 0.1 * EXACT * before;
+            if !(is_fresh || self.system.refresh(pending)) || is_last {
                 break;
             }
+            last = size;
         }
         self.was_read = true;
         match look {
