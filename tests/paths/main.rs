@@ -12,6 +12,7 @@ mod increments;
 mod leaps;
 mod linkages;
 mod modes;
+mod prestress;
 mod stays;
 mod threads;
 mod toggles;

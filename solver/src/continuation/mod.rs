@@ -291,8 +291,51 @@ impl<'a, const D: usize> Continuation<'a, D> {
         if !prestressed && !steps.is_empty() {
             return;
         }
-        let rest = self.system.loading.drives.clone();
         let longest = steps.first().map_or(1.0, longest_asked);
+        let unloaded = self.system.snapshot();
+        if self.needs_first_rows(steps) {
+            let (supports, notes) = (self.held.clone(), record.notes.clone());
+            self.hold_first_rows(steps);
+            self.start_count(record);
+            self.first_prestress(record, watch, longest, so_far, false);
+            if !self.is_held_by_prestress(&supports) {
+                note_prestress(record, so_far.going);
+                return;
+            }
+            // It holds the network by itself: the first step goes on from where it does so.
+            *record = StepHistory { notes, ..StepHistory::empty(self.stability) };
+            self.held = supports;
+            self.system.restore(&unloaded);
+            self.change(&[]);
+            self.start_count(record);
+        }
+        self.first_prestress(record, watch, longest, so_far, steps.is_empty());
+        if !steps.is_empty() {
+            note_prestress(record, so_far.going);
+        }
+        if self.is_loose {
+            let here = self.system.snapshot();
+            if !so_far.going {
+                // What the prestress does not come to hold is loose.
+                self.system.restore(&unloaded);
+            }
+            self.free = self.free_under_prestress(steps);
+            self.system.restore(&here);
+            self.system.assemble(false);
+            so_far.going &= self.free.is_empty();
+        }
+    }
+
+    /// Follows the prestress, with what is held.
+    fn first_prestress(
+        &mut self,
+        record: &mut StepHistory,
+        watch: &mut dyn FnMut(f64) -> bool,
+        longest: f64,
+        so_far: &mut SoFar,
+        is_step: bool,
+    ) {
+        let rest = self.system.loading.drives.clone();
         let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0], longest };
         let conservative = self.is_conservative(&ramp);
         so_far.going = self.follow(&mut Run {
@@ -300,7 +343,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             record: &mut *record,
             watch,
             request: Request::default(),
-            is_step: steps.is_empty(),
+            is_step,
             conservative,
             landmarks: Vec::new(),
             is_nearly_symmetric: false,
@@ -308,13 +351,35 @@ impl<'a, const D: usize> Continuation<'a, D> {
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);
-        if !steps.is_empty() {
-            note_prestress(record, so_far.going);
+    }
+
+    /// Whether supports alone leave a motion free, at the last assembly of the unloaded structure, that the first step holds: under a
+    /// prestress it would go anywhere.
+    fn needs_first_rows(&mut self, steps: &[Step]) -> bool {
+        let at_rest = self.system.tangent.inertia();
+        let rows = first_rows(&self.system.structure, steps);
+        let holds_more = rows.iter().any(|row| !self.held.contains_key(row));
+        let is_free = at_rest.idle + at_rest.negative > 0 || self.system.hides_signs_at_rest(&at_rest);
+        !self.is_loose && holds_more && is_free
+    }
+
+    /// Holds what the first step holds where it is.
+    fn hold_first_rows(&mut self, steps: &[Step]) {
+        for (node, component) in first_rows(&self.system.structure, steps) {
+            let here = self.present(node, component);
+            self.insert(node, component, here, here);
         }
-        if self.is_loose && so_far.going {
-            self.free = self.free_under_prestress(steps);
-            so_far.going = self.free.is_empty();
-        }
+        self.system.hold(self.held.values().copied().collect());
+    }
+
+    /// Whether the present state is stable with these rows alone.
+    fn is_held_by_prestress(&mut self, supports: &HeldRows) -> bool {
+        self.system.hold(supports.values().copied().collect());
+        let negative = self.system.assemble(false).negative;
+        let is_held = negative == 0 && self.system.hidden_signs() == 0;
+        self.system.hold(self.held.values().copied().collect());
+        self.system.assemble(false);
+        is_held
     }
 
     /// Follows a step of the user's.
@@ -436,11 +501,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
     /// Motions at the present state, the equilibrium of the prestress, that need no force, with what the first step holds.
     fn free_under_prestress(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
         let held = self.held.clone();
-        for (node, component) in first_rows(&self.system.structure, steps) {
-            let here = self.present(node, component);
-            self.insert(node, component, here, here);
-        }
-        self.system.hold(self.held.values().copied().collect());
+        self.hold_first_rows(steps);
         self.system.assemble(false);
         let free = if self.system.hidden_signs() > 0 { mechanism::free_motions(&mut self.system) } else { Vec::new() };
         self.held = held;
