@@ -181,3 +181,29 @@ fn a_window_without_a_stable_state_is_not_passed_unseen() {
     assert_eq!(point.kind, CriticalKind::Bifurcation);
     assert!((point.fraction - low).abs() < 1e-6, "{} instead of {low}", point.fraction);
 }
+
+/// A node of a body that is moved beside the joint turns it: what holds the node turns with the body, and belongs to the direction of the
+/// path. Without that, increments along the arc grew shorter and shorter.
+#[test]
+fn a_body_that_is_moved_by_a_node_of_its_own_is_followed_along_the_arc() {
+    let network = |method: &str, dimension: &str, moved: &str| {
+        format!(
+            "format = 'pennate/1'\ndimension = '{dimension}'\n[nodes]\nA = [0, 0, 0]\nB = [100, 0, 0]\nP = [100, 30, 0]\n\
+             [sections]\ns = {{ stiffness = {{ EA = 3e4, EI2 = 6e4, EI3 = 6e4, GJ = 5e4 }} }}\n\
+             [members]\nab = {{ nodes = ['A', 'B'], section = 's' }}\n[supports]\nA = 'clamped'\n\
+             [rigid_bodies]\nb = {{ nodes = ['B', 'P'] }}\n[[steps]]\nmethod = '{method}'\ndisplacement.P = {moved}\n"
+        )
+    };
+    for (dimension, moved) in [("plane", "{ ux = 20 }"), ("space", "{ ux = 20, uz = 15 }")] {
+        let [straight, along, jumping] =
+            ["newton", "arc_length", "jump"].map(|method| solve(&network(method, dimension, moved)));
+        for solution in [&along, &jumping] {
+            let count = solution.history.steps[0].increments.len();
+            assert!(count < 30, "{dimension}: {count} increments");
+            let [found, right] = [solution, &straight].map(|solution| ends(solution)[0].nodes[2].displacement);
+            for c in 0..3 {
+                assert!((found[c] - right[c]).abs() < 1e-5, "{dimension}: {found:?} for {right:?}");
+            }
+        }
+    }
+}

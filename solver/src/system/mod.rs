@@ -327,7 +327,7 @@ impl<const D: usize> System<D> {
         self.resist_turning();
         if self.pattern.equations.has_general() {
             self.find_multipliers();
-            self.add_constraint_stiffness();
+            self.add_constraint_stiffness(pending.then_some(&mut moved));
         }
         for (joint, force) in self.tangent.forces.iter().enumerate() {
             if self.pattern.equations.holds_all(joint) {
@@ -620,7 +620,8 @@ impl<const D: usize> System<D> {
         }
     }
 
-    fn add_constraint_stiffness(&mut self) {
+    /// Adds what forces that hold a joint by an arm do where it turns; to `moved` what they do where it turns by what is pending.
+    fn add_constraint_stiffness(&mut self, mut moved: Option<&mut Vec<[f64; 6]>>) {
         for joint in 0..self.pattern.equations.joints.len() {
             let equations = &self.pattern.equations;
             if !equations.is_general(joint) {
@@ -628,6 +629,12 @@ impl<const D: usize> System<D> {
             }
             let state = &self.places.joints[joint];
             let extra = equations.constraint_stiffness(&self.topology, joint, state, self.loading.fraction);
+            if let Some(moved) = &mut moved {
+                let turned = equations.pending[joint];
+                for i in 0..3 {
+                    moved[joint][3 + i] += (0..3).map(|j| extra[i][j] * turned[3 + j]).sum::<f64>();
+                }
+            }
             self.add_joint_block(joint, &spin_block(&extra));
         }
     }

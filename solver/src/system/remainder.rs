@@ -11,7 +11,7 @@ impl<const D: usize> System<D> {
         self.begin(true);
         self.add_springs_and_loads(None);
         if self.pattern.equations.has_general() {
-            self.add_constraint_stiffness();
+            self.add_constraint_stiffness(None);
         }
         self.tangent.linear.entries().filter(|entry| entry.2 != 0.0).collect()
     }
