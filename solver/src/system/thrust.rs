@@ -1,6 +1,6 @@
 //! How the network as a whole answers to forces that single out no motion: how stiff it is, and how it carries them.
 //!
-//! Theory: docs/theory/stability.md, Eq. 7.12.
+//! Theory: docs/theory/stability.md, Eq. 7.11.
 
 use pennate_elements::small::{add, norm, scale, sub};
 
