@@ -124,7 +124,8 @@ def test_a_common_mesh_gives_the_same_to_its_error(dyad: pennate.Network, table:
     xarray.testing.assert_identical(*runs)
     for probe in ("stroke@inflate", "holding@push back"):
         error = runs[0][probe].attrs["error"]
-        assert 0 < error < 1e-3
+        # Muscles that are pushed back are straight: any mesh holds them exactly, but for rounding.
+        assert error < 1e-12 if probe == "holding@push back" else 0 < error < 1e-3
         scale = float(abs(table[probe]).max())
         np.testing.assert_allclose(runs[0][probe], table[probe], atol=2 * error + 2e-6 * scale)
     assert runs[0].stable.equals(table.stable) and runs[0].status.equals(table.status)
