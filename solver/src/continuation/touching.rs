@@ -27,7 +27,7 @@ const INFINITE: f64 = 1e4;
 /// What lies between two states of a path whose members carry a load by opposite forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Between {
-    /// A state at which the forces vanish.
+    /// Nothing but states at which they turn bit by bit, or vanish.
     Nothing,
     /// A singular state, at this fraction: the path touches another one.
     Touched(f64),

@@ -63,12 +63,12 @@ impl<const D: usize> System<D> {
         ahead: f64,
         apply: &mut dyn FnMut(&mut Self, f64),
     ) -> Option<Vec<[f64; 6]>> {
-        let drives = self.loading.drives.clone();
+        let (drives, prestress) = (self.loading.drives.clone(), self.loading.prestress);
         apply(self, fraction + ahead);
+        // Where the ramp moves nothing but what is held, members have the forces of the state already.
+        let stay = self.loading.drives == drives && self.loading.prestress == prestress;
         self.refresh(true);
         let there = self.sides();
-        // Where the ramp moves nothing but what is held, members have the forces of the state already.
-        let stay = self.loading.drives == drives;
         apply(self, fraction);
         if stay {
             self.refresh_joints(true);
