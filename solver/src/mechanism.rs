@@ -276,6 +276,10 @@ fn rigid<const D: usize>(system: &System<D>, part: &[usize], rows: &[Vec<f64>]) 
                 Idle::None => spin,
                 Idle::Rotation => [0.0; 3],
                 Idle::Spin(axis) => sub(spin, scale(dot(spin, axis) / dot(axis, axis), axis)),
+                Idle::Spins([a, b]) => {
+                    let left = cross(a, b);
+                    scale(dot(spin, left) / dot(left, left), left)
+                }
             };
             let u = u.map(|x| x / system.size);
             [u[0], u[1], u[2], spin[0], spin[1], spin[2]]

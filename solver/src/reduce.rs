@@ -134,10 +134,10 @@ pub(crate) fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spin
             }
             spins[..count].copy_from_slice(&found[..count]);
         }
-        EndKind::Axes(axes) => {
+        EndKind::Axes { axes, kept } => {
             let turned = axes_rotation_vector(axes, end.release);
             let map = tangent_map(turned);
-            for axis in axes {
+            for (_, axis) in free_axes(axes, *kept) {
                 let spin = turn(end.joint_rotation, apply(&map, axis));
                 let seen: f64 = active.iter().filter_map(|&c| spin_component(c, spin)).map(|x| x * x).sum();
                 if seen > 1e-18 {
@@ -157,6 +157,11 @@ impl ReleaseState {
         self.rotation = rotation::compose(rotation, rotation::exp(turned));
         self.angle = angle + turned[2];
     }
+}
+
+/// Axes about which an end turns, and which of all its axes they are.
+fn free_axes(axes: &[V3<f64>], kept: Option<usize>) -> impl DoubleEndedIterator<Item = (usize, &V3<f64>)> {
+    axes.iter().enumerate().filter(move |(index, _)| Some(*index) != kept)
 }
 
 fn axes_rotation_vector(axes: &[V3<f64>], release: &ReleaseState) -> V3<f64> {
@@ -208,7 +213,9 @@ fn eliminate_releases<const D: usize>(
     // Second variation of exp(φ) R exp(α): ½ α a × m against the joint's spin, and of two axes against each other.
     for a in 0..count {
         let end = &info[end_of(a)];
-        let EndKind::Axes(axes) = end.kind else { continue };
+        if !matches!(end.kind, EndKind::Axes { .. }) {
+            continue;
+        }
         let offset = end_of(a) * D;
         let twist = scale(0.5, cross(factor.spins[a], end.moment));
         for (i, &component) in active.iter().enumerate() {
@@ -216,11 +223,10 @@ fn eliminate_releases<const D: usize>(
                 coupling[a][offset + i] += t;
             }
         }
-        if axes.len() == 2 {
-            let base = if end_of(a) == 0 { 0 } else { first };
-            for b in base..base + factor.counts[end_of(a)] {
-                own[a][b] += axes_curvature(axes, end, a - base, b - base);
-            }
+        let base = if end_of(a) == 0 { 0 } else { first };
+        let free = factor.counts[end_of(a)];
+        for b in base..base + free {
+            own[a][b] += axes_curvature(end, free, [a - base, b - base]);
         }
     }
     for (end, info) in info.iter().enumerate() {
@@ -259,8 +265,13 @@ fn eliminate_releases<const D: usize>(
     }
 }
 
-/// Second variation of the end's rotation in two turns about axes of one rotation vector, against the moment.
-pub(crate) fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize) -> f64 {
+/// Second variation of the end's rotation in two of its free turns, about axes of one rotation vector, against the moment.
+pub(crate) fn axes_curvature(end: &End<'_>, free: usize, turns: [usize; 2]) -> f64 {
+    // A single axis turns the same however far it has turned.
+    let EndKind::Axes { axes, kept } = end.kind else { return 0.0 };
+    if axes.len() < 2 {
+        return 0.0;
+    }
     let at = axes_rotation_vector(axes, end.release);
     let step = 1e-5;
     let slope = |along: V3<f64>, of: V3<f64>| {
@@ -268,7 +279,10 @@ pub(crate) fn axes_curvature(axes: &[V3<f64>], end: &End<'_>, a: usize, b: usize
         let behind = apply(&tangent_map(sub(at, scale(step, along))), &of);
         scale(0.5 / step, sub(ahead, behind))
     };
-    let sum = add(slope(axes[a], axes[b]), slope(axes[b], axes[a]));
+    // Axes without a turn of their own, in the plane, come first.
+    let axis = |turn: usize| free_axes(axes, *kept).rev().nth(free - 1 - turn).map_or([0.0; 3], |(_, axis)| *axis);
+    let [a, b] = turns.map(axis);
+    let sum = add(slope(a, b), slope(b, a));
     0.5 * dot(end.moment, turn(end.joint_rotation, sum))
 }
 
@@ -533,12 +547,10 @@ pub(crate) fn move_release(
             state.rotation = rotation::normalize(rotation::compose(rotation::exp(spin), state.rotation));
             state.angle += spin[2];
         }
-        EndKind::Axes(axes) => {
-            // In the plane axes in it have no move of their own: those kept come in the order of the axes.
-            let kept = range.len();
-            let skip = axes.len() - kept;
-            for (slot, a) in range.enumerate() {
-                state.turns[skip + slot] += moves[a];
+        EndKind::Axes { axes, kept } => {
+            // In the plane axes in it have no move of their own: those that have come last.
+            for ((index, _), a) in free_axes(axes, *kept).rev().zip(range.rev()) {
+                state.turns[index] += moves[a];
             }
             state.turn_from(axes, joint);
         }
@@ -569,7 +581,7 @@ pub(crate) fn extrapolate_release(
     for t in 0..2 {
         after.turns[t] += turns[t];
     }
-    if let EndKind::Axes(axes) = kind {
+    if let EndKind::Axes { axes, .. } = kind {
         after.turn_from(axes, (joint.rotation, joint.angle));
     } else {
         after.rotation = rotation::compose(rotation::exp(spin), last.rotation);

@@ -305,7 +305,14 @@ impl<const D: usize> Copy<D> {
 
 /// As many copies of the joints, with arms and axes of each.
 fn topology(own: &Topology, all: &[Moved]) -> Topology {
-    let mut topology = Topology { links: Vec::new(), references: Vec::new(), ends: Vec::new(), idle: Vec::new() };
+    let mut topology = Topology {
+        links: Vec::new(),
+        references: Vec::new(),
+        ends: Vec::new(),
+        idle: Vec::new(),
+        turned: Vec::new(),
+        follows_rows: false,
+    };
     for (copy, moved) in all.iter().enumerate() {
         let nodes = &moved.structure.nodes;
         let link = |(node, link): (usize, &Link)| Link {
@@ -315,9 +322,10 @@ fn topology(own: &Topology, all: &[Moved]) -> Topology {
         topology.links.extend(own.links.iter().enumerate().map(link));
         topology.references.extend(own.references.iter().map(|node| node + copy * nodes.len()));
         topology.idle.extend_from_slice(&own.idle);
+        topology.turned.extend_from_slice(&own.turned);
         for (member, moved) in moved.members.iter().zip(&moved.structure.members) {
             let kind = |end: usize| match (&own.ends[*member][end], &moved.releases[end]) {
-                (EndKind::Axes(_), Release::Axes(axes)) => EndKind::Axes(axes.clone()),
+                (&EndKind::Axes { kept, .. }, Release::Axes(axes)) => EndKind::Axes { axes: axes.clone(), kept },
                 (kind, _) => kind.clone(),
             };
             topology.ends.push([kind(0), kind(1)]);

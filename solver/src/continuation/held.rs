@@ -116,5 +116,5 @@ pub fn first_rows(structure: &Structure, steps: &[Step]) -> Vec<(NodeId, usize)>
 
 /// Builds the topology of a structure for its steps.
 pub fn topology(structure: &Structure, steps: &[Step]) -> Arc<Topology> {
-    Arc::new(Topology::new(structure, &Turned::nodes(structure, steps)))
+    Arc::new(Topology::new(structure, Turned::nodes(structure, steps)))
 }

@@ -7,9 +7,9 @@ use std::ops::Range;
 use pennate_elements::rotation::{compose, exp, inverse, log, tangent_map, turn};
 use pennate_elements::small::{M3, V3, add, apply, dot, norm, scale, sub, zeros};
 
-use super::PARALLEL;
 use super::held::{Held, HeldKind, JointState, rotation_row, row, whole_turns};
-use super::topology::{Idle, Topology};
+use super::topology::Topology;
+use super::{Idle, PARALLEL};
 
 /// The equations of one joint.
 #[derive(Clone, Debug)]
@@ -122,7 +122,7 @@ impl<const D: usize> Equations<D> {
             free[component] = component < 3 || idle != Idle::Rotation;
         }
         let rotations = self.active.iter().filter(|&&c| c >= 3).count();
-        let mut simple = !matches!(idle, Idle::Spin(axis) if self.spin_matters(axis));
+        let mut simple = !idle.axes().iter().any(|axis| self.spin_matters(axis));
         let mut held_rotations = 0;
         let mut taken = [false; 6];
         for &index in rows {
@@ -165,7 +165,7 @@ impl<const D: usize> Equations<D> {
         (found, Basis::Columns(columns))
     }
 
-    fn spin_matters(&self, axis: V3<f64>) -> bool {
+    fn spin_matters(&self, axis: &V3<f64>) -> bool {
         self.active.iter().any(|&c| c >= 3 && axis[c - 3].abs() > PARALLEL)
     }
 
@@ -226,9 +226,11 @@ impl<const D: usize> Equations<D> {
                     include(unit, 0.0);
                 }
             }
-            Idle::Spin(axis) => {
-                let a = turn(state.place.rotation, axis);
-                include([0.0, 0.0, 0.0, a[0], a[1], a[2]], 0.0);
+            Idle::Spin(_) | Idle::Spins(_) => {
+                for axis in idle.axes() {
+                    let a = turn(state.place.rotation, *axis);
+                    include([0.0, 0.0, 0.0, a[0], a[1], a[2]], 0.0);
+                }
             }
         }
         // Complete the rows to a basis of the active components, the most independent unit vector first.

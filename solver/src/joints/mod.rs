@@ -6,12 +6,14 @@
 
 mod equations;
 mod held;
+mod idle;
 mod topology;
 mod turned;
 
 pub use equations::{Active, Basis, Equations, JointEquations, dot6};
 pub use held::{Held, HeldKind, JointState};
-pub use topology::{EndKind, Idle, Link, Topology};
+pub use idle::Idle;
+pub use topology::{EndKind, Link, Topology};
 pub use turned::Turned;
 
 /// Directions whose sine is smaller are parallel.

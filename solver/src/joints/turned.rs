@@ -7,19 +7,19 @@ use pennate_elements::small::{V3, dot, norm, scale, sub};
 use super::PARALLEL;
 use crate::structure::{Change, Drive, NodeId, Step, Structure};
 
-/// What acts on the rotation of a node from outside, at any time.
+/// What acts on the rotation of a node from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Turned {
-    /// Axes about which supports or the first step hold or move the rotation.
+    /// Axes about which the rotation is held or moved at present.
     pub held: Vec<V3<f64>>,
-    /// Moments that steps apply.
+    /// Moments that steps apply, any of them.
     pub moments: Vec<V3<f64>>,
-    /// Whether a later step holds or moves the rotation.
-    pub later: bool,
+    /// Whether supports or any step hold or move the rotation.
+    pub at_times: bool,
 }
 
 impl Turned {
-    /// For every node of a structure.
+    /// For every node of a structure, at the beginning of the first step.
     pub(crate) fn nodes(structure: &Structure, steps: &[Step]) -> Vec<Self> {
         let mut turned = vec![Self::default(); structure.nodes.len()];
         let mut axes = vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; structure.nodes.len()];
@@ -27,6 +27,7 @@ impl Turned {
             axes[support.node] = support.axes;
             let held = (0..3).filter(|&c| support.fixed[3 + c]).map(|c| support.axes[c]);
             turned[support.node].held.extend(held);
+            turned[support.node].at_times |= support.fixed[3..].contains(&true);
         }
         for change in steps.first().map_or(&[][..], |step| &step.changes) {
             if let Change::Prescribe { node, component, .. }
@@ -34,16 +35,19 @@ impl Turned {
             | Change::MoveBy { node, component, .. } = *change
                 && component >= 3
             {
-                turned[node].held.push(axes[node][component - 3]);
+                let (held, axis) = (&mut turned[node].held, axes[node][component - 3]);
+                if !held.contains(&axis) {
+                    held.push(axis);
+                }
             }
         }
-        for (index, step) in steps.iter().enumerate() {
+        for step in steps {
             for change in &step.changes {
                 let (Change::Prescribe { node, component, .. }
                 | Change::Hold { node, component }
                 | Change::MoveBy { node, component, .. }
                 | Change::Free { node, component }) = *change;
-                turned[node].later |= index > 0 && component >= 3;
+                turned[node].at_times |= component >= 3;
             }
             let mut moments: BTreeMap<(NodeId, bool), V3<f64>> = BTreeMap::new();
             for &(drive, value) in &step.targets {
@@ -64,7 +68,7 @@ impl Turned {
 
     /// Whether nothing ever acts on the rotation.
     pub(crate) fn is_left_alone(&self) -> bool {
-        self.held.is_empty() && self.moments.is_empty() && !self.later
+        self.moments.is_empty() && !self.at_times
     }
 
     /// Whether anything acts about this axis.

@@ -197,7 +197,9 @@ fn add_release_curvature(
     motions: &[[f64; 6]],
     add_entry: &mut impl FnMut(usize, usize, f64),
 ) {
-    let EndKind::Axes(axes) = info.kind else { return };
+    if !matches!(info.kind, EndKind::Axes { .. }) {
+        return;
+    }
     for (a, axis) in spins.iter().enumerate() {
         let twist = scale(0.5, cross(*axis, info.moment));
         for (b, motion) in motions.iter().enumerate() {
@@ -205,10 +207,8 @@ fn add_release_curvature(
             add_entry(first_turn + a, first + b, value);
             add_entry(first + b, first_turn + a, value);
         }
-        if axes.len() == 2 {
-            for b in 0..spins.len() {
-                add_entry(first_turn + a, first_turn + b, reduce::axes_curvature(axes, info, a, b));
-            }
+        for b in 0..spins.len() {
+            add_entry(first_turn + a, first_turn + b, reduce::axes_curvature(info, spins.len(), [a, b]));
         }
     }
 }

@@ -27,7 +27,7 @@ impl<const D: usize> System<D> {
     pub(super) fn turn_released_ends(&mut self) {
         for (index, member) in self.structure.members.iter().enumerate() {
             for (end, release) in self.places.releases[index].iter_mut().enumerate() {
-                if let EndKind::Axes(axes) = &self.topology.ends[index][end] {
+                if let EndKind::Axes { axes, .. } = &self.topology.ends[index][end] {
                     let place = &self.places.joints[self.topology.links[member.nodes[end]].joint].place;
                     release.turn_from(axes, (place.rotation, place.angle));
                 }

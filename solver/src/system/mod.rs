@@ -134,8 +134,9 @@ impl<const D: usize> System<D> {
 
     /// Sets what is held; analyses the equations anew where that is not the same as before.
     pub fn hold(&mut self, held: Vec<Held>) {
+        let moved = self.find_idle(&held);
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
-        if self.pattern.hold(&self.topology, held) {
+        if self.pattern.hold(&self.topology, held, moved) {
             self.analyse();
         } else {
             self.renew_carriers();
@@ -144,8 +145,9 @@ impl<const D: usize> System<D> {
 
     /// The same by the analysis of another system of the same joints, where the equations of both are alike.
     pub fn hold_by(&mut self, held: Vec<Held>, other: &Self) {
+        let moved = self.find_idle(&held);
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
-        if !self.pattern.hold(&self.topology, held) {
+        if !self.pattern.hold(&self.topology, held, moved) {
             self.renew_carriers();
         } else if self.pattern.equations.are_like(&other.pattern.equations) {
             self.take_analysis(other);
@@ -157,12 +159,20 @@ impl<const D: usize> System<D> {
     /// Holds what another system of the same joints holds; its analysis, which no number depends on, serves both.
     pub fn hold_like(&mut self, other: &Self) {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
-        let held = other.pattern.equations.held.iter().chain(&other.pattern.aside).copied().collect();
-        if self.pattern.hold(&self.topology, held) {
+        let held: Vec<_> = other.pattern.equations.held.iter().chain(&other.pattern.aside).copied().collect();
+        let moved = self.find_idle(&held);
+        if self.pattern.hold(&self.topology, held, moved) {
             self.take_analysis(other);
         } else {
             self.renew_carriers();
         }
+    }
+
+    /// Finds which motions no force belongs to where these rows are held; true where joints have others than before.
+    fn find_idle(&mut self, rows: &[Held]) -> bool {
+        let Some(topology) = self.topology.held_by(&self.structure, rows) else { return false };
+        let before = std::mem::replace(&mut self.topology, Arc::new(topology));
+        before.idle != self.topology.idle
     }
 
     /// Finds where everything goes in the matrix of the equations.

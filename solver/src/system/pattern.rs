@@ -70,8 +70,8 @@ impl<const D: usize> Pattern<D> {
         alike
     }
 
-    /// Sets what is held; true where that is not the same as before, and the equations have to be analysed.
-    pub(super) fn hold(&mut self, topology: &Topology, mut held: Vec<Held>) -> bool {
+    /// Sets what is held; true where that, or what is idle, is not the same as before, and the equations have to be analysed.
+    pub(super) fn hold(&mut self, topology: &Topology, mut held: Vec<Held>, idle_moved: bool) -> bool {
         let mut aside = std::mem::take(&mut self.aside);
         aside.clear();
         held.retain(|row| {
@@ -86,7 +86,7 @@ impl<const D: usize> Pattern<D> {
         let known = &self.equations.held;
         let analysed = self.scatters.joints.len() == self.equations.joints.len();
         let unchanged = known.len() == held.len() && known.iter().zip(&held).all(|(a, b)| same(a, b));
-        if analysed && unchanged {
+        if analysed && unchanged && !idle_moved {
             self.equations.held = held;
             return false;
         }

@@ -35,7 +35,7 @@ impl<const D: usize> System<D> {
                             found.insert(index);
                         }
                     }
-                    (EndKind::Welded | EndKind::Axes(_), Idle::Spin(axis)) => {
+                    (EndKind::Welded | EndKind::Axes { .. }, Idle::Spin(axis)) => {
                         let (torque, members): &mut (f64, Vec<MemberId>) = &mut torques[joint];
                         *torque += dot(info.moment, turn(info.joint_rotation, *axis));
                         members.push(index);
