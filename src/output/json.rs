@@ -12,7 +12,7 @@ use serde::{Serialize, Serializer};
 
 use super::layout::write_json;
 use super::origin::Origin;
-use super::table::note_in_words;
+use super::table::notes_in_words;
 use super::text::undecided;
 
 /// Writes the results of a run; `pictures` are the names of those that were written beside it.
@@ -267,7 +267,7 @@ impl<'a> Step<'a> {
             factorizations: step.factorizations,
             stable: step.stable,
             undecided: undecided(step),
-            notes: step.notes.iter().map(|note| note_in_words(model, note)).collect(),
+            notes: notes_in_words(model, &step.notes),
             stability: dimension_name(step.stability),
             vibration: step.vibration.as_ref().map(Vibration::from),
             negative_pivots: step.stable.filter(|_| step.vibration.is_none()).map(|_| step.negative_pivots),
@@ -423,6 +423,8 @@ mod tests {
 
     use crate::fixture;
     use pennate_analysis::accuracy::{Accuracy, Verdict};
+    use pennate_analysis::solution::Solution;
+    use pennate_solver::history::Note;
 
     fn written() -> (String, Value) {
         let mut out = Vec::new();
@@ -524,6 +526,24 @@ mod tests {
         let results: Value = serde_json::from_slice(&out).unwrap();
         let expected = json!({ "asked": 1e-6, "reached": null, "met": false, "verdict": "no_estimate" });
         assert_eq!(results["accuracy"], expected);
+    }
+
+    #[test]
+    fn many_singular_states_that_were_touched_are_one_note() {
+        let mut solution = fixture::solution();
+        let touched = |fraction| Note::TouchedSingular { fraction };
+        let notes = |solution: &Solution| {
+            let mut out = Vec::new();
+            super::write(solution, &[], &mut out).unwrap();
+            let results: Value = serde_json::from_slice(&out).unwrap();
+            results["steps"][0]["notes"].as_array().unwrap().clone()
+        };
+        solution.history.steps[0].notes = vec![touched(0.25), touched(0.5), Note::EndlessMoment { node: 0 }];
+        assert_eq!(notes(&solution).len(), 3);
+        solution.history.steps[0].notes.extend([touched(0.75), touched(0.8)]);
+        let [first, second] = &notes(&solution)[..] else { panic!("{:?}", notes(&solution)) };
+        assert!(first.as_str().is_some_and(|text| text.contains("4 times, between 25 % and 80 %")), "{first}");
+        assert!(second.as_str().is_some_and(|text| text.contains("moment")), "{second}");
     }
 
     #[test]

@@ -267,8 +267,8 @@ fn remarks(solution: &Solution) -> String {
         if let Some(vibration) = &step.vibration {
             let _ = writeln!(out, "{}: {}", shown(name), vibration_in_words(&solution.model, vibration));
         }
-        for note in &step.notes {
-            let _ = writeln!(out, "{}: {}", shown(name), note_in_words(&solution.model, note));
+        for note in notes_in_words(&solution.model, &step.notes) {
+            let _ = writeln!(out, "{}: {note}", shown(name));
         }
     }
     if let Some(why) = &solution.model.why_space {
@@ -322,8 +322,34 @@ fn vibration_in_words(model: &Model, vibration: &Vibration) -> String {
     }
 }
 
+/// So many singular states that were touched in one step are told of one by one.
+const FEW_TOUCHED: usize = 3;
+
+/// Remarks on a step, as sentences; of many singular states that were touched, one for all.
+pub(super) fn notes_in_words(model: &Model, notes: &[Note]) -> Vec<String> {
+    let touched = |note: &Note| match note {
+        Note::TouchedSingular { fraction } => Some(*fraction),
+        _ => None,
+    };
+    let fractions: Vec<f64> = notes.iter().filter_map(touched).collect();
+    let (first, last) = match fractions[..] {
+        [first, .., last] if fractions.len() > FEW_TOUCHED => (first, last),
+        _ => return notes.iter().map(|note| note_in_words(model, note)).collect(),
+    };
+    let others = notes.iter().filter(|note| touched(note).is_none()).map(|note| note_in_words(model, note));
+    let all = format!(
+        "touched singular states {} times, between {} and {}, and went on, its stability unchanged: some motion needs no \
+         force there, as far as rounding can tell, so what is shown may be one of many that are equally near, as for a rod \
+         that is as stiff against twist as against bending, or another way may go on.",
+        fractions.len(),
+        percent(first),
+        percent(last)
+    );
+    std::iter::once(all).chain(others).collect()
+}
+
 /// A remark on a step, as a sentence.
-pub(super) fn note_in_words(model: &Model, note: &Note) -> String {
+fn note_in_words(model: &Model, note: &Note) -> String {
     match note {
         Note::EndlessMoment { node } => format!(
             "the moment on node {} has no potential: a node that turns over and over takes energy from it without end, so \

@@ -35,7 +35,7 @@ use self::joints::Bodies;
 use self::members::{Members, Surroundings};
 use self::properties::Properties;
 use self::steps::{Actors, Groups};
-use self::topology::Parts;
+use self::topology::{JointRotation, Parts};
 use crate::discretize::plane_turn;
 use crate::error::{InputError, InputErrors, Source};
 use crate::file::Folder;
@@ -204,7 +204,12 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
         supports: &supports,
         let_go: &let_go,
     };
-    let rotations = topology::rotations(nodes.len(), members.iter().flatten(), &springs, &bodies);
+    // What is wrong with a member is said already, and not once more by what its nodes lack without it.
+    let rotations = if members.iter().any(Option::is_none) {
+        vec![JointRotation::Full; nodes.len()]
+    } else {
+        topology::rotations(nodes.len(), members.iter().flatten(), &springs, &bodies)
+    };
     let has_mass = members.iter().flatten().any(|member| has_mass(member, &properties))
         || bodies.bodies.iter().any(|body| body.mass > 0.0);
     let path_names = cx.paths.clone();

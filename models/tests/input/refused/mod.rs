@@ -75,3 +75,12 @@ fn several_errors_come_at_once() {
     let errors = read_text("net.toml", &text, &[]).unwrap_err();
     assert_eq!(errors.errors.len(), 2, "{errors}");
 }
+
+/// What is wrong with a section is not said once more by the node of its member, which has no rotation without it.
+#[test]
+fn an_error_brings_no_others_with_it() {
+    let turned = GOOD.replace("pressure = { left = 25 }", "rotation = { C = { rz = 5 } }");
+    read_text("net.toml", &turned, &[]).unwrap();
+    let errors = read_text("net.toml", &turned.replace("radius = 1.5", "radius = -1.5"), &[]).unwrap_err();
+    assert_eq!(errors.errors.len(), 1, "{errors}");
+}
