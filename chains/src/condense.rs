@@ -9,7 +9,7 @@ use pennate_elements::small::{
 };
 
 use crate::ahead::Task;
-use crate::{Chain, Pack};
+use crate::{Chain, Pack, scratch};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding: a unit in the last place for each of a
 /// few operations.
@@ -26,7 +26,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'
 
     #[inline(always)]
     fn run(self) {
-        self.chain.condense_all(self.next);
+        let mut local = scratch::take();
+        self.chain.condense_all(self.next, &mut local);
+        scratch::keep(local);
     }
 }
 
@@ -44,7 +46,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize, const RESTS: bool> 
 
     #[inline(always)]
     fn run(self) {
-        self.0.refresh_all::<RESTS>(self.1);
+        let mut local = scratch::take();
+        self.0.refresh_all::<RESTS>(self.1, &mut local);
+        scratch::keep(local);
     }
 }
 
@@ -121,7 +125,9 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             for i in 0..P - 1 {
                 let node = e * Self::INNER_NODES + i;
                 for d in 0..D {
-                    k.tangent[i][i][d][d] += self.dashpots.inner_stiffness[node][d];
+                    if TANGENT {
+                        k.tangent[i][i][d][d] += self.dashpots.inner_stiffness[node][d];
+                    }
                     k.gradient[i][d] += self.dashpots.inner_force[node][d];
                 }
             }
@@ -252,12 +258,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
 
     /// Forces on the ends of the member: x_ij stand for what elimination makes of those inside.
     #[inline(always)]
-    fn refresh_all<const RESTS: bool>(&mut self, source: Option<&Self>) {
+    fn refresh_all<const RESTS: bool>(&mut self, source: Option<&Self>, k: &mut Local<T, D, P>) {
         self.energy = T::zero();
-        let mut k = Local::zero();
-        let [mut left, mut rest] = self.refresh_element::<RESTS>(0, source, &mut k);
+        let [mut left, mut rest] = self.refresh_element::<RESTS>(0, source, k);
         for e in 1..self.frames.len() {
-            let [first, last] = self.refresh_element::<RESTS>(e, source, &mut k);
+            let [first, last] = self.refresh_element::<RESTS>(e, source, k);
             rest = add(rest, first);
             if self.settings.acts_on_nodes() {
                 rest = add(rest, self.dashpots.forces[e]);
@@ -309,16 +314,14 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     #[inline(always)]
-    fn condense_all(&mut self, coming: Option<&dyn Pack<D>>) {
+    fn condense_all(&mut self, coming: Option<&dyn Pack<D>>, k: &mut Local<T, D, P>) {
         self.negative = T::zero();
         self.softest = T::one();
         self.energy = T::zero();
         if let Some(pack) = coming {
             pack.prefetch(Task::Condense, 0);
         }
-        // One place for the tangents of all elements.
-        let mut k = Local::zero();
-        let first = self.condense_element(0, &mut k);
+        let first = self.condense_element(0, k);
         let (mut left, mut here) = (first.k00, first.k11);
         let (mut left_rest, mut rest) = (first.r0, first.r1);
         // How the last node depends on the first: rows of the last, columns of the first.
@@ -327,7 +330,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             if let Some(pack) = coming {
                 pack.prefetch(Task::Condense, e);
             }
-            let next = self.condense_element(e, &mut k);
+            let next = self.condense_element(e, k);
             let mut pivot = madd(here, next.k00);
             rest = add(rest, next.r0);
             if self.settings.acts_on_nodes() {

@@ -26,6 +26,7 @@ pub mod member;
 mod mesh;
 mod pack;
 mod rows;
+mod scratch;
 mod sections;
 mod shape;
 mod side;
