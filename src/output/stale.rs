@@ -4,9 +4,17 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use serde_json::Value;
+use serde::Deserialize;
 
 use super::files::WriteError;
+
+/// What of earlier results tells of pictures; the rest is read over.
+#[derive(Deserialize)]
+struct Earlier {
+    format: String,
+    #[serde(default)]
+    pictures: Vec<String>,
+}
 
 /// Removes the pictures that an earlier run of pennate wrote into a directory under the same name: those that its results
 /// list, and nothing else.
@@ -15,10 +23,8 @@ use super::files::WriteError;
 /// [`WriteError`] names the picture that cannot be removed.
 pub(crate) fn clear(directory: &Path, name: &str, results: &str) -> Result<(), WriteError> {
     let Ok(text) = fs::read_to_string(directory.join(results)) else { return Ok(()) };
-    let Ok(earlier) = serde_json::from_str::<Value>(&text) else { return Ok(()) };
-    let format = earlier["format"].as_str().unwrap_or_default();
-    let pictures = earlier["pictures"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    for picture in pictures.filter(|picture| format.starts_with("pennate-") && is_of(picture, name)) {
+    let Ok(Earlier { format, pictures }) = serde_json::from_str(&text) else { return Ok(()) };
+    for picture in pictures.iter().filter(|picture| format.starts_with("pennate-") && is_of(picture, name)) {
         let path = directory.join(picture);
         match fs::remove_file(&path) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(WriteError { path, source }),
