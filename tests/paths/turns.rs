@@ -207,3 +207,26 @@ fn a_body_that_is_moved_by_a_node_of_its_own_is_followed_along_the_arc() {
         }
     }
 }
+
+/// A follower force on a node that the step turns turns with it: that belongs to the direction of the path, too. Without it the arc took
+/// thousands of increments.
+#[test]
+fn a_follower_force_on_a_node_that_is_turned_is_followed_along_the_arc() {
+    let network = |method: &str, turn: &str| {
+        format!(
+            "format = 'pennate/1'\n[nodes]\nA = [0, 0, 0]\nB = [100, 0, 0]\n\
+             [sections]\ns = {{ stiffness = {{ EA = 1e4, EI2 = 3e3, EI3 = 2e3, GJ = 2e3 }} }}\n\
+             [members]\nab = {{ nodes = ['A', 'B'], section = 's' }}\n[supports]\nA = 'clamped'\n[[steps]]\n\
+             method = '{method}'\nfollower_force = {{ B = [0, -1.5, 0] }}\nrotation.B = {turn}\n"
+        )
+    };
+    for turn in ["{ rz = 120 }", "[20, 30, 80]"] {
+        let [straight, along] = ["newton", "arc_length"].map(|method| solve(&network(method, turn)));
+        let count = along.history.steps[0].increments.len();
+        assert!(count < 30, "{turn}: {count} increments");
+        let [found, right] = [&along, &straight].map(|solution| ends(solution)[0].nodes[1].displacement);
+        for c in 0..3 {
+            assert!((found[c] - right[c]).abs() < 1e-5, "{turn}: {found:?} for {right:?}");
+        }
+    }
+}

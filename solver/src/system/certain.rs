@@ -267,7 +267,7 @@ impl<const D: usize> System<D> {
                 block[c][c] = force / self.size;
                 block[c + 3][c + 3] = turning;
             }
-            self.add_joint_block(joint, &block);
+            self.add_joint_block(joint, &block, None);
         }
     }
 }

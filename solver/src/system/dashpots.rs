@@ -245,7 +245,7 @@ impl<const D: usize> System<D> {
         self.members.packs.iter_mut().for_each(|pack| pack.settings().dashpots = 0.0);
     }
 
-    pub(super) fn assemble_dashpots(&mut self) {
+    pub(super) fn assemble_dashpots(&mut self, mut moved: Option<&mut [[f64; 6]]>) {
         let Dashpots { stiffness, push, .. } = self.dashpots;
         if push != 0.0 {
             for (joint, [mass, _]) in self.dashpots.masses.iter().enumerate() {
@@ -267,7 +267,7 @@ impl<const D: usize> System<D> {
                 block[c][c] = weight;
                 self.tangent.forces[joint][c] += weight * motion[c];
             }
-            self.add_joint_block(joint, &block);
+            self.add_joint_block(joint, &block, moved.as_deref_mut());
         }
     }
 

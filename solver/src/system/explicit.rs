@@ -51,7 +51,7 @@ impl<const D: usize> System<D> {
             self.assemble_spring(index, false, &mut unused);
         }
         self.moves.motions = unused;
-        self.assemble_loads();
+        self.assemble_loads(None);
         &self.tangent.forces
     }
 

@@ -6,6 +6,7 @@ use pennate_elements::small::{V3, add, cross, skew, sub};
 
 use super::System;
 use super::scatter::unit_motion;
+use crate::joints::dot6;
 use crate::structure::NodeId;
 
 /// The load on a node at its present place.
@@ -21,7 +22,8 @@ pub(super) struct LoadAt {
 }
 
 impl<const D: usize> System<D> {
-    pub(super) fn assemble_loads(&mut self) {
+    /// Adds the loads on nodes; to `moved` what they change by where their joints move by what is pending.
+    pub(super) fn assemble_loads(&mut self, mut moved: Option<&mut [[f64; 6]]>) {
         self.tangent.skew.joints.clear();
         for position in 0..self.pattern.loaded_nodes.len() {
             let node = self.pattern.loaded_nodes[position];
@@ -44,7 +46,7 @@ impl<const D: usize> System<D> {
                 target[3 + c] -= total[c];
             }
             if block.iter().flatten().any(|&entry| entry != 0.0) {
-                self.add_joint_block(joint, &block);
+                self.add_joint_block(joint, &block, moved.as_deref_mut());
             }
         }
     }
@@ -81,9 +83,16 @@ impl<const D: usize> System<D> {
         LoadAt { joint: link.joint, force, moment, total, block }
     }
 
-    /// Adds the symmetric part of a joint's block to the matrix, and puts its skew part aside.
-    pub(super) fn add_joint_block(&mut self, joint: usize, block: &[[f64; 6]; 6]) {
+    /// Adds the symmetric part of a joint's block to the matrix, and puts its skew part aside; to `moved` what the block makes of the
+    /// motion of the joint that is pending.
+    pub(super) fn add_joint_block(&mut self, joint: usize, block: &[[f64; 6]; 6], moved: Option<&mut [[f64; 6]]>) {
         let equations = &self.pattern.equations;
+        if let Some(moved) = moved {
+            let motion = &equations.pending[joint];
+            for (sum, row) in moved[joint].iter_mut().zip(block) {
+                *sum += dot6(row, motion);
+            }
+        }
         let (first, count) = (equations.joints[joint].first, equations.joints[joint].count);
         let mut small = SMatrix::<f64, 6, 6>::zeros();
         let mut solution = [0.0; 6];
@@ -131,7 +140,7 @@ impl<const D: usize> System<D> {
     /// Whether the loads at the present drives have a potential; leaves forces and matrix to the next assembly.
     pub fn loads_have_potential(&mut self) -> bool {
         self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction, true);
-        self.assemble_loads();
+        self.assemble_loads(None);
         self.tangent.has_potential()
     }
 }

@@ -332,12 +332,13 @@ impl<const D: usize> System<D> {
         for index in 0..self.structure.springs.len() {
             self.assemble_spring(index, pending, &mut moved);
         }
-        self.assemble_loads();
-        self.assemble_dashpots();
+        let mut pulled = pending.then_some(&mut moved[..]);
+        self.assemble_loads(pulled.as_deref_mut());
+        self.assemble_dashpots(pulled.as_deref_mut());
         self.resist_turning();
         if self.pattern.equations.has_general() {
             self.find_multipliers();
-            self.add_constraint_stiffness(pending.then_some(&mut moved));
+            self.add_constraint_stiffness(pulled);
         }
         for (joint, force) in self.tangent.forces.iter().enumerate() {
             if self.pattern.equations.holds_all(joint) {
@@ -401,13 +402,13 @@ impl<const D: usize> System<D> {
             self.assemble_spring(index, false, &mut unused);
         }
         self.moves.motions = unused;
-        self.assemble_loads();
+        self.assemble_loads(None);
         let Some(plane) = plane else { return };
         let equations = &plane.pattern.equations;
         for joint in (0..equations.joints.len()).filter(|&joint| equations.is_general(joint)) {
             let state = &plane.places.joints[joint];
             let extra = equations.constraint_stiffness(&plane.topology, joint, state, plane.loading.fraction);
-            self.add_joint_block(joint, &spin_block(&extra));
+            self.add_joint_block(joint, &spin_block(&extra), None);
         }
     }
 
@@ -631,7 +632,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Adds what forces that hold a joint by an arm do where it turns; to `moved` what they do where it turns by what is pending.
-    fn add_constraint_stiffness(&mut self, mut moved: Option<&mut Vec<[f64; 6]>>) {
+    fn add_constraint_stiffness(&mut self, mut moved: Option<&mut [[f64; 6]]>) {
         for joint in 0..self.pattern.equations.joints.len() {
             let equations = &self.pattern.equations;
             if !equations.is_general(joint) {
@@ -639,13 +640,7 @@ impl<const D: usize> System<D> {
             }
             let state = &self.places.joints[joint];
             let extra = equations.constraint_stiffness(&self.topology, joint, state, self.loading.fraction);
-            if let Some(moved) = &mut moved {
-                let turned = equations.pending[joint];
-                for i in 0..3 {
-                    moved[joint][3 + i] += (0..3).map(|j| extra[i][j] * turned[3 + j]).sum::<f64>();
-                }
-            }
-            self.add_joint_block(joint, &spin_block(&extra));
+            self.add_joint_block(joint, &spin_block(&extra), moved.as_deref_mut());
         }
     }
 }

@@ -49,7 +49,7 @@ impl<const D: usize> System<D> {
                 let factor = (turning.stiffness / self.square(&motion)).sqrt();
                 let along = self.measured(&motion).map(|n| n * factor);
                 let block = std::array::from_fn(|i| std::array::from_fn(|j| along[i] * along[j]));
-                self.add_joint_block(joint, &block);
+                self.add_joint_block(joint, &block, None);
             }
         }
         self.turning = parts;
