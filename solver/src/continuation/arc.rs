@@ -17,7 +17,7 @@ use super::{Continuation, Count, Tuning};
 use crate::history::Status;
 use crate::newton::{Lost, Why};
 use crate::structure::Stop;
-use crate::system::{Answer, System};
+use crate::system::{Answer, Residual, System};
 
 /// What a path is followed along its arc for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -405,17 +405,34 @@ impl<const D: usize> Continuation<'_, D> {
         if by.purpose == Purpose::Search {
             return Self::go_on_searching(by, &self.tuning);
         }
+        let stops = by.left == 0 && matches!(run.request.stop, Some(Stop::Increments(_)));
+        let residual = if stops { self.sharpen(run, by.fraction).unwrap_or(residual) } else { residual };
         self.accept(run.record, by.fraction, residual);
         if !(run.watch)(by.fraction.clamp(0.0, 1.0)) {
             return Next::End(self.interrupted(run, by.fraction));
         }
-        if by.left == 0 && matches!(run.request.stop, Some(Stop::Increments(_))) {
+        if stops {
             self.stay(by.fraction);
             run.record.status = Status::Converged;
             self.settle(run, by.fraction);
             return Next::End(true);
         }
         Next::GoOn
+    }
+
+    /// Iterates the last state, which was only to be passed, until it is a result, and gives its residual; `None`, with the state as it
+    /// was, where no equilibrium lies so near at this fraction, as beside a limit point.
+    fn sharpen(&mut self, run: &mut Run<'_>, fraction: f64) -> Option<Residual> {
+        let Some(found) = self.solve_at(run, fraction) else {
+            self.back_to_last(run.ramp, fraction);
+            return None;
+        };
+        if self.system.distance(&self.last).largest() > self.tuning.shortest {
+            self.back_to_last(run.ramp, fraction);
+            return None;
+        }
+        self.system.save(&mut self.last);
+        Some(found.residual)
     }
 
     /// Goes on by the fraction again where a search got far beyond what it was for: what looked like a loss of stability was
