@@ -291,3 +291,29 @@ fn a_bar_that_a_later_step_turns_about_itself_follows() {
         assert_close(moments[0], moments[1], 1e-8);
     }
 }
+
+/// What holds a node about an axis that is only partly one that its end is released about is met by turns of the node alone: it takes no
+/// moment, and the end goes where it would go without. It was held against turning about the released axis, too, and took one.
+#[test]
+fn what_released_turns_make_up_for_takes_no_moment() {
+    let network = |release: &str, support: &str, step: &str| {
+        rod(&format!(
+            "nodes = {{ A = [0, 0, 0], B = [30, 20, 50] }}\n\
+             members.ab = {{ nodes = ['A', 'B'], section = 'rod', release = {{ end = {release} }} }}\n\
+             supports = {{ A = 'clamped'{support} }}\nsteps = [ {{ force = {{ B = [5, -3, 2] }} }}, {{ {step} }} ]"
+        ))
+    };
+    let pinned = solve(&network("'pin'", "", "pressure = {}"));
+    for (release, support, step) in [
+        ("{ hinge = [0.6, 0.8, 0] }", ", B = ['rx']", "pressure = {}"),
+        ("['ry', 'rz']", ", B = ['rx']", "pressure = {}"),
+        ("['ry', 'rz']", "", "rotation = { B = { rx = 20 } }"),
+        ("['ry', 'rz']", "", "rotation = { B = { rx = 10, rz = -15 } }"),
+    ] {
+        let held = solve(&network(release, support, step));
+        assert_close(held.shift("B"), pinned.shift("B"), 1e-7);
+        let [moment, force] = [held.member("ab").end_moments[1], held.member("ab").end_forces[1]];
+        let none = Vector::from(moment).norm() < 1e-7 * Vector::from(force).norm() * 60.0;
+        assert!(none, "{release}, {support}, {step}: {moment:?}");
+    }
+}

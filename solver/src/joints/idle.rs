@@ -75,17 +75,13 @@ impl Topology {
             let about = |kind: &EndKind, axis| matches!(kind, EndKind::Axes { axes, .. } if axes.len() == 1 && parallel(axes[0], axis));
             let hinged_about = |axis: V3<f64>| all.clone().all(|kind| about(kind, axis));
             let turned = &self.turned[self.references[joint]];
-            let kept = |axis: V3<f64>| turned.keeps_spin(axis);
             self.idle[joint] = match (taking.next(), taking.next()) {
                 (None, _) if turned.moments.is_empty() => Idle::Rotation,
                 // Turns of the end about both axes make up for those of the joint.
-                (Some(EndKind::Axes { axes, .. }), None) if axes.len() == 2 => match [kept(axes[0]), kept(axes[1])] {
-                    [false, false] => Idle::Spins([axes[0], axes[1]]),
-                    [false, true] => Idle::Spin(axes[0]),
-                    [true, false] => Idle::Spin(axes[1]),
-                    [true, true] => Idle::None,
-                },
-                (Some(EndKind::Axes { axes, .. }), _) if hinged_about(axes[0]) && !kept(axes[0]) => Idle::Spin(axes[0]),
+                (Some(EndKind::Axes { axes, .. }), None) if axes.len() == 2 => turned.left_of([axes[0], axes[1]]),
+                (Some(EndKind::Axes { axes, .. }), _) if hinged_about(axes[0]) && !turned.acts_about(axes[0]) => {
+                    Idle::Spin(axes[0])
+                }
                 _ => Idle::None,
             };
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use pennate_elements::small::{V3, dot, norm, scale, sub};
 
-use super::PARALLEL;
+use super::{Idle, PARALLEL};
 use crate::structure::{Change, Drive, NodeId, Step, Structure};
 
 /// What acts on the rotation of a node from outside.
@@ -77,19 +77,13 @@ impl Turned {
         self.moments.iter().any(acts) || self.held.iter().any(acts)
     }
 
-    /// Whether a moment acts about this axis, or what is held contains the rotation about it.
-    pub(crate) fn keeps_spin(&self, axis: V3<f64>) -> bool {
-        let mut rest = axis;
-        let mut basis: Vec<V3<f64>> = Vec::new();
-        let less = |v: V3<f64>, q: &V3<f64>| sub(v, scale(dot(v, *q), *q));
-        for &row in &self.held {
-            let left = basis.iter().fold(row, less);
-            if norm(left) > 1e-6 {
-                let q = scale(1.0 / norm(left), left);
-                rest = less(rest, &q);
-                basis.push(q);
-            }
-        }
-        norm(rest) < 1e-6 || self.moments.iter().any(|m| dot(*m, axis).abs() > PARALLEL * norm(*m))
+    /// What of two axes nothing acts about: both of them, one in their plane, or none.
+    pub(crate) fn left_of(&self, [a, b]: [V3<f64>; 2]) -> Idle {
+        let acts = |v: &&V3<f64>| [a, b].iter().any(|axis| dot(**v, *axis).abs() > PARALLEL * norm(**v));
+        let acting: Vec<&V3<f64>> = self.moments.iter().chain(&self.held).filter(acts).collect();
+        let Some(first) = acting.first() else { return Idle::Spins([a, b]) };
+        let across = sub(scale(dot(**first, b), a), scale(dot(**first, a), b));
+        let left = scale(1.0 / norm(across), across);
+        if self.acts_about(left) { Idle::None } else { Idle::Spin(left) }
     }
 }
