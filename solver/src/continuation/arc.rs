@@ -423,14 +423,12 @@ impl<const D: usize> Continuation<'_, D> {
     /// Iterates the last state, which was only to be passed, until it is a result, and gives its residual; `None`, with the state as it
     /// was, where no equilibrium lies so near at this fraction, as beside a limit point.
     fn sharpen(&mut self, run: &mut Run<'_>, fraction: f64) -> Option<Residual> {
-        let Some(found) = self.solve_at(run, fraction) else {
+        let found = self.solve_at(run, fraction);
+        let is_same = self.system.distance(&self.last).largest() <= self.tuning.shortest;
+        let Some(found) = found.filter(|_| is_same) else {
             self.back_to_last(run.ramp, fraction);
             return None;
         };
-        if self.system.distance(&self.last).largest() > self.tuning.shortest {
-            self.back_to_last(run.ramp, fraction);
-            return None;
-        }
         self.system.save(&mut self.last);
         Some(found.residual)
     }
