@@ -168,6 +168,7 @@ fn state(fraction: f64) -> Equilibrium {
         energy: 1.0 / 3.0,
         residual: 1e-13,
         balance: 1e-14,
+        joint_balance: 1e-14,
         rounding: Some(Rounding { errors: [Some(1e-12), Some(2e-12), Some(5e-9), None], nodes: [1, 1, 0, 0] }),
     }
 }

@@ -183,6 +183,10 @@ fn contradicted(network: &Network, steps: &[Step], history: &History) -> Option<
 fn converged(network: &Network, steps: &[Step], history: &History, every: bool) -> Outcome {
     // Where loads have no potential nothing tells whether a large increment went to the right state.
     let doubtful = history.steps.iter().any(|step| step.stable.is_none() && step.negative_pivots > 0);
+    let untaken = |note: &Note| matches!(note, Note::Untaken { .. });
+    if history.steps.iter().any(|step| step.notes.iter().any(untaken)) {
+        return Outcome::bad("converged, with a moment that nothing takes");
+    }
     // What turns about itself unhindered ends where the way leads it, and that is said.
     let turned = |note: &Note| matches!(note, Note::TurnedAboutItself { .. });
     let turned = history.steps.iter().any(|step| step.notes.iter().any(turned));

@@ -169,6 +169,11 @@ pub enum Note {
         /// By index.
         members: Vec<MemberId>,
     },
+    /// Rotations of these nodes are kept from motions that no force should belong to, and take a moment.
+    Untaken {
+        /// By index.
+        nodes: Vec<NodeId>,
+    },
     /// Nothing resists turning a part of the network about the line that it lay on unloaded, and it has left that line: the direction in
     /// which it did is one of many.
     TurnsFreely {
@@ -222,6 +227,9 @@ pub struct Equilibrium {
     pub residual: f64,
     /// Norm of all reactions plus all loads over the largest of them.
     pub balance: f64,
+    /// The force and the moment that are left on any joint, reactions and loads included, over the largest of their kind: the larger of both. Unlike
+    /// the residual it counts motions that no force should belong to.
+    pub joint_balance: f64,
     /// What rounding may have moved; `None` where it was not asked for, or where a motion needs no force.
     pub rounding: Option<Rounding>,
 }

@@ -150,6 +150,19 @@ pub(crate) fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spin
     count
 }
 
+/// The spin that a released end is kept from, for no force belongs to it: a unit vector where the end is free, else the axis as it is
+/// turned by the other one.
+pub(crate) fn kept_spin(end: &End<'_>) -> Option<V3<f64>> {
+    match end.kind {
+        EndKind::Free { spin_removed: true } => Some(turn(end.release.rotation, end.tangent)),
+        EndKind::Axes { axes, kept: Some(kept) } => {
+            let map = tangent_map(axes_rotation_vector(axes, end.release));
+            Some(turn(end.joint_rotation, apply(&map, &axes[*kept])))
+        }
+        _ => None,
+    }
+}
+
 impl ReleaseState {
     /// Turns the end about its free axes, from a joint of this rotation and angle.
     pub(crate) fn turn_from(&mut self, axes: &[V3<f64>], (rotation, angle): (Quaternion<f64>, f64)) {

@@ -99,12 +99,24 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
         });
     }
     let residual = system.residual();
-    let balance = if measured { balance(system, &nodes) } else { f64::NAN };
+    let (balance, joint_balance) =
+        if measured { (balance(system, &nodes), system.joint_balance()) } else { (f64::NAN, f64::NAN) };
     let compliances = Vec::new();
     let springs = system.tangent.spring_forces.clone();
     let residual = residual.largest();
     let sections = sections(system);
-    Equilibrium { nodes, members, springs, compliances, sections, energy, residual, balance, rounding: None }
+    Equilibrium {
+        nodes,
+        members,
+        springs,
+        compliances,
+        sections,
+        energy,
+        residual,
+        balance,
+        joint_balance,
+        rounding: None,
+    }
 }
 
 /// Section forces along the members that a structure asks for, in the members' own axes.

@@ -108,6 +108,7 @@ struct Step<'a> {
     residual: Option<f64>,
     energy: Option<f64>,
     balance: Option<f64>,
+    joint_balance: Option<f64>,
     digits: Option<Digits>,
     critical_points: Vec<CriticalPoint<'a>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -274,6 +275,7 @@ impl<'a> Step<'a> {
             residual: state.map(|state| state.residual),
             energy: state.map(|state| state.energy),
             balance: state.map(|state| state.balance),
+            joint_balance: state.map(|state| state.joint_balance),
             digits: state.and_then(|state| state.rounding.as_ref()).map(Digits::from),
             critical_points: critical_points(model, step),
             jumps: jumps(model, step),
@@ -475,6 +477,7 @@ mod tests {
             "residual",
             "energy",
             "balance",
+            "joint_balance",
             "digits",
             "critical_points",
             "nodes",

@@ -381,6 +381,15 @@ fn note_in_words(model: &Model, note: &Note) -> String {
                 list(&names, MEMBERS)
             )
         }
+        Note::Untaken { nodes } => {
+            let names: Vec<String> = nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
+            format!(
+                "{} kept from turning about hinges, as what turns there would only turn about itself; by now something acts about \
+                 these in part, and a moment there is taken by nothing. Hold the rotation of a node along the axes of its hinges, or across \
+                 all of them, or weld an end.",
+                if let [name] = &names[..] { format!("{name} is") } else { format!("{} are", list(&names, MEMBERS)) }
+            )
+        }
         Note::TurnsFreely { nodes, axis } => {
             let names: Vec<String> = nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
             format!(

@@ -1,5 +1,6 @@
 //! Members whose ends are released: pins, hinges and free rotations.
 
+use pennate_solver::history::Note;
 use pennate_testing::network::{Vector, assert_close, assert_near, rod, solve, solve_finely};
 
 /// A bar between two pinned supports spins about itself without force, which is no mechanism.
@@ -315,5 +316,41 @@ fn what_released_turns_make_up_for_takes_no_moment() {
         let [moment, force] = [held.member("ab").end_moments[1], held.member("ab").end_forces[1]];
         let none = Vector::from(moment).norm() < 1e-7 * Vector::from(force).norm() * 60.0;
         assert!(none, "{release}, {support}, {step}: {moment:?}");
+    }
+}
+
+/// A held component of a rotation vector, across a hinge at rest, acts about it in part once the node has turned. What keeps the node from
+/// turning about the hinge takes a moment then, which the residual cannot see: it is measured, and said.
+#[test]
+fn a_moment_that_nothing_takes_is_named() {
+    let network = |held: &str| {
+        rod(&format!(
+            r#"
+            [nodes]
+            A = [0, 0, 0]
+            J = [50, 0, 0]
+            B = [90, 20, 10]
+            [members]
+            first = {{ nodes = ["A", "J"], section = "rod", release = {{ end = {{ hinge = [0, 1, 0] }} }} }}
+            second = {{ nodes = ["J", "B"], section = "rod", release = {{ start = {{ hinge = [0, 1, 0] }} }} }}
+            [supports]
+            A = "clamped"
+            B = "pinned"
+            J = {held}
+            [[steps]]
+            force = {{ J = [0, -20, 30] }}
+        "#
+        ))
+    };
+    for (held, taken) in
+        [("[\"rx\"]", false), ("[\"ry\"]", true), ("[\"rx\", \"rz\"]", true), ("[\"rx\", \"ry\", \"rz\"]", true)]
+    {
+        let solved = solve(&network(held));
+        let said =
+            solved.step("step 1").notes.iter().any(|note| matches!(note, Note::Untaken { nodes } if nodes == &[1]));
+        assert_eq!(said, !taken, "{held}");
+        let left = solved.last().joint_balance;
+        assert!(if taken { left < 1e-9 } else { (1e-6..1e-2).contains(&left) }, "{held}: {left:e}");
+        assert!(solved.last().residual < 1e-9 && solved.last().balance < 1e-9);
     }
 }

@@ -8,7 +8,7 @@ use crate::newton::{Lost, Why};
 use crate::results;
 use crate::rounding::{self, Estimate};
 use crate::structure::{Dimension, NodeId};
-use crate::system::Residual;
+use crate::system::{Residual, Untaken};
 use pennate_elements::small::norm;
 
 impl<const D: usize> Continuation<'_, D> {
@@ -63,15 +63,18 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it, and parts that
-    /// nothing resists turning about their line.
-    pub(super) fn note_turned(&self, record: &mut StepHistory) {
+    /// Notes the members that would turn about themselves at the end of a step, had an end not been kept from it, nodes that are kept
+    /// from turning by what no force should belong to, and parts that nothing resists turning about their line.
+    pub(super) fn note_turned(&mut self, record: &mut StepHistory) {
         if record.increments.is_empty() {
             return;
         }
-        let members = self.system.turned_about_themselves();
+        let Untaken { bars: members, nodes } = self.system.untaken();
         if !members.is_empty() {
             record.notes.push(Note::TurnedAboutItself { members });
+        }
+        if !nodes.is_empty() {
+            record.notes.push(Note::Untaken { nodes });
         }
         for part in self.system.turning.iter().filter(|part| self.system.has_left(part)) {
             record.notes.push(Note::TurnsFreely { axis: part.axis, nodes: part.nodes.clone() });

@@ -40,8 +40,8 @@ mod states;
 mod symmetry;
 mod tangent;
 mod thrust;
-mod turned;
 mod turning;
+mod untaken;
 
 use dashpots::Dashpots;
 pub(crate) use dashpots::Inner;
@@ -58,6 +58,7 @@ pub use states::State;
 pub(crate) use symmetry::{Holds, Turning};
 pub use tangent::{Inertia, Residual, Tangent};
 pub(crate) use thrust::Answer;
+pub(crate) use untaken::Untaken;
 
 /// The equations of a structure in D components a joint, split by what lives how long.
 pub struct System<const D: usize> {

@@ -266,7 +266,7 @@ impl<const D: usize> Tangent<D> {
 
     /// What residuals of forces and moments are measured by: the largest of their kind, and no less than what rounding
     /// makes of the stiffness.
-    fn scales(&self, loading: &Loading, size: f64) -> (f64, f64) {
+    pub(super) fn scales(&self, loading: &Loading, size: f64) -> (f64, f64) {
         let (force, moment, noise) = (self.force_scale, self.moment_scale, loading.noise());
         (
             force.max(1e-3 * moment / size).max(noise[0]).max(f64::MIN_POSITIVE),
