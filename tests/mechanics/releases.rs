@@ -1,5 +1,6 @@
 //! Members whose ends are released: pins, hinges and free rotations.
 
+use nalgebra::{UnitQuaternion, UnitVector3};
 use pennate_solver::history::Note;
 use pennate_testing::network::{Vector, assert_close, assert_near, rod, solve, solve_finely};
 
@@ -353,4 +354,44 @@ fn a_moment_that_nothing_takes_is_named() {
         assert!(if taken { left < 1e-9 } else { (1e-6..1e-2).contains(&left) }, "{held}: {left:e}");
         assert!(solved.last().residual < 1e-9 && solved.last().balance < 1e-9);
     }
+}
+
+/// A node whose ends are all hinged about one axis is turned about another: what lies along the hinge's axis, as it is turned itself, makes
+/// no difference to the members.
+#[test]
+fn a_turn_across_a_skew_hinge_turns_the_members() {
+    let network = |turn: &str| {
+        rod(&format!(
+            r#"
+            [nodes]
+            A = [0, 0, 0]
+            J = [50, 0, 0]
+            B = [90, 20, 10]
+            [members]
+            first = {{ nodes = ["A", "J"], section = "rod", release = {{ end = {{ hinge = [0.6, 0.8, 0] }} }} }}
+            second = {{ nodes = ["J", "B"], section = "rod", release = {{ start = {{ hinge = [0.6, 0.8, 0] }} }} }}
+            [supports]
+            A = "clamped"
+            B = "clamped"
+            [[steps]]
+            rotation = {{ J = {turn} }}
+            force = {{ J = [0, -2, 3] }}
+        "#
+        ))
+    };
+    // The same rotation after a turn of -25 degrees about the hinge.
+    let turn = UnitQuaternion::new(Vector::x() * 40f64.to_radians());
+    let hinge = UnitVector3::new_normalize(Vector::new(0.6, 0.8, 0.0));
+    let other =
+        (turn * UnitQuaternion::from_axis_angle(&hinge, -25f64.to_radians())).scaled_axis().map(f64::to_degrees);
+    let one = solve(&network("[40, 0, 0]"));
+    let two = solve(&network(&format!("[{}, {}, {}]", other.x, other.y, other.z)));
+    for solved in [&one, &two] {
+        assert!(solved.last().joint_balance < 1e-9 && solved.last().balance < 1e-9);
+        let moment = Vector::from(solved.member("second").end_moments[0]);
+        assert!(moment.norm() > 1.0);
+        assert_near(moment.dot(&(solved.rotation("J") * hinge.into_inner())), 0.0, 1e-8 * moment.norm());
+    }
+    assert_close(one.shift("J"), two.shift("J"), 1e-8);
+    assert_close(one.member("first").end_moments[0], two.member("first").end_moments[0], 1e-6);
 }

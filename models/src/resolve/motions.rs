@@ -5,6 +5,7 @@ use pennate_solver::structure::Change;
 
 use super::joints::fixed;
 use super::steps::StepReader;
+use super::topology::JointRotation;
 use crate::error::{InputError, Span};
 use crate::input::read::{Map, Named, Spanned};
 use crate::input::{self, Motion};
@@ -36,14 +37,23 @@ impl StepReader<'_, '_> {
     fn check_turn(&mut self, node: usize, component: usize, name: &str, span: Span) {
         let mut axis = Vector3::zeros();
         axis[component - 3] = 1.0;
-        if self.actors.rotations[node].lacks(axis) {
-            self.cx.error(
-                InputError::new(format!("node '{name}' has no rotation to prescribe: all ends there are released"))
-                    .at(span)
-                    .label("no rotation here")
-                    .help("weld one of the members to the node"),
-            );
+        let rotation = self.actors.rotations[node];
+        if !rotation.turns_nothing(axis) {
+            return;
         }
+        let (message, label) = match rotation {
+            JointRotation::NoSpin(_) => (
+                format!(
+                    "a rotation {} of node '{name}' turns nothing: all ends there are hinged about that axis",
+                    COMPONENTS[component]
+                ),
+                "turns about the hinge alone",
+            ),
+            _ => {
+                (format!("node '{name}' has no rotation to prescribe: all ends there are released"), "no rotation here")
+            }
+        };
+        self.cx.error(InputError::new(message).at(span).label(label).help("weld one of the members to the node"));
     }
 
     /// Values of the six components, as far as given.

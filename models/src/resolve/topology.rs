@@ -27,7 +27,15 @@ pub(crate) enum JointRotation {
 }
 
 impl JointRotation {
-    /// Whether a moment or a rotation about this axis finds nothing to turn.
+    /// Whether a rotation about this axis turns nothing.
+    pub(crate) fn turns_nothing(self, axis: Vector3<f64>) -> bool {
+        match self {
+            Self::NoSpin(spin) => axis.cross(&Vector3::from(spin)).norm() <= 1e-9 * axis.norm(),
+            _ => self.lacks(axis),
+        }
+    }
+
+    /// Whether nothing takes a moment about this axis.
     pub(crate) fn lacks(self, axis: Vector3<f64>) -> bool {
         match self {
             Self::Full => false,
