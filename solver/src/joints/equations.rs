@@ -7,6 +7,7 @@ use std::ops::Range;
 use pennate_elements::rotation::{compose, exp, inverse, log, tangent_map, turn};
 use pennate_elements::small::{M3, V3, add, apply, dot, norm, scale, sub, zeros};
 
+use super::gradients::{Gradient, Gradients};
 use super::held::{Held, HeldKind, JointState, rotation_row, row, whole_turns};
 use super::topology::Topology;
 use super::{Idle, PARALLEL};
@@ -467,27 +468,19 @@ impl<const D: usize> Equations<D> {
                 Basis::Columns(_) => {
                     let rows = &self.rows[equations.rows.clone()];
                     let count = rows.len();
-                    let mut matrix = nalgebra::Matrix6::zeros();
                     // Rows beyond six depend on each other: rare, and worth an allocation.
-                    let mut wide = nalgebra::DMatrix::zeros(6, if count > 6 { count } else { 0 });
-                    for (r, &index) in rows.iter().enumerate() {
+                    let (mut few, mut many) = ([Gradient::default(); 6], Vec::new());
+                    let own = few.get_mut(..count).unwrap_or_else(|| {
+                        many.resize(count, Gradient::default());
+                        &mut many
+                    });
+                    for (own, &index) in own.iter_mut().zip(rows) {
                         let held = &self.held[index];
                         let gradient = row(held, fraction, &states[joint], topology.links[held.node].arm).gradient;
-                        for &c in &self.active {
-                            let entry = if count > 6 { &mut wide[(c, r)] } else { &mut matrix[(c, r)] };
-                            *entry = gradient[c];
-                        }
+                        self.active.iter().for_each(|&c| own.by_motion[c] = gradient[c]);
                     }
-                    let force = nalgebra::Vector6::from(forces[joint]);
-                    let mut share = |solution: &[f64]| {
-                        for (&index, &multiplier) in rows.iter().zip(solution) {
-                            self.multipliers[index] = multiplier;
-                        }
-                    };
-                    if count > 6 {
-                        let _ = wide.svd(true, true).solve(&force, 1e-10).map(|x| share(x.as_slice()));
-                    } else {
-                        let _ = matrix.svd(true, true).solve(&force, 1e-10).map(|x| share(x.as_slice()));
+                    for (&index, share) in rows.iter().zip(Gradients::of(own).shares(&forces[joint])) {
+                        self.multipliers[index] = share;
                     }
                 }
             }
@@ -518,16 +511,15 @@ impl<const D: usize> Equations<D> {
         shares: &[(usize, f64)],
     ) -> [f64; 6] {
         let rows = self.rows_of(joint);
-        let mut matrix = nalgebra::DMatrix::zeros(rows.len(), 6);
-        let mut wanted = nalgebra::DVector::zeros(rows.len());
-        for (r, &index) in rows.iter().enumerate() {
+        let gradient = |&index: &usize| {
             let held = &self.held[index];
-            let (_, gradient) = self.row_at(held, state, topology.links[held.node].arm);
-            gradient.iter().enumerate().for_each(|(c, &slope)| matrix[(r, c)] = slope);
-            wanted[r] = shares.iter().filter(|&&(own, _)| own == index).map(|&(_, share)| share).sum::<f64>();
-        }
-        let found = matrix.svd(true, true).solve(&wanted, 1e-10);
-        found.map_or([0.0; 6], |motion| std::array::from_fn(|c| motion[c]))
+            let (_, by_motion) = self.row_at(held, state, topology.links[held.node].arm);
+            Gradient::new(by_motion)
+        };
+        let mut own: Vec<Gradient> = rows.iter().map(gradient).collect();
+        let wanted =
+            rows.iter().map(|index| shares.iter().filter(|(own, _)| own == index).map(|&(_, share)| share).sum());
+        Gradients::of(&mut own).motion(wanted)
     }
 
     /// Force on the node, and moment about it, by which a row acts on the structure.

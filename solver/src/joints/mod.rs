@@ -5,6 +5,7 @@
 //! axes, supports on points of a body and partly held rotations are met exactly, by transformation.
 
 mod equations;
+mod gradients;
 mod held;
 mod idle;
 mod topology;
