@@ -8,7 +8,7 @@ use pennate_elements::small::{
     Ldl, V3, axpy, cross, madd, mscale, scale, sub_tmul, sub_tmul_symmetric, tmul, transpose, zeros,
 };
 
-use crate::{Chain, MOST_LANES, lanes};
+use crate::{Chain, MOST_LANES, lanes, scratch};
 
 /// What is left of a plane member out of its plane.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Condense<'
 
     #[inline(always)]
     fn run(self) -> Lateral<T> {
-        self.0.condense_lateral_all(self.1)
+        let mut local = scratch::take();
+        let left = self.0.condense_lateral_all(self.1, &mut local);
+        scratch::keep(local);
+        left
     }
 }
 
@@ -72,7 +75,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     }
 
     #[inline(always)]
-    fn condense_lateral_all(&self, moduli: &[Moduli<T, 6>]) -> Lateral<T> {
+    fn condense_lateral_all(&self, moduli: &[Moduli<T, 6>], k: &mut Local<T, 3, P>) -> Lateral<T> {
         let o = T::zero();
         let ends = Ends { k00: zeros(), k01: zeros(), k11: zeros(), r0: [o; 3], r1: [o; 3] };
         // A chain in space has no plane that it could leave.
@@ -80,12 +83,11 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
             return Lateral { ends, negative: o, softest: T::one() };
         }
         let (mut negative, mut softest) = (T::zero(), T::one());
-        let mut k = Local::zero();
         let mut before = self.flat_pose(0);
         let mut chain: Option<Ends<T, 3>> = None;
         for e in 0..self.frames.len() {
             let after = self.flat_pose(e + 1);
-            let next = self.lateral_element(e, moduli, [&before, &after], &mut k, &mut negative, &mut softest);
+            let next = self.lateral_element(e, moduli, [&before, &after], k, &mut negative, &mut softest);
             before = after;
             chain = Some(match chain {
                 None => next,

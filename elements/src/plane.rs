@@ -541,7 +541,11 @@ pub fn lateral<T: Real, L: LocalLaw, const P: usize>(
     out: &mut Local<T, 3, P>,
 ) {
     out.clear();
-    out.tangent = [[zeros(); P]; P];
+    for i in 0..P {
+        for j in i..P {
+            out.tangent[i][j] = zeros();
+        }
+    }
     let o = T::zero();
     let inverse = T::one() / at.piece.length;
     let seen_from = T::splat(0.5 - L::SEEN_FROM) * at.local[P - 1][2];
