@@ -177,6 +177,10 @@ impl HeldForces {
             nalgebra::DMatrix::from_fn(rows, columns, |i, j| of(&pairs[j + 1])[i] - of(&pairs[j])[i])
         };
         let (begun, added) = (change(|tried| &tried.forces), change(|tried| &tried.added));
+        // Singular values of what is not finite are iterated for without end.
+        if !added.iter().all(|by| by.is_finite()) {
+            return None;
+        }
         let svd = added.clone().svd(true, true);
         let most = svd.singular_values.max();
         if !(most > RESPONSE * largest(&last.added).1) {
