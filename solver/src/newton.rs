@@ -148,9 +148,10 @@ impl Start<'_> {
 pub(crate) trait Unknowns<const D: usize> {
     /// Linearizes at the present state and factorizes.
     fn linearize(&mut self, system: &mut System<D>, first: bool) -> Inertia;
-    /// Forces at the present state alone: the factors go on being those of the last linearization. False where they cannot.
-    fn refresh(&mut self, _: &mut System<D>) -> bool {
-        false
+    /// Forces at the present state alone, by the factors of the last linearization; `None` where these do not tell them. Whether the
+    /// iteration can go on with these factors is said.
+    fn refresh(&mut self, _: &mut System<D>) -> Option<bool> {
+        None
     }
     /// Whether what they have beside the state has converged.
     fn are_settled(&self, tuning: &Tuning) -> bool;
@@ -177,9 +178,10 @@ impl<const D: usize> Unknowns<D> for AtFixedLoads<'_, D> {
         system.assemble(self.pending)
     }
 
-    fn refresh(&mut self, system: &mut System<D>) -> bool {
+    fn refresh(&mut self, system: &mut System<D>) -> Option<bool> {
         self.pending = system.pattern.equations.has_general();
-        system.refresh(self.pending) && system.tangent.has_potential()
+        let goes_on = system.refresh(self.pending);
+        system.tangent.has_potential().then_some(goes_on)
     }
 
     fn are_settled(&self, _: &Tuning) -> bool {
@@ -272,7 +274,7 @@ impl Newton {
                 && (small || may_end)
                 && last <= start.reuses_within
                 && start.reuses_factors.is_some_and(|smallest| inertia.smallest >= smallest);
-            if self.may_end_by_forces(system, start, &inertia, last) && unknowns.refresh(system) {
+            if self.may_end_by_forces(system, start, &inertia, last) && unknowns.refresh(system).is_some() {
                 let residual = system.residual();
                 if residual.largest() <= self.tuning.near * misfit {
                     let factorizations = iterations - 1 + asked;
@@ -283,7 +285,7 @@ impl Newton {
                 (inertia, has_factors) = (system.tangent.inertia(), true);
                 true
             } else if !(serve
-                && unknowns.refresh(system)
+                && unknowns.refresh(system) == Some(true)
                 && (small || system.residual().largest() <= self.tuning.shortest))
             {
                 inertia = unknowns.linearize(system, iterations == 1);
