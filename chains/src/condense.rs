@@ -9,7 +9,7 @@ use pennate_elements::small::{
 };
 
 use crate::ahead::Task;
-use crate::{Chain, Pack, scratch};
+use crate::{Chain, NodeFactor, Pack, scratch};
 
 /// Pivots smaller than this part of the diagonal entry they came from are rounding: a unit in the last place for each of a
 /// few operations.
@@ -135,9 +135,23 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
         (frame, local)
     }
 
+    /// Makes room for the factors of an element and of its first node, where there was none: memory that is cleared right before it is
+    /// written costs little, and to clear that of a large network apart is one more way through all of it.
+    #[inline(always)]
+    fn make_room(&mut self, e: usize) {
+        if self.inner_rest.len() < (e + 1) * Self::INNER_NODES {
+            self.inner.resize((e + 1) * Self::INNER_BLOCKS, zeros());
+            self.inner_rest.resize((e + 1) * Self::INNER_NODES, [T::zero(); D]);
+        }
+        if self.factors.len() < e {
+            self.factors.resize(e, NodeFactor { left: zeros(), next: zeros(), rest: [T::zero(); D] });
+        }
+    }
+
     /// Condenses one element to its last node, and stores the factors.
     #[inline(always)]
     fn condense_element(&mut self, e: usize, k: &mut Local<T, D, P>) -> Ends<T, D> {
+        self.make_room(e);
         let (frame, local) = self.evaluate::<true>(e, k);
         if e == 0 || e + 1 == self.frames.len() {
             for d in 0..D {

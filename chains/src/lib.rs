@@ -59,7 +59,7 @@ pub use size::Size;
 use size::Sizes;
 pub use transfer::{NewNodes, NewState, adopt, lift, prolong};
 pub use variation::SegmentVariation;
-pub use work::{load_work, top_energy, total_load};
+pub use work::{load_work, total_load};
 
 /// No number has more lanes.
 pub const MOST_LANES: usize = 8;
@@ -118,7 +118,7 @@ pub struct Chain<T: Real, B: Beam<T, D>, const D: usize, const P: usize> {
     state: ChainState<B::Pose, T, D>,
     frames: Vec<B::Frame>,
     /// Elimination inside the elements: blocks x_ij, j > i, right-hand sides, and turn columns where there are loads along the
-    /// member.
+    /// member. None of an element before its first elimination.
     inner: Vec<[[T; D]; D]>,
     inner_rest: Vec<[T; D]>,
     inner_turn: Vec<[[T; 3]; D]>,
@@ -152,11 +152,10 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     /// Chains of as many members as `T` has lanes (the last is repeated where there are fewer), all of equal mesh.
     pub fn new(meshes: &[ChainMesh]) -> Self {
         let mut chain = Self::without_factors(meshes);
-        let (o, elements) = (T::zero(), chain.frames.len());
-        let factor = NodeFactor { left: zeros(), next: zeros(), rest: [o; D] };
-        chain.inner = vec![zeros(); elements * Self::INNER_BLOCKS];
-        chain.inner_rest = vec![[o; D]; elements * Self::INNER_NODES];
-        chain.factors = vec![factor; elements - 1];
+        let elements = chain.frames.len();
+        chain.inner = Vec::with_capacity(elements * Self::INNER_BLOCKS);
+        chain.inner_rest = Vec::with_capacity(elements * Self::INNER_NODES);
+        chain.factors = Vec::with_capacity(elements - 1);
         chain
     }
 

@@ -233,7 +233,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
         // Looking at all segments for each of them would take long.
         if load != [0.0; 3] {
             self.loaded = true;
-            self.inner_turn.resize(self.inner_rest.len(), zeros());
+            self.inner_turn.resize(self.frames.len() * Self::INNER_NODES, zeros());
         } else if self.loaded {
             self.loaded = self.loads.iter().flatten().any(|q| (0..T::LANES).any(|l| q.lane(l) != 0.0));
         }
