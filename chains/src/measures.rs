@@ -1,4 +1,4 @@
-//! Present length and largest strains of a member.
+//! Present length and largest strains of a member, and the energy that coarser elements lack.
 
 use pennate_elements::beam::Beam;
 use pennate_elements::real::{Real, Work};
@@ -16,6 +16,9 @@ pub struct Measures {
     pub stretch: Peak,
     /// Largest strain that bending brings to a fibre, where sections have a shape; induced curvature apart.
     pub bending: Peak,
+    /// Strain energy in the highest mode of the strains of all elements, the Legendre component of order P − 1: what elements of
+    /// an order less lack. Strains that are held have none.
+    pub top_energy: f64,
 }
 
 /// The value of largest size so far, and where it is.
@@ -38,23 +41,39 @@ impl<T: Real> Largest<T> {
     }
 }
 
-/// Length, stretch and bending, as work in lanes.
+/// Factors of the strains at P Gauss points whose sum, squared, is the part of their mean square that the highest polynomial has
+/// which so many points see.
+fn highest_mode<const P: usize>(points: &[f64; P], weights: &[f64; P]) -> [f64; P] {
+    // Up to a factor it is the alternating one of the divided difference.
+    let mut mode = [0.0; P];
+    for g in 0..P {
+        let product: f64 = (0..P).filter(|&o| o != g).map(|o| points[g] - points[o]).product();
+        mode[g] = 1.0 / product;
+    }
+    let square: f64 = (0..P).map(|g| mode[g] * mode[g] / weights[g]).sum();
+    mode.map(|value| value / square.sqrt())
+}
+
+/// Length, stretch, bending and energy in the highest mode, as work in lanes.
 struct Measure<'a, T: Real, B: Beam<T, D>, const D: usize, const P: usize>(&'a Chain<T, B, D, P>);
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Measure<'_, T, B, D, P> {
-    type Output = (T, Largest<T>, Largest<T>);
+    type Output = (T, Largest<T>, Largest<T>, T);
 
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self(chain) = self;
         let mut length = T::zero();
         let (mut stretch, mut bending) = (Largest::default(), Largest::default());
+        let mode = highest_mode(&chain.table.points, &chain.table.weights);
+        let (mut energy, least) = (T::zero(), T::splat(f64::MIN_POSITIVE));
         let mut before = T::zero();
         for e in 0..chain.frames.len() {
             let piece = chain.piece(e);
             let strains = Strains(chain, e).run();
             let segment = chain.mesh.segment_of[e];
-            let rest = &chain.moduli[segment].rest;
+            let moduli = &chain.moduli[segment];
+            let rest = &moduli.rest;
             let [second, third, corner] = chain.fibres[segment];
             for g in 0..P {
                 let along = T::one() + strains[g][0];
@@ -77,20 +96,54 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Work for Measure<'_
                 };
                 bending.take(fibre, at);
             }
+            for d in 0..D {
+                let mut top = T::zero();
+                for g in 0..P {
+                    top += T::splat(mode[g]) * strains[g][d];
+                }
+                let free = T::one() - moduli.held[d];
+                let stiffness = (T::zero() - free).is_negative() * moduli.stiffness[d];
+                energy += stiffness * piece.length * top * top / Real::max(free, least);
+            }
             before += piece.length;
         }
         let over = T::one() / chain.total_length;
         stretch.at = stretch.at * over;
         bending.at = bending.at * over;
-        (length, stretch, bending)
+        (length, stretch, bending, T::splat(0.5) * energy)
     }
 }
 
 impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Chain<T, B, D, P> {
     pub(super) fn measures_impl(&self) -> Vec<Measures> {
-        let (length, stretch, bending) = T::run(Measure(self));
-        let of =
-            |lane| Measures { length: length.lane(lane), stretch: stretch.lane(lane), bending: bending.lane(lane) };
+        let (length, stretch, bending, energy) = T::run(Measure(self));
+        let of = |lane| Measures {
+            length: length.lane(lane),
+            stretch: stretch.lane(lane),
+            bending: bending.lane(lane),
+            top_energy: energy.lane(lane),
+        };
         (0..self.mesh.members.len()).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pennate_elements::interpolation::Table;
+
+    use super::*;
+
+    /// Of the constant and the linear function nothing, of the Legendre polynomial 6 s² − 6 s + 1 all of its mean square, 1/5.
+    #[test]
+    fn the_highest_mode_is_the_legendre_polynomial() {
+        let table = Table::<3>::new();
+        let mode = highest_mode(&table.points, &table.weights);
+        let part = |f: fn(f64) -> f64| {
+            let sum: f64 = mode.iter().zip(&table.points).map(|(mode, &s)| mode * f(s)).sum();
+            sum * sum
+        };
+        assert!(part(|_| 1.0) < 1e-28);
+        assert!(part(|s| s) < 1e-28);
+        assert!((part(|s| 6.0 * s * s - 6.0 * s + 1.0) - 0.2).abs() < 1e-14);
     }
 }

@@ -1,10 +1,10 @@
-//! Loads along a member and their work, and the part of its strain energy that elements of the next lower order do not have.
+//! Loads along a member and their work.
 
 use pennate_elements::beam::interior;
 use pennate_elements::small::{V3, axpy, dot};
 
+use crate::Pack;
 use crate::element::SegmentState;
-use crate::{MOST_NODES, Pack};
 
 /// Sum of the load along a member.
 pub fn total_load<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> V3<f64> {
@@ -42,32 +42,4 @@ pub fn load_work<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> f64 {
         work += unloaded.piece.length * dot(load, mean);
     }
     work
-}
-
-/// Strain energy of a member in the highest mode of the strains of all elements, the Legendre component of order P − 1: what
-/// elements of an order less lack. Strains that are held have none.
-pub fn top_energy<const D: usize>(pack: &dyn Pack<D>, lane: usize) -> f64 {
-    let mesh = pack.mesh();
-    let (order, points, weights) = (mesh.order, mesh.points(), mesh.weights());
-    // The highest polynomial that P Gauss points see, up to a factor: the alternating one of the divided difference.
-    let mut mode = [0.0; MOST_NODES];
-    for g in 0..order {
-        let product: f64 = (0..order).filter(|&o| o != g).map(|o| points[g] - points[o]).product();
-        mode[g] = 1.0 / product;
-    }
-    let size: f64 = (0..order).map(|g| mode[g] * mode[g] / weights[g]).sum();
-    let segments = SegmentState::all(pack, lane);
-    let mut energy = 0.0;
-    for element in 0..mesh.elements() {
-        let strains = pack.strains(lane, element);
-        let segment = &segments[mesh.segment_of(element)];
-        for d in 0..D {
-            if segment.moduli.held[d] < 1.0 {
-                let top: f64 = (0..order).map(|g| mode[g] * strains[g][d]).sum();
-                let stiffness = segment.stiffness(d) * mesh.length(lane, element);
-                energy += 0.5 * stiffness * top * top / size;
-            }
-        }
-    }
-    energy
 }

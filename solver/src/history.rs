@@ -290,6 +290,8 @@ pub struct MemberState {
     pub stretch: Peak,
     /// Largest strain that bending brings to a fibre, where sections have a shape; induced curvature apart.
     pub bending: Peak,
+    /// Strain energy that elements of the next lower order lack: that of the highest mode of the strains of its elements.
+    pub top_energy: f64,
 }
 
 /// A singular point that a path passed or stopped at.

@@ -64,7 +64,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
         let end_forces: [V3<f64>; 2] = [part(0, 0), part(1, 0)];
         let control = system.structure.members[index].control.map_or(0.0, |drive| system.loading.drives[drive]);
         if !measured {
-            let [length, axial_force, value, at] = [f64::NAN; 4];
+            let [length, axial_force, value, at, top_energy] = [f64::NAN; 5];
             let [stretch, bending] = [Peak { value, at }; 2];
             let axial_force_ends = [f64::NAN; 2];
             members.push(MemberState {
@@ -76,6 +76,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
                 end_forces,
                 end_moments,
                 control,
+                top_energy,
             });
             continue;
         }
@@ -86,7 +87,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
             sign * dot(tangent, end_forces[end])
         };
         let Middle { tangent, carried, .. } = middle(pack, slot.lane);
-        let Measures { length, stretch, bending } = measures[slot.pack][slot.lane];
+        let Measures { length, stretch, bending, top_energy } = measures[slot.pack][slot.lane];
         members.push(MemberState {
             length,
             stretch,
@@ -96,6 +97,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
             end_forces,
             end_moments,
             control,
+            top_energy,
         });
     }
     let residual = system.residual();

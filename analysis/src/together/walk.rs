@@ -6,7 +6,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use pennate_solver::chain::{top_energy, variations};
+use pennate_solver::chain::variations;
 use pennate_solver::continuation::{self, OutOfPlane, QUARTER_TURN};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
@@ -584,7 +584,7 @@ impl<const D: usize> Walk<D> {
             return None;
         }
         let state = results::equilibrium(finer);
-        let missing = finer.members.chains().map(|(pack, lane)| top_energy(pack, lane)).collect();
+        let missing = state.members.iter().map(|member| member.top_energy).collect();
         let variations = system.members.chains().map(|(pack, lane)| variations(pack, lane)).collect();
         Some(Finer { state, missing, variations })
     }

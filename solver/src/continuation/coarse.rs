@@ -14,14 +14,43 @@ use crate::system::{State, System};
 pub struct Coarse<const D: usize> {
     /// The structure on the coarser mesh.
     pub system: System<D>,
-    /// The states at the ends of steps, where a finer mesh may start from them.
-    pub ends: Vec<Option<State>>,
+    /// The ends of steps.
+    pub ends: Vec<End>,
     /// Whether increments of a step were cut short.
     cut: Vec<bool>,
     /// The same on elements of the next order, where there is one: it is much nearer.
     pub refined: Option<System<D>>,
     /// The same on the next order of elements.
-    pub refined_ends: Vec<Option<State>>,
+    pub refined_ends: Vec<End>,
+}
+
+/// The end of a step, for a finer mesh to start from.
+#[derive(Debug)]
+pub enum End {
+    /// It may not start from there.
+    Unfit,
+    /// The state of the system is the end of its last step: nothing is copied that no finer mesh may ever ask for.
+    Present,
+    /// The state.
+    Kept(State),
+}
+
+impl End {
+    /// That of a system that is there.
+    fn of<const D: usize>(system: &System<D>, is_last: bool) -> Self {
+        if is_last { Self::Present } else { Self::Kept(system.snapshot()) }
+    }
+
+    fn is_fit(&self) -> bool {
+        !matches!(self, Self::Unfit)
+    }
+}
+
+/// Keeps the end of the last step before the system is brought to others.
+fn keep_present<const D: usize>(system: &System<D>, ends: &mut [End]) {
+    for end in ends.iter_mut().filter(|end| matches!(end, End::Present)) {
+        *end = End::Kept(system.snapshot());
+    }
 }
 
 /// Part of its stiffness that a network has left where a singular point is near enough for a mesh to decide whether the path comes to it:
@@ -61,8 +90,12 @@ impl Way {
 }
 
 impl<const D: usize> Coarse<D> {
-    /// Gives back what is of no use to a solve on a finer mesh, before that needs memory of its own.
+    /// Keeps what a solve on a finer mesh starts from, and gives back what is of no use to it before it needs memory of its own.
     pub(crate) fn shed(&mut self) {
+        keep_present(&self.system, &mut self.ends);
+        if let Some(refined) = &self.refined {
+            keep_present(refined, &mut self.refined_ends);
+        }
         for system in std::iter::once(&mut self.system).chain(&mut self.refined) {
             system.members.packs.iter_mut().for_each(|pack| pack.shed());
         }
@@ -81,7 +114,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
 
     /// Whether the end of a step is known from a coarser mesh.
     pub(super) fn is_known_from_coarse(&self, index: usize) -> bool {
-        self.coarse.as_ref().is_some_and(|(coarse, _)| coarse.ends.get(index).is_some_and(Option::is_some))
+        self.coarse.as_ref().is_some_and(|(coarse, _)| coarse.ends.get(index).is_some_and(End::is_fit))
     }
 
     /// What is known of the way of a step when it begins. Where the increments of a coarser mesh were cut short those of this one end where
@@ -109,10 +142,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let simple = step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
         let Some((coarse, steps)) = &mut self.coarse else { return false };
         let before: &'a StepHistory = &steps[index];
-        let Some(Some(end)) = coarse.ends.get(index).filter(|_| simple) else { return false };
+        let Some(End::Kept(end)) = coarse.ends.get(index).filter(|_| simple) else { return false };
         self.system.save(&mut self.last);
         match (&mut coarse.refined, coarse.refined_ends.get(index)) {
-            (Some(refined), Some(Some(end))) => {
+            (Some(refined), Some(End::Kept(end))) => {
                 refined.restore(end);
                 self.system.prolong(refined);
             }
@@ -156,14 +189,16 @@ impl<'a, const D: usize> Continuation<'a, D> {
         Coarse { system, ends, cut, refined, refined_ends }
     }
 
-    /// Keeps the refined end of a step, where the end itself was kept.
-    pub(super) fn keep_refined(&mut self) -> Option<State> {
-        self.ends.last()?.as_ref()?;
-        self.refined.as_ref().map(System::snapshot)
+    /// The refined end of a step, where a finer mesh may start from the end itself.
+    pub(super) fn refined_end(&self, is_last: bool) -> End {
+        match &self.refined {
+            Some(refined) if self.ends.last().is_some_and(End::is_fit) => End::of(refined, is_last),
+            _ => End::Unfit,
+        }
     }
 
     /// Keeps the end of a step that a finer mesh may start from.
-    pub(super) fn keep_end(&mut self, record: &StepHistory) {
+    pub(super) fn keep_end(&mut self, record: &StepHistory, is_last: bool) {
         if !self.keeps {
             return;
         }
@@ -173,6 +208,6 @@ impl<'a, const D: usize> Continuation<'a, D> {
             && record.notes.is_empty()
             && !self.way.is_for_the_mesh();
         self.cut.push(self.way.was_cut);
-        self.ends.push(plain.then(|| self.system.snapshot()));
+        self.ends.push(if plain { End::of(&self.system, is_last) } else { End::Unfit });
     }
 }

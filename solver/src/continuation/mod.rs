@@ -43,6 +43,7 @@ mod verdict;
 
 pub use acceptance::{came_aside, is_doubtful};
 pub use coarse::Coarse;
+use coarse::End;
 use follow::{Effort, Ramp, Request, Run};
 pub use held::{first_rows, topology};
 pub use taut::STRAIGHT;
@@ -104,11 +105,11 @@ pub struct Continuation<'a, const D: usize> {
     /// Whether ends of steps are kept for a finer mesh.
     pub keeps: bool,
     /// See [`Coarse::ends`].
-    pub ends: Vec<Option<State>>,
+    pub ends: Vec<End>,
     /// Whether increments of each step so far were cut short.
     cut: Vec<bool>,
     /// See [`Coarse::refined_ends`].
-    pub refined_ends: Vec<Option<State>>,
+    pub refined_ends: Vec<End>,
     /// What was asked for.
     pub options: Options,
     /// What is to be said of the solve.
@@ -243,9 +244,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
             if let Some(step) = steps.get(index).filter(|_| so_far.going) {
                 self.follow_step(index, steps, step, &mut record, &mut watch, &mut so_far);
             }
-            self.note_end(&mut record);
+            let is_last = index + 1 == total;
+            self.note_end(&mut record, is_last);
             so_far.winding |= record.increments.len() > 1;
-            let mut kept = None;
+            let mut refined_end = End::Unfit;
             self.refined_stands = false;
             if so_far.going && self.options.estimate && (so_far.winding || !self.options.rough) {
                 let start = (self.options.clock)();
@@ -254,11 +256,11 @@ impl<'a, const D: usize> Continuation<'a, D> {
                     record.refined = Some(state);
                     record.missing = missing;
                     self.refined_stands = true;
-                    kept = self.keep_refined();
+                    refined_end = self.refined_end(is_last);
                 }
                 history.estimate += (self.options.clock)().saturating_sub(start);
             }
-            self.refined_ends.push(kept);
+            self.refined_ends.push(refined_end);
             history.steps.push(record);
         }
         self.let_turn();
@@ -354,11 +356,11 @@ impl<'a, const D: usize> Continuation<'a, D> {
     }
 
     /// Notes what is to be said of the end of a step, and keeps the state for a finer mesh.
-    fn note_end(&mut self, record: &mut StepHistory) {
+    fn note_end(&mut self, record: &mut StepHistory, is_last: bool) {
         if let Some(node) = self.system.endless_moment() {
             record.notes.push(Note::EndlessMoment { node });
         }
-        self.keep_end(record);
+        self.keep_end(record, is_last);
         self.note_undetermined(record);
         self.note_turned(record);
         if record.stability != self.stability {
@@ -412,7 +414,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let found = self.newton.solve(refined, start).ok()?;
         let mut state = results::equilibrium(refined);
         state.compliances = results::compliances(refined);
-        let missing = refined.members.chains().map(|(pack, lane)| chain::top_energy(pack, lane)).collect();
+        let missing = state.members.iter().map(|member| member.top_energy).collect();
         Some((state, missing, found.inertia.negative))
     }
 }
