@@ -1,7 +1,7 @@
 //! A small solution made by hand, with the names that writers find hardest.
 
 use pennate_analysis::accuracy::{Accuracy, Verdict};
-use pennate_analysis::solution::{ProbeTable, Solution, Timing};
+use pennate_analysis::solution::{NodeError, ProbeTable, Solution, Timing, last_state};
 use pennate_models::error::Span;
 use pennate_models::model::{Body, FixedLaw, Member, MemberKind, Node, Segment, SegmentLaw, Spring, Units};
 use pennate_models::{Mesh, Model};
@@ -23,7 +23,14 @@ pub(crate) fn solution() -> Solution {
     let probes = ProbeTable::new(&model, &history);
     let accuracy = Accuracy { asked: 1e-6, estimated: Some(3e-8), verdict: Verdict::Met, rounds: 1 };
     let mesh = Mesh::new(3, vec![vec![2, 1]]);
-    Solution { model, mesh, history, probes, accuracy, timing: Timing::default() }
+    let errors = history.steps.iter().map(|step| errors(step, model.dimension)).collect();
+    Solution { model, mesh, history, probes, errors, accuracy, timing: Timing::default() }
+}
+
+/// What the nodes of a step differ by on its refined mesh.
+fn errors(step: &StepHistory, dimension: Dimension) -> Vec<NodeError> {
+    let (Some(last), Some(refined)) = (last_state(step), &step.refined) else { return Vec::new() };
+    last.nodes.iter().zip(&refined.nodes).map(|(a, b)| NodeError::between(a, b, dimension)).collect()
 }
 
 pub(crate) fn model() -> Model {

@@ -21,6 +21,8 @@ pub struct Solution {
     pub history: History,
     /// The probes in them.
     pub probes: ProbeTable,
+    /// The error of the mesh at the nodes where every step ends; none of a step that was not estimated.
+    pub errors: Vec<Vec<NodeError>>,
     /// The error of the mesh, asked for and estimated.
     pub accuracy: Accuracy,
     /// What it took.

@@ -235,7 +235,7 @@ impl<T: Serialize> Serialize for Map<'_, T> {
 impl<'a> Results<'a> {
     fn new(solution: &'a Solution, pictures: &'a [String]) -> Self {
         let model = &solution.model;
-        let steps = solution.steps().zip(&solution.probes.steps);
+        let steps = solution.steps().zip(&solution.probes.steps).zip(&solution.errors);
         Self {
             format: "pennate-results/1",
             title: &model.title,
@@ -244,7 +244,9 @@ impl<'a> Results<'a> {
             status: status_name(solution.status()),
             mesh: Mesh::from(solution.history.mesh),
             accuracy: Reached::from(solution.accuracy),
-            steps: steps.map(|((name, step), probes)| Step::new(model, name, step, probes)).collect(),
+            steps: steps
+                .map(|(((name, step), probes), errors)| Step::new(model, name, (step, probes, errors)))
+                .collect(),
             input: Origin::of(model),
             pictures,
             timing: Seconds::from(solution.timing),
@@ -253,7 +255,7 @@ impl<'a> Results<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(model: &'a Model, name: &'a str, step: &StepHistory, probes: &ProbeSteps) -> Self {
+    fn new(model: &'a Model, name: &'a str, (step, probes, errors): (&StepHistory, &ProbeSteps, &[NodeError])) -> Self {
         let state = last_state(step);
         let named = |values: Option<Vec<f64>>| {
             Map(model.probes.names.iter().map(String::as_str).zip(values.unwrap_or_default()).collect())
@@ -279,7 +281,7 @@ impl<'a> Step<'a> {
             digits: state.and_then(|state| state.rounding.as_ref()).map(Digits::from),
             critical_points: critical_points(model, step),
             jumps: jumps(model, step),
-            nodes: Map(state.map_or_else(Vec::new, |state| nodes(model, state, step.refined.as_ref()))),
+            nodes: Map(state.map_or_else(Vec::new, |state| nodes(model, state, errors))),
             bodies: Map(state.map_or_else(Vec::new, |state| bodies(model, state))),
             members: Map(state.map_or_else(Vec::new, |state| members(model, state))),
             springs: Map(state.map_or_else(Vec::new, |state| springs(model, state))),
@@ -320,10 +322,9 @@ fn jumps<'a>(model: &'a Model, step: &StepHistory) -> Vec<Jump<'a>> {
     step.jumps.iter().map(entry).collect()
 }
 
-fn nodes<'a>(model: &'a Model, state: &Equilibrium, refined: Option<&Equilibrium>) -> Vec<(&'a str, Node)> {
+fn nodes<'a>(model: &'a Model, state: &Equilibrium, errors: &[NodeError]) -> Vec<(&'a str, Node)> {
     let entry = |(index, node): (usize, &'a pennate_models::model::Node)| {
         let now = &state.nodes[index];
-        let error = refined.map(|refined| NodeError::between(now, &refined.nodes[index], model.dimension));
         let entry = Node {
             position: std::array::from_fn(|axis| node.position[axis] + now.displacement[axis]),
             displacement: now.displacement,
@@ -331,7 +332,7 @@ fn nodes<'a>(model: &'a Model, state: &Equilibrium, refined: Option<&Equilibrium
             rotation_total: (model.dimension == Dimension::Plane).then_some(now.rotation_total),
             reaction_force: now.reaction_force,
             reaction_moment: now.reaction_moment,
-            errors: error.map(Errors::from),
+            errors: errors.get(index).copied().map(Errors::from),
         };
         (node.name.as_str(), entry)
     };

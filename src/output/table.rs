@@ -197,8 +197,9 @@ pub fn probe_unit(model: &Model, index: usize) -> &'static str {
 /// Displacements and reactions of the nodes at the end of the last step.
 fn nodes(solution: &Solution) -> String {
     let model = &solution.model;
-    let Some((name, step, state)) =
-        solution.steps().filter_map(|(name, step)| Some((name, step, last_state(step)?))).last()
+    let steps = solution.steps().zip(&solution.errors);
+    let Some((name, step, state, errors)) =
+        steps.filter_map(|((name, step), errors)| Some((name, step, last_state(step)?, errors))).last()
     else {
         return String::new();
     };
@@ -206,7 +207,7 @@ fn nodes(solution: &Solution) -> String {
     let mut rows = vec![node_head(model.dimension, length, force)];
     let scales = Scales::of_run(solution);
     for index in 0..model.nodes.len().min(NODE_ROWS) {
-        rows.push(node_row(model, step, state, index, &scales));
+        rows.push(node_row(model, (state, errors), index, &scales));
     }
     let mut align = vec![Align::Right; rows[0].len()];
     align[0] = Align::Left;
@@ -232,17 +233,21 @@ fn node_head(dimension: Dimension, length: &str, force: &str) -> Vec<String> {
     head
 }
 
-fn node_row(model: &Model, step: &StepHistory, state: &Equilibrium, index: usize, scales: &Scales) -> Vec<String> {
+fn node_row(
+    model: &Model,
+    (state, errors): (&Equilibrium, &[NodeError]),
+    index: usize,
+    scales: &Scales,
+) -> Vec<String> {
     let node = &state.nodes[index];
     let plane = model.dimension == Dimension::Plane;
     let axes = if plane { 2 } else { 3 };
     let turn = if plane { node.rotation_total } else { norm(node.rotation) };
-    let error = step.refined.as_ref().map(|refined| NodeError::between(node, &refined.nodes[index], model.dimension));
     let mut row = vec![shown(&model.nodes[index].name)];
     row.extend(node.displacement[..axes].iter().map(|&value| rounded(value, scales.of(ProbeKind::Displacement))));
     row.push(rounded(turn.to_degrees(), scales.of(ProbeKind::Rotation)));
     row.extend(node.reaction_force[..axes].iter().map(|&value| rounded(value, scales.of(ProbeKind::Force))));
-    row.push(error.map_or_else(|| "-".to_owned(), |error| estimate(error.displacement)));
+    row.push(errors.get(index).map_or_else(|| "-".to_owned(), |error| estimate(error.displacement)));
     row
 }
 

@@ -2,7 +2,7 @@
 
 use pennate_models::Model;
 use pennate_models::probes::ProbeKind;
-use pennate_solver::history::{Equilibrium, History, StepHistory};
+use pennate_solver::history::{Equilibrium, History, NodeState, StepHistory};
 use pennate_solver::structure::{Dimension, Structure};
 
 use crate::solution::{NodeError, ProbeSteps, ProbeTable, diagonal, largest_force, largest_moment, last_state, norm};
@@ -37,21 +37,29 @@ pub(super) fn relative_error(
     Some(ratios.into_iter().flatten().fold(0.0, f64::max))
 }
 
-/// Sets the least error that is stated of every probe, a part of the largest one of the same step: what two meshes
-/// differ by may vanish by chance.
-pub(super) fn state_least_errors(model: &Model, structure: &Structure, history: &History, probes: &mut ProbeTable) {
-    if model.probes.is_empty() || history.steps.iter().all(|step| step.refined.is_none()) {
-        return;
+/// What is stated of the nodes, step by step, and sets the least error that is stated of every probe: what two meshes differ by may
+/// vanish by chance. Of nodes, which are many, no less than a part of the largest error of the kind is stated, of probes no less than
+/// that of the largest of any kind.
+pub(super) fn state_errors(
+    model: &Model,
+    structure: &Structure,
+    history: &History,
+    probes: &mut ProbeTable,
+) -> Vec<Vec<NodeError>> {
+    if history.steps.iter().all(|step| step.refined.is_none()) {
+        return vec![Vec::new(); history.steps.len()];
     }
     let noise = Noise::of(structure, history);
     let kinds = |steps: &[StepHistory], probes: &[ProbeSteps]| {
         kinds_of_nodes(model.dimension, steps).joined(kinds_of_probes(model, probes))
     };
     let run = kinds(&history.steps, &probes.steps);
-    for (step, probes) in history.steps.iter().zip(&mut probes.steps) {
+    let state = |(step, probes): (&StepHistory, &mut ProbeSteps)| {
         let own = kinds(std::slice::from_ref(step), std::slice::from_ref(probes));
         let largest = run.with_errors_of(own).ratios(&noise).into_iter().flatten().fold(0.0, f64::max);
-        let least = |(index, value): (usize, &f64)| {
+        // What is zero by symmetry or by statics is so on every mesh.
+        let least = |size: f64, scale: f64| if size > ROUNDING * scale { BY_CHANCE * largest * scale } else { 0.0 };
+        let of_probe = |(index, value): (usize, &f64)| {
             let size = probes.increments.iter().map(|values| values[index].abs()).fold(0.0, f64::max);
             let scale = match model.probes.kind(index) {
                 ProbeKind::Displacement => run.displacement.value,
@@ -60,11 +68,24 @@ pub(super) fn state_least_errors(model: &Model, structure: &Structure, history: 
                 ProbeKind::Moment => run.moment.value,
                 ProbeKind::GreatestMoment | ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other => value.abs(),
             };
-            // What is zero by symmetry or by statics is so on every mesh.
-            if size > ROUNDING * scale { BY_CHANCE * largest * scale } else { 0.0 }
+            least(size, scale)
         };
-        probes.least = probes.last().unwrap_or_default().iter().enumerate().map(least).collect();
-    }
+        probes.least = probes.last().unwrap_or_default().iter().enumerate().map(of_probe).collect();
+        let (Some(last), Some(refined)) = (last_state(step), &step.refined) else { return Vec::new() };
+        let largest = kinds_of_nodes(model.dimension, std::slice::from_ref(step));
+        let of_node = |(node, better): (&NodeState, &NodeState)| {
+            let turn = norm(node.rotation).max(node.rotation_total.abs());
+            let error = NodeError::between(node, better, model.dimension);
+            NodeError {
+                displacement: largest.displacement.stated(error.displacement, norm(node.displacement)),
+                rotation: largest.rotation.stated(error.rotation, turn),
+                reaction_force: largest.force.stated(error.reaction_force, norm(node.reaction_force)),
+                reaction_moment: largest.moment.stated(error.reaction_moment, norm(node.reaction_moment)),
+            }
+        };
+        last.nodes.iter().zip(&refined.nodes).map(of_node).collect()
+    };
+    history.steps.iter().zip(&mut probes.steps).map(state).collect()
 }
 
 /// Largest value and largest error of one kind of quantity.
@@ -79,6 +100,13 @@ impl Kind {
         // A value that is not a number, such as a probe of a later step, is no evidence.
         self.value = self.value.max(value.abs());
         self.error = self.error.max(error.unwrap_or(0.0));
+    }
+
+    /// What is stated of a value of this kind where it differs by `error` on the other mesh: what is zero by symmetry or by statics, or
+    /// prescribed, is so on every mesh.
+    fn stated(self, error: f64, value: f64) -> f64 {
+        let by_chance = value > ROUNDING * self.value && error > FLOOR * self.value;
+        if by_chance { error.max(BY_CHANCE * self.error) } else { error }
     }
 
     /// Error over value; `None` for a kind that is rounding alone.
@@ -225,6 +253,16 @@ mod tests {
         kinds.force.take(10.0, Some(0.0));
         kinds.moment.take(1e-4, Some(1e-5));
         assert_eq!(kinds.ratios(&noise())[3], Some(1e-5));
+    }
+
+    /// What two meshes agree on by chance has a twentieth of the largest error; what is nothing, or the same to the last digit, has its own.
+    #[test]
+    fn values_that_agree_by_chance_have_an_error() {
+        let kind = Kind { value: 10.0, error: 2e-3 };
+        assert_eq!(kind.stated(1e-9, 3.0), 1e-4);
+        assert_eq!(kind.stated(5e-4, 3.0), 5e-4);
+        assert_eq!(kind.stated(1e-9, 1e-9), 1e-9);
+        assert_eq!(kind.stated(0.0, 3.0), 0.0);
     }
 
     /// A state whose second node has moved by this part of a length and turned by seven times that.

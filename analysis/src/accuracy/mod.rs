@@ -22,7 +22,7 @@ use pennate_solver::structure::Structure;
 use crate::adapt::{Adapted, Adaptive, Next, adapt};
 use crate::solution::{ProbeTable, Solution, Timing};
 
-use self::error::{relative_error, state_least_errors};
+use self::error::{relative_error, state_errors};
 use self::free::compare_with_free;
 use self::judge::{every_end_is_estimated, judge};
 use self::points::{
@@ -149,9 +149,9 @@ pub fn solve_to_accuracy(
     }
     let timing = search.timing;
     let Round { mesh, structure, history, mut probes, error: estimated, .. } = round;
-    state_least_errors(&model, &structure, &history, &mut probes);
+    let errors = state_errors(&model, &structure, &history, &mut probes);
     let accuracy = Accuracy { asked, estimated, verdict, rounds };
-    Ok(Solution { model, mesh, history, probes, accuracy, timing })
+    Ok(Solution { model, mesh, history, probes, errors, accuracy, timing })
 }
 
 /// The search for a mesh that is fine enough.
