@@ -3,5 +3,6 @@
 mod common;
 
 mod cantilever;
+mod comparison;
 mod lanes;
 mod sensitivity;
