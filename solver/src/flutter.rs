@@ -33,7 +33,8 @@ const RAISED: usize = 4;
 const MODES: [usize; 2] = [32, 20];
 /// Responses to a force: the static one, and so many times the one to the inertia of the last.
 const RESPONSES: usize = 3;
-/// Lowest frequencies that are judged, and how many of them have to be known.
+/// Lowest frequencies that are judged among those that the unsymmetric part moves, and how many of them have to be known. Those of members
+/// that such loads do not reach, however many lie lower, are judged too and take no place of these.
 const JUDGED: usize = 10;
 const LEAST: usize = 4;
 /// Energy, over that of a motion of length one, below which a combination of the motions is rounding.
@@ -44,7 +45,7 @@ const KNOWN: f64 = 1e-3;
 const MASSLESS: f64 = 1e-9;
 /// Part of the largest 1/ω² that rounding may make of any.
 const ROUNDING: f64 = 1e-12;
-/// Part by which rounding splits two equal ones into a complex pair.
+/// Part by which rounding splits two equal ones into a complex pair, or moves one.
 const EQUAL: f64 = 1e-7;
 /// What differs from zero by so many times its error does so.
 const CLEAR: f64 = 10.0;
@@ -128,8 +129,8 @@ fn about(mut base: Base) -> Option<Vibration> {
         let motions: Vec<Vec<f64>> = modes.iter().take(count).chain(&responses).cloned().collect();
         inverse_squares(&pencil, &skew, &motions)
     });
-    let smaller = std::mem::take(&mut spaces[1])?;
-    let (growth, error) = growth(&std::mem::take(&mut spaces[0])?, &smaller, shift)?;
+    let [larger, smaller] = spaces.each_mut().map(Option::take);
+    let (growth, error) = growth(&larger?, &smaller?.values, shift)?;
     Some(Vibration { mass, growth, error })
 }
 
@@ -156,8 +157,28 @@ fn responses(pencil: &Pencil<'_>, skew: &CsMat<f64>) -> Vec<Vec<f64>> {
     found
 }
 
-/// 1/(ω² + s) in a space of motions, s the shift of the pencil's stiffness: real and imaginary parts by falling size.
-fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>]) -> Option<Vec<[f64; 2]>> {
+/// 1/(ω² + s) in a space of motions, s the shift of the pencil's stiffness.
+struct InverseSquares {
+    /// Real and imaginary parts by falling size.
+    values: Vec<[f64; 2]>,
+    /// Those of the symmetric part alone.
+    symmetric: Vec<f64>,
+}
+
+impl InverseSquares {
+    /// Whether the unsymmetric part moves a value.
+    fn moves(&self, [real, imaginary]: [f64; 2]) -> bool {
+        let from = |&other: &f64| (real - other).hypot(imaginary);
+        let rounding = EQUAL * real.hypot(imaginary) + CLEAR * ROUNDING * self.largest();
+        self.symmetric.iter().map(from).fold(f64::INFINITY, f64::min) > rounding
+    }
+
+    fn largest(&self) -> f64 {
+        self.values.first().map_or(0.0, size_of)
+    }
+}
+
+fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>]) -> Option<InverseSquares> {
     let size = motions.len();
     let energy = pencil.form.products(motions);
     let lengths: Vec<f64> = (0..size).map(|i| energy[i][i].sqrt()).collect();
@@ -186,9 +207,16 @@ fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>])
     let (mass, skew) = (product(pencil.other), product(skew));
     let tangent = nalgebra::DMatrix::identity(kept.len(), kept.len()) + skew;
     let inverse = tangent.lu().solve(&mass)?;
-    let mut values: Vec<[f64; 2]> = inverse.complex_eigenvalues().iter().map(|value| [value.re, value.im]).collect();
+    let size = kept.len();
+    if !inverse.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    // Equal frequencies, of members that are alike, are no rarity: the iteration of some libraries has no end there.
+    let found = Mat::from_fn(size, size, |i, j| inverse[(i, j)]).eigenvalues().ok()?;
+    let mut values: Vec<[f64; 2]> = found.iter().map(|value| [value.re, value.im]).collect();
     values.sort_by(|a, b| size_of(b).total_cmp(&size_of(a)));
-    Some(values)
+    let symmetric = Mat::from_fn(size, size, |i, j| mass[(i, j)]).self_adjoint_eigenvalues(Side::Lower).ok()?;
+    Some(InverseSquares { values, symmetric })
 }
 
 fn size_of(value: &[f64; 2]) -> f64 {
@@ -196,21 +224,30 @@ fn size_of(value: &[f64; 2]) -> f64 {
 }
 
 /// The fastest growth among the lowest frequencies, those known from both spaces; nothing where none is.
-fn growth(values: &[[f64; 2]], smaller: &[[f64; 2]], shift: f64) -> Option<(Growth, f64)> {
+fn growth(squares: &InverseSquares, smaller: &[[f64; 2]], shift: f64) -> Option<(Growth, f64)> {
     let mut found: Option<(Growth, f64)> = None;
     let mut fastest = 0.0;
-    let largest = values.first().map_or(0.0, size_of);
-    for (index, value) in values.iter().take(JUDGED).enumerate() {
+    let mut moved = 0;
+    let largest = squares.largest();
+    for value in &squares.values {
         let size = size_of(value);
         if size <= MASSLESS * largest {
             break;
         }
         let apart = |other: &[f64; 2]| size_of(&[value[0] - other[0], value[1] - other[1]]);
         let error = smaller.iter().map(apart).fold(f64::INFINITY, f64::min) + ROUNDING * largest;
+        let moves = squares.moves(*value);
         if !(error <= KNOWN * size) {
-            if index < LEAST {
-                return None;
+            match moves {
+                // It is that of a mode of the symmetric part, which is stiffer than all that are known.
+                false => continue,
+                // What grows does so whatever else there is.
+                true if moved < LEAST && fastest == 0.0 => return None,
+                true => break,
             }
+        }
+        moved += usize::from(moves);
+        if moved > JUDGED {
             break;
         }
         found.get_or_insert((Growth::None, 0.0));

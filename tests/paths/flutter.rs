@@ -47,6 +47,49 @@ fn the_column_of_beck_flutters_at_its_critical_load() {
     }
 }
 
+/// A column of radius 1.5 and length 100 mm under a follower force of 20 N on a clamped node that other members end at: nothing of theirs
+/// reaches it. Its critical load is 20.05095 EI/L² = 15.94 N.
+fn clamped_with(whiskers: &[[f64; 2]], force: f64) -> StepHistory {
+    let mut text =
+        "format = \"pennate/1\"\n[materials]\nm = { youngs_modulus = 2000, poissons_ratio = 0.3, density = 1e-9 }\n\
+        [sections]\ns = { circle = { radius = 1.5 } }\n[supports]\nA = \"clamped\"\n\
+        [members]\na = { nodes = [\"A\", \"B\"], section = \"s\", material = \"m\" }\n"
+            .to_owned();
+    let mut nodes = "[nodes]\nA = [0, 0]\nB = [0, 100]\n".to_owned();
+    for (index, [x, y]) in whiskers.iter().enumerate() {
+        text += &format!("w{index} = {{ nodes = [\"A\", \"W{index}\"], section = \"s\", material = \"m\" }}\n");
+        nodes += &format!("W{index} = [{x}, {y}]\n");
+    }
+    text += &nodes;
+    text += &format!("[[steps]]\nname = \"push\"\nfollower_force = {{ B = [0, -{force}] }}\n");
+    network::solve(&text).step("push").clone()
+}
+
+/// Ten frequencies of long members lie below those of the column.
+#[test]
+fn members_that_no_load_reaches_hide_no_flutter() {
+    for whiskers in
+        [&[][..], &[[240.0, 0.0], [-264.0, 0.0]], &[[240.0, 0.0], [-264.0, 0.0], [200.0, 200.0], [-180.0, 220.0]]]
+    {
+        assert_eq!(growth(&clamped_with(whiskers, 15.5)), Growth::None);
+        let Growth::Flutter { frequency, rate } = growth(&clamped_with(whiskers, 20.0)) else { panic!("{whiskers:?}") };
+        // By another program: 533.6 /s at 178.5 Hz.
+        assert!(
+            (rate - 533.6).abs() < 5.0 && (frequency / std::f64::consts::TAU - 178.5).abs() < 0.5,
+            "{rate} {frequency}"
+        );
+    }
+}
+
+/// Members that are alike have equal frequencies: the verdict ends, and is that of each by itself.
+#[test]
+fn equal_members_have_a_verdict() {
+    for (force, stable) in [(15.0, true), (20.0, false)] {
+        let step = clamped_with(&[[100.0, 0.0], [-100.0, 0.0], [0.0, -100.0]], force);
+        assert_eq!(growth(&step) == Growth::None, stable, "{force}");
+    }
+}
+
 /// Beyond its critical load Beck's column swings and grows by a root of 2 ω² + p² + p ω sin a sinh b + 2 ω² cos a cosh b = 0, where
 /// a² and b² are (p² / 4 + ω²)^½ with p / 2 added and taken away: rate and frequency are as near to it as they say.
 #[test]
