@@ -22,6 +22,8 @@ const SLOW: f64 = 0.1;
 const ALL: f64 = 1.5;
 /// Iterations that a secant is drawn through at most.
 const DEPTH: usize = 6;
+/// Steps of the iteration for singular values at most: two or three for each are the rule.
+const STEPS: usize = 1000;
 /// Responses smaller than this part of the largest are rounding, and so are all where they are this part of what is added.
 const RESPONSE: f64 = 1e-9;
 /// A secant that adds more than this part of the force, with its sign, so many times in a row leads to no finite force: where
@@ -181,7 +183,7 @@ impl HeldForces {
         if !added.iter().all(|by| by.is_finite()) {
             return None;
         }
-        let svd = added.clone().svd(true, true);
+        let svd = added.clone().try_svd(true, true, 5.0 * f64::EPSILON, STEPS)?;
         let most = svd.singular_values.max();
         if !(most > RESPONSE * largest(&last.added).1) {
             return None;

@@ -38,7 +38,8 @@ pub fn regress(names: &[&str], points: &[Vec<f64>], values: &[f64], order: usize
     let term = |point: &[f64], term: &[usize]| term.iter().map(|&f| point[f] / scales[f]).product::<f64>();
     let design = DMatrix::from_fn(n, k, |i, j| term(&points[i], &terms[j]));
     let target = DVector::from_column_slice(values);
-    let svd = design.clone().svd(true, true);
+    // Without a limit the iteration may have no end.
+    let svd = design.clone().try_svd(true, true, 5.0 * f64::EPSILON, 1000)?;
     if svd.singular_values.min() < 1e-10 * svd.singular_values.max() {
         return None;
     }
