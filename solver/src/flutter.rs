@@ -125,11 +125,10 @@ fn about(mut base: Base) -> Option<Vibration> {
     };
     let modes = pencil.largest(MODES[0]).vectors;
     let responses = responses(&pencil, &skew);
-    let mut spaces = MODES.map(|count| {
+    let [larger, smaller] = MODES.map(|count| {
         let motions: Vec<Vec<f64>> = modes.iter().take(count).chain(&responses).cloned().collect();
         inverse_squares(&pencil, &skew, &motions)
     });
-    let [larger, smaller] = spaces.each_mut().map(Option::take);
     let (growth, error) = growth(&larger?, &smaller?.values, shift)?;
     Some(Vibration { mass, growth, error })
 }

@@ -47,7 +47,7 @@ fn the_column_of_beck_flutters_at_its_critical_load() {
     }
 }
 
-/// A column of radius 1.5 and length 100 mm under a follower force of 20 N on a clamped node that other members end at: nothing of theirs
+/// A column of radius 1.5 and length 100 mm under a follower force (N), on a clamped node that other members end at: nothing of theirs
 /// reaches it. Its critical load is 20.05095 EI/L² = 15.94 N.
 fn clamped_with(whiskers: &[[f64; 2]], force: f64) -> StepHistory {
     let mut text =

@@ -57,8 +57,6 @@ pub(super) fn state_errors(
     let state = |(step, probes): (&StepHistory, &mut ProbeSteps)| {
         let own = kinds(std::slice::from_ref(step), std::slice::from_ref(probes));
         let largest = run.with_errors_of(own).ratios(&noise).into_iter().flatten().fold(0.0, f64::max);
-        // What is zero by symmetry or by statics is so on every mesh.
-        let least = |size: f64, scale: f64| if size > ROUNDING * scale { BY_CHANCE * largest * scale } else { 0.0 };
         let of_probe = |(index, value): (usize, &f64)| {
             let size = probes.increments.iter().map(|values| values[index].abs()).fold(0.0, f64::max);
             let scale = match model.probes.kind(index) {
@@ -68,19 +66,20 @@ pub(super) fn state_errors(
                 ProbeKind::Moment => run.moment.value,
                 ProbeKind::GreatestMoment | ProbeKind::Stress | ProbeKind::Strain | ProbeKind::Other => value.abs(),
             };
-            least(size, scale)
+            // What is zero by symmetry or by statics is so on every mesh.
+            if size > ROUNDING * scale { BY_CHANCE * largest * scale } else { 0.0 }
         };
         probes.least = probes.last().unwrap_or_default().iter().enumerate().map(of_probe).collect();
         let (Some(last), Some(refined)) = (last_state(step), &step.refined) else { return Vec::new() };
-        let largest = kinds_of_nodes(model.dimension, std::slice::from_ref(step));
+        let kinds = kinds_of_nodes(model.dimension, std::slice::from_ref(step));
         let of_node = |(node, better): (&NodeState, &NodeState)| {
             let turn = norm(node.rotation).max(node.rotation_total.abs());
             let error = NodeError::between(node, better, model.dimension);
             NodeError {
-                displacement: largest.displacement.stated(error.displacement, norm(node.displacement)),
-                rotation: largest.rotation.stated(error.rotation, turn),
-                reaction_force: largest.force.stated(error.reaction_force, norm(node.reaction_force)),
-                reaction_moment: largest.moment.stated(error.reaction_moment, norm(node.reaction_moment)),
+                displacement: kinds.displacement.stated(error.displacement, norm(node.displacement)),
+                rotation: kinds.rotation.stated(error.rotation, turn),
+                reaction_force: kinds.force.stated(error.reaction_force, norm(node.reaction_force)),
+                reaction_moment: kinds.moment.stated(error.reaction_moment, norm(node.reaction_moment)),
             }
         };
         last.nodes.iter().zip(&refined.nodes).map(of_node).collect()

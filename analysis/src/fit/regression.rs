@@ -2,6 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+/// Steps of the iteration for singular values at most, which has no limit of its own: two or three for each are the rule.
+const STEPS: usize = 1000;
+
 /// A polynomial fitted by least squares.
 #[derive(Clone, Debug)]
 pub struct Regression {
@@ -38,8 +41,7 @@ pub fn regress(names: &[&str], points: &[Vec<f64>], values: &[f64], order: usize
     let term = |point: &[f64], term: &[usize]| term.iter().map(|&f| point[f] / scales[f]).product::<f64>();
     let design = DMatrix::from_fn(n, k, |i, j| term(&points[i], &terms[j]));
     let target = DVector::from_column_slice(values);
-    // Without a limit the iteration may have no end.
-    let svd = design.clone().try_svd(true, true, 5.0 * f64::EPSILON, 1000)?;
+    let svd = design.clone().try_svd(true, true, 5.0 * f64::EPSILON, STEPS)?;
     if svd.singular_values.min() < 1e-10 * svd.singular_values.max() {
         return None;
     }
