@@ -122,6 +122,7 @@ fn about(mut base: Base) -> Option<Vibration> {
         other: &operators.mass,
         constraints: &constraints,
         analyzed: &Analyzed::default(),
+        is_mass: true,
     };
     let modes = pencil.largest(MODES[0]).vectors;
     let responses = responses(&pencil, &skew);

@@ -36,6 +36,9 @@ pub struct Mode {
     pub eigenvalue: f64,
     /// Part of it that rounding may be.
     pub rounding: f64,
+    /// The larger of what elastic strains alone and what stresses, springs and loads alone would make of it: near a limit of stability they
+    /// cancel.
+    pub parts: f64,
     /// Whether it leaves the plane.
     pub family: Family,
     /// Scaled to a modal mass xᵀ M x = 1.
@@ -171,9 +174,10 @@ fn about(mut base: Base, wanted: usize) -> Result<Modes, NoModes> {
         let lowest = Lowest::of(&operators, wanted).ok_or(NoModes::Singular)?;
         complete &= lowest.complete;
         for (eigenvalue, rounding, vector) in lowest.modes {
+            let parts = operators.form.energies(&vector).into_iter().fold(0.0f64, |most, part| most.max(part.abs()));
             let x: Vec<f64> = numbers.iter().map(|number| number.map_or(0.0, |n| vector[n])).collect();
             let shape = Shape::new(system, &unknowns, &x);
-            modes.push(Mode { eigenvalue, rounding, family: *family, shape });
+            modes.push(Mode { eigenvalue, rounding, parts, family: *family, shape });
         }
     }
     if modes.is_empty() {
@@ -210,7 +214,7 @@ impl Lowest {
         let Shifted { shift, stiffness, form, constraints, factor } = Shifted::of(operators)?;
         let (other, analyzed) = (&operators.mass, &Analyzed::default());
         let (stiffness, form, constraints) = (&stiffness, &form, &constraints);
-        let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed };
+        let pencil = Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed, is_mass: true };
         let pairs = pencil.largest(wanted);
         let mode = |((value, rounding), mut vector): ((f64, f64), Vec<f64>)| {
             // xᵀ (K + s M) x = 1 and xᵀ M x = 1/(ω² + s)

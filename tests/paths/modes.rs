@@ -184,6 +184,58 @@ fn equal_frequencies_of_equal_members_are_all_found() {
     assert_near(&found, &expected, 1e-6);
 }
 
+/// A rod with a body at its end that is by far heavier swings slowly as a whole, and beside that as if it were pinned there: of one and of
+/// twelve, whatever the body weighs, with all digits.
+#[test]
+fn heavy_bodies_hide_no_vibrations_of_what_is_light() {
+    let (ea, ei2, ei3, line): (f64, f64, f64, f64) = (1e3, 3.0, 12.0, 0.7);
+    for (rods, mass) in [(1, 1e8), (1, 1e16), (12, 1e8), (12, 1e16)] {
+        let mut text = "dimension = \"space\"\n".to_owned();
+        text += &format!(
+            "sections.rod = {{ stiffness = {{ EA = {ea}, GJ = 5, EI2 = {ei2}, EI3 = {ei3}, mass_per_length = {line} }} }}\n"
+        );
+        for k in 0..rods {
+            text += &format!("nodes.A{k} = [0, {k}, 0]\nnodes.B{k} = [2, {k}, 0]\nsupports.A{k} = \"clamped\"\n");
+            text += &format!("members.m{k} = {{ nodes = [\"A{k}\", \"B{k}\"], section = \"rod\" }}\n");
+            text += &format!("rigid_bodies.b{k} = {{ nodes = [\"B{k}\"], mass = {mass:e} }}\n");
+        }
+        let found = modes(&network(&text).file, &["--count", &(6 * rods).to_string()]);
+        let swaying = |ei: f64| (3.0 * ei / (8.0 * mass)).sqrt();
+        let pinned = |root: f64, ei: f64| root * root * (ei / line).sqrt() / 4.0;
+        let [first, second] = [3.926_602_312_047_919, 7.068_582_745_628_732];
+        let expected = [
+            swaying(ei2),
+            swaying(ei3),
+            (ea / (2.0 * mass)).sqrt(),
+            pinned(first, ei2),
+            pinned(first, ei3),
+            pinned(second, ei2),
+        ];
+        let expected: Vec<f64> = expected.iter().flat_map(|&value| vec![value; rods]).collect();
+        assert_near(&frequencies(&found, None), &expected, 1e-6);
+        assert_eq!(found["notes"].as_array().expect("notes").len(), 0, "{}", found["notes"]);
+    }
+}
+
+/// Sixty modes of one rod, of spaces in which 1/ω² is small beside one: ωₙ = (n − ½)²π²/L² √(EI/m) to what the first roots differ by.
+#[test]
+fn many_modes_of_a_stiff_rod_are_found() {
+    let (ei, line, length): (f64, f64, f64) = (98.0, 7.854e-10, 20.0);
+    let text = format!(
+        "dimension = \"plane\"\nnodes.A = [0, 0]\nnodes.B = [0, {length}]\nsupports.A = \"clamped\"\n\
+         sections.rod = {{ stiffness = {{ EA = 1e9, EI3 = {ei}, mass_per_length = {line:e} }}, shear = false }}\n\
+         members.rod = {{ nodes = [\"A\", \"B\"], section = \"rod\" }}\n"
+    );
+    let all = modes(&network(&text).file, &["--count", "60"]);
+    let found = frequencies(&all, None);
+    assert_eq!(found.len(), 60);
+    // From the sixth root on cos x cosh x = −1 is cos x = 0 to 1e-7.
+    let expected: Vec<f64> =
+        (6..=60).map(|n| ((f64::from(n) - 0.5) * PI / length).powi(2) * (ei / line).sqrt()).collect();
+    assert_near(&found[5..], &expected, 1e-6);
+    assert!(!all["notes"].to_string().contains("missing"), "{}", all["notes"]);
+}
+
 /// Four storeys of columns under beams ten thousand times as stiff, at nine tenths of the critical load: whether members cannot be
 /// stretched, or next to nothing, the vibrations are the same, and none is lost.
 #[test]

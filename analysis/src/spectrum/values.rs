@@ -11,7 +11,7 @@ use super::{Entry, Note, Reversed};
 use crate::accuracy::refine::multiplied;
 use crate::solution::diagonal;
 
-/// An eigenvalue counts as no smaller than this part of the largest wanted, when errors are judged.
+/// A vibration's eigenvalue counts as no smaller than this part of what it is the difference of, when errors are judged.
 const SMALLEST: f64 = 1e-9;
 /// Part of the difference of two orders that is left of it on the higher one, at least, where one value tells: two orders may agree
 /// by chance, of several values so many times less. On a dyad of eight elements a sixth is left of the first factor, where the
@@ -66,7 +66,6 @@ impl Default for Values {
 impl Values {
     pub(super) fn of_modes(structure: &Structure, [coarse, fine]: [Modes; 2]) -> Self {
         let size = diagonal(structure.nodes.iter().copied());
-        let scale = fine.modes.iter().fold(0.0f64, |scale, mode| scale.max(mode.eigenvalue.abs()));
         let mut coarse_values = coarse.modes.iter().map(|mode| mode.eigenvalue);
         let entries: Vec<Entry> = fine
             .modes
@@ -74,10 +73,13 @@ impl Values {
             .map(|mode| {
                 let value = mode.eigenvalue;
                 // The frequency is the root: half the relative error of its square.
-                let relative = |coarse: f64| 0.5 * (coarse - value).abs() / value.abs().max(SMALLEST * scale);
+                let relative = |coarse: f64| 0.5 * (coarse - value).abs() / value.abs().max(SMALLEST * mode.parts);
                 let error = coarse_values.next().map(|coarse| {
-                    let error = if coarse == value { 0.0 } else { relative(coarse) };
-                    error.max(0.5 * mode.rounding)
+                    // One without stiffness is exactly zero.
+                    if value == 0.0 && coarse == 0.0 {
+                        return 0.0;
+                    }
+                    relative(coarse).max(0.5 * mode.rounding).max(f64::EPSILON)
                 });
                 Entry { value, error, family: mode.family, largest: mode.shape.largest(size), shape: mode.shape }
             })

@@ -102,7 +102,7 @@ pub(super) struct Raw {
 impl Matrices {
     fn pencil<'a>(&'a self, other: &'a sprs::CsMat<f64>, factor: Factor) -> Pencil<'a> {
         let Operators { stiffness, form, constraints, .. } = &self.operators;
-        Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed: &self.analyzed }
+        Pencil { factor, shift: 0.0, stiffness, form, other, constraints, analyzed: &self.analyzed, is_mass: false }
     }
 
     /// The factors of K + λ K′, which have as many negative pivots as there are factors of the ramp up to λ.

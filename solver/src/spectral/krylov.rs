@@ -5,7 +5,9 @@
 //! into itself ends the search instead of breaking it down. A restart keeps the motions of the largest eigenvalues (K. Wu and
 //! H. Simon, SIAM J. Matrix Anal. Appl. 22, 2000); those at the other end of the spectrum cost a part of the basis, no more.
 
-use faer::{Mat, MatMut, MatRef, Scale, Side};
+use faer::{Mat, MatMut, MatRef, Scale};
+
+use super::eigen;
 
 /// Vectors that the space grows by at once: multiple eigenvalues of that many are found together.
 const BLOCK: usize = 4;
@@ -46,6 +48,19 @@ pub(crate) struct Largest {
     pub is_over: bool,
 }
 
+/// What a search is for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    /// How many of the largest eigenvalues.
+    pub count: usize,
+    /// So many more are given, where they have been found by then.
+    pub extra: usize,
+    /// Residual of a pair that is enough, over the largest eigenvalue by size.
+    pub tolerance: f64,
+    /// Part of that eigenvalue below which none is waited for or given: rounding of the largest holds too many of its digits.
+    pub span: f64,
+}
+
 /// The largest eigenvalue of an operator of `size` unknowns in the Krylov space of `FEW` blocks.
 pub(crate) fn largest_of_few(size: usize, apply: &mut Images) -> f64 {
     let mut space = Space::new(size, (FEW * BLOCK).min(size));
@@ -59,23 +74,22 @@ pub(crate) fn largest_of_few(size: usize, apply: &mut Images) -> f64 {
     space.ritz().values.first().copied().unwrap_or(0.0)
 }
 
-/// Searches for the `count` largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.
-/// So many `extra` ones are given too, where they have been found by then.
+/// Searches for the largest eigenvalues of an operator of `size` unknowns; `seed` sets where the search begins.
 ///
 /// `apply` gives the images of vectors, which are columns.
 ///
-/// A pair is found when its residual is below `tolerance` times the size of the operator, or `SETTLED` times its eigenvalue;
+/// A pair is found when its residual is below the tolerance times the size of the operator, or `SETTLED` times its eigenvalue;
 /// only those are given. Where a restart changes no eigenvalue any more, rounding leaves no better ones, and all are given with their residuals.
 /// Where none is above `NEGLIGIBLE` of the largest by size, `any_above` is asked whether there are any above a value: an operator
 /// without positive eigenvalues makes no end to a search for the one that is nearest to zero.
 pub(crate) fn largest(
     size: usize,
-    [count, extra]: [usize; 2],
+    wanted: Wanted,
     seed: usize,
-    tolerance: f64,
     apply: &mut Images,
     any_above: &dyn Fn(f64) -> bool,
 ) -> Largest {
+    let Wanted { count, extra, tolerance, span } = wanted;
     let most = (2 * (count + extra) + BLOCKS * BLOCK).min(size);
     let mut space = Space::new(size, most);
     let mut scale = 0.0f64;
@@ -91,11 +105,12 @@ pub(crate) fn largest(
             scale = ritz.values.iter().fold(scale, |scale, value| scale.max(value.abs()));
             let invariant = space.count == known;
             let wanted = count.min(ritz.values.len());
-            let floor = tolerance * scale;
+            let [floor, least] = [tolerance, span].map(|part| part * scale);
+            let is_found = |k: usize| ritz.values[k].abs() < least || space.settled(&ritz, k, floor).is_some();
             // From the smallest on, which is found last.
-            let found = wanted == count && (0..wanted).rev().all(|k| space.settled(&ritz, k, floor).is_some());
+            let found = wanted == count && (0..wanted).rev().all(is_found);
             if found || invariant {
-                return Largest { pairs: space.pairs(&ritz, count + extra, floor), scale, is_over: true };
+                return Largest { pairs: space.pairs(&ritz, count + extra, [floor, least]), scale, is_over: true };
             }
             if space.count == most {
                 break;
@@ -103,8 +118,9 @@ pub(crate) fn largest(
             fresh = space.images.subcols(known, space.count - known).to_owned();
         }
         let values: Vec<f64> = ritz.values.iter().take(count).copied().collect();
+        let least = span * scale;
         let still = |(now, before): (&f64, &f64)| {
-            let nothing = now.abs().max(before.abs()) <= ROUNDING * scale;
+            let nothing = now.abs().max(before.abs()) <= ROUNDING.max(span) * scale;
             nothing || (now - before).abs() <= STILL * now.abs()
         };
         let negligible = NEGLIGIBLE * scale;
@@ -112,7 +128,7 @@ pub(crate) fn largest(
             return Largest { pairs: Vec::new(), scale, is_over: true };
         }
         if !before.is_empty() && values.iter().zip(&before).all(still) {
-            return Largest { pairs: space.pairs(&ritz, count + extra, f64::INFINITY), scale, is_over: true };
+            return Largest { pairs: space.pairs(&ritz, count + extra, [f64::INFINITY, least]), scale, is_over: true };
         }
         before = values;
         let kept = (count + extra + BLOCK).min(most.saturating_sub(BLOCK)).max(1);
@@ -120,7 +136,8 @@ pub(crate) fn largest(
         space.restart(&ritz, kept);
     }
     let ritz = space.ritz();
-    Largest { pairs: space.pairs(&ritz, count + extra, tolerance * scale), scale, is_over: false }
+    let limits = [tolerance, span].map(|part| part * scale);
+    Largest { pairs: space.pairs(&ritz, count + extra, limits), scale, is_over: false }
 }
 
 /// The images of vectors, which are columns.
@@ -163,9 +180,10 @@ impl Space {
         (residual <= floor.max(SETTLED * value.abs())).then(pair)
     }
 
-    /// Those of the first `count` pairs that are found.
-    fn pairs(&self, ritz: &Ritz, count: usize, floor: f64) -> Vec<Pair> {
-        (0..count.min(ritz.values.len())).filter_map(|k| self.settled(ritz, k, floor)).collect()
+    /// Those of the first `count` pairs that are found, and no smaller than the least.
+    fn pairs(&self, ritz: &Ritz, count: usize, [floor, least]: [f64; 2]) -> Vec<Pair> {
+        let is_given = |k: &usize| ritz.values[*k].abs() >= least;
+        (0..count.min(ritz.values.len())).filter(is_given).filter_map(|k| self.settled(ritz, k, floor)).collect()
     }
 
     /// Adds what vectors have beside the basis, as far as there is room.
@@ -207,21 +225,30 @@ impl Space {
 
     fn ritz(&self) -> Ritz {
         let product = self.product.submatrix(0, 0, self.count, self.count);
-        let Ok(eigen) = product.self_adjoint_eigen(Side::Lower) else {
-            return Ritz { values: Vec::new(), weights: Mat::new() };
-        };
-        let (values, weights) = (eigen.S().column_vector(), eigen.U());
-        Ritz { values: values.iter().rev().copied().collect(), weights: weights.reverse_cols().to_owned() }
+        let (values, weights) = eigen::symmetric(product).unwrap_or_else(|| (Vec::new(), Mat::new()));
+        Ritz { values, weights }
     }
 
-    /// A y − θ y of the first pairs that are longer than `least`, a block of them.
+    /// A block of what A y − θ y of the first pairs span, as far as they are longer than `least`.
+    ///
+    /// They all lie in the block that the space would grow by, but for rounding, which short ones are full of: it is made of the longest.
     fn residuals(&self, ritz: &Ritz, count: usize, least: f64) -> Mat<f64> {
         let weights = ritz.weights.subcols(0, count.min(ritz.values.len()));
         let mut left = self.images.subcols(0, self.count) * weights;
         let scaled = Mat::from_fn(self.count, weights.ncols(), |i, k| weights[(i, k)] * ritz.values[k]);
         left -= self.vectors.subcols(0, self.count) * scaled;
-        let long: Vec<usize> = (0..left.ncols()).filter(|&k| left.col(k).norm_l2() > least).take(BLOCK).collect();
-        Mat::from_fn(left.nrows(), long.len(), |i, k| left[(i, long[k])])
+        let mut block = Mat::zeros(left.nrows(), 0);
+        for _ in 0..BLOCK {
+            let lengths = left.col_iter().map(|column| column.norm_l2());
+            let longest = lengths.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((longest, length)) = longest.filter(|(_, length)| *length > least) else { break };
+            let unit = Scale(1.0 / length) * left.subcols(longest, 1);
+            take_out(unit.as_ref(), left.as_mut());
+            block = Mat::from_fn(unit.nrows(), block.ncols() + 1, |i, k| {
+                if k < block.ncols() { block[(i, k)] } else { unit[(i, 0)] }
+            });
+        }
+        block
     }
 
     /// Keeps the motions of the first pairs.
@@ -266,6 +293,8 @@ pub(crate) fn start(size: usize, seed: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    const NONE: Wanted = Wanted { count: 0, extra: 0, tolerance: 1e-12, span: 0.0 };
+
     /// A space that the operator maps into itself is all there is: the search ends, with what it found.
     #[test]
     fn an_operator_of_low_rank_ends_the_search() {
@@ -277,7 +306,7 @@ mod tests {
             _ => 0.0,
         };
         let mut apply = |xs: MatRef<'_, f64>| Mat::from_fn(size, xs.ncols(), |i, k| weight(i) * xs[(i, k)]);
-        let found = largest(size, [5, 0], 0, 1e-12, &mut apply, &|_| true);
+        let found = largest(size, Wanted { count: 5, ..NONE }, 0, &mut apply, &|_| true);
         let values: Vec<f64> = found.pairs.iter().map(|pair| pair.value).filter(|value| *value > 1e-9).collect();
         assert_eq!(values.len(), 2);
         assert!((values[0] - 2.0).abs() < 1e-10 && (values[1] - 0.5).abs() < 1e-10, "{values:?}");
@@ -290,7 +319,7 @@ mod tests {
         let size = 900;
         let value = |i: usize| if i.is_multiple_of(2) { -1e3 / (1.0 + i as f64) } else { 10.0 / i as f64 };
         let mut apply = |xs: MatRef<'_, f64>| Mat::from_fn(size, xs.ncols(), |i, k| value(i) * xs[(i, k)]);
-        let found = largest(size, [6, 0], 1, 1e-12, &mut apply, &|_| true);
+        let found = largest(size, Wanted { count: 6, ..NONE }, 1, &mut apply, &|_| true);
         assert_eq!(found.pairs.len(), 6);
         for (k, pair) in found.pairs.iter().enumerate() {
             let (found, exact) = (pair.value, value(2 * k + 1));

@@ -105,11 +105,16 @@ impl Form {
 
     /// xᵀ (Eᵀ E + R) x
     pub(crate) fn energy(&self, x: &[f64]) -> f64 {
+        self.energies(x).into_iter().sum()
+    }
+
+    /// xᵀ Eᵀ E x and xᵀ R x
+    pub(crate) fn energies(&self, x: &[f64]) -> [f64; 2] {
         let mut strains = vec![0.0; self.strains.rows()];
         let mut rest = vec![0.0; x.len()];
         multiply(&self.strains, x, &mut strains);
         multiply(&self.rest, x, &mut rest);
-        dot(&strains, &strains) + dot(x, &rest)
+        [dot(&strains, &strains), dot(x, &rest)]
     }
 
     /// (Eᵀ E + R) x

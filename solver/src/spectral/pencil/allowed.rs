@@ -25,8 +25,8 @@ const LEAVES: f64 = 0.1;
 const SHOWING: usize = 5;
 const SHOWN: f64 = 1e-9;
 /// By how much the auxiliary stiffness of stretches is raised where a correction leaves more, and how often at most.
-const RAISE: f64 = 30.0;
-const RAISES: usize = 8;
+pub(super) const RAISE: f64 = 30.0;
+pub(super) const RAISES: usize = 8;
 
 /// What is to be brought to what the constraints allow.
 #[derive(Clone, Copy, Debug)]
@@ -214,16 +214,15 @@ impl Pencil<'_> {
         (1..CORRECTIONS).find(|corrections| left(corrections) <= NEARLY * length).unwrap_or(CORRECTIONS)
     }
 
-    /// A y, with so many corrections in place of each Π: an operator as symmetric as A.
-    pub(super) fn apply<const W: usize>(&self, y: &[[f64; W]], corrections: usize) -> Vec<[f64; W]> {
-        let (_, x) = self.project(y, corrections);
+    /// Π L⁻¹ B x, with so many corrections in place of Π: of a projected motion x of y, with an operator as symmetric as A.
+    pub(super) fn answer<const W: usize>(&self, x: &[[f64; W]], corrections: usize) -> Vec<[f64; W]> {
         let mut b = vec![[0.0; W]; x.len()];
-        multiply_columns(self.other, &x, &mut b);
+        multiply_columns(self.other, x, &mut b);
         self.project(&self.factor.forward(&b), corrections).0
     }
 
     /// Π y, and L⁻ᵀ Π y, by so many corrections at most.
-    fn project<const W: usize>(&self, y: &[[f64; W]], corrections: usize) -> (Vec<[f64; W]>, Vec<[f64; W]>) {
+    pub(super) fn project<const W: usize>(&self, y: &[[f64; W]], corrections: usize) -> (Vec<[f64; W]>, Vec<[f64; W]>) {
         let mut y = y.to_vec();
         let mut x = self.factor.backward(&y);
         if self.constraints.rows() == 0 {

@@ -24,13 +24,15 @@
 mod allowed;
 mod near;
 
-use faer::{Mat, Side};
+use faer::{Mat, Scale};
 use sprs::CsMat;
 
+use super::eigen;
 use super::factor::{Analyzed, Factor};
-use super::krylov::{self, Largest, Pair, ROUNDING};
+use super::krylov::{self, Largest, Pair, ROUNDING, Wanted};
 use super::operators::{Form, dot, multiply};
-use allowed::CORRECTIONS;
+use allowed::{CORRECTIONS, RAISE, RAISES};
+use near::Space;
 
 pub(crate) use allowed::firm;
 
@@ -48,6 +50,8 @@ const COARSE: f64 = 1.01;
 const APART: f64 = 0.97;
 /// Residual of a pair over the largest eigenvalue.
 const TOLERANCE: f64 = 1e-12;
+/// Part of the largest eigenvalue of masses down to which others are found beside it: below it those found are taken out first.
+const SPAN: f64 = 1e-7;
 
 /// Vectors that go through the factors side by side.
 const WIDTH: usize = 4;
@@ -90,6 +94,8 @@ pub(crate) struct Pencil<'a> {
     pub constraints: &'a CsMat<f64>,
     /// Of sums of K and B.
     pub analyzed: &'a Analyzed,
+    /// Whether B is a mass matrix, without negative eigenvalues: its small ones are as exact as its large ones.
+    pub is_mass: bool,
 }
 
 /// Eigenvalues by falling size, and their motions with xᵀ K x = 1.
@@ -139,7 +145,7 @@ impl Pencil<'_> {
             return Pairs::default();
         }
         let shifted = self.shifted(least);
-        let found = shifted.search(&[], 1, 0).pairs;
+        let found = shifted.search(&Deflated::new(&shifted, shifted.corrections()), &[], 1, 0).pairs;
         let found: Vec<Pair> = found.into_iter().map(|pair| shifted.unshifted_pair(pair)).collect();
         let pairs = shifted.pairs(&found, 1, true);
         let bracket = if shifted.shift > 0.0 { SHIFT / (ROUGH * BRACKETED * shifted.shift) } else { 0.0 };
@@ -208,24 +214,28 @@ impl Pencil<'_> {
     pub(crate) fn largest(&self, count: usize) -> Pairs {
         let size = self.factor.size();
         if size <= SMALL || size < 8 * (count + EXTRA) {
-            return self.pairs(&self.all(), count, true);
+            return self.largest_of_all(count);
         }
         let mut found: Vec<Pair> = Vec::new();
+        let mut operator = Deflated::new(self, self.corrections());
         let mut largest = 0.0f64;
         let mut in_vain = 0;
+        let mut fresh: Vec<Pair> = Vec::new();
         for search in 0..SEARCHES {
-            let Largest { pairs: fresh, scale, is_over } = self.search(&found, count, search);
+            operator.take(&fresh);
+            let (scale, is_over);
+            Largest { pairs: fresh, scale, is_over } = self.search(&operator, &found, count, search);
             largest = fresh.iter().fold(largest.max(scale), |largest, pair| largest.max(pair.value.abs()));
-            let exhausted = is_over && fresh.iter().all(|pair| pair.value.abs() <= ROUNDING * largest);
+            let exhausted = is_over && fresh.iter().all(|pair| self.is_rounding(pair, largest));
             if fresh.is_empty() && !is_over {
                 break;
             }
             let known = found.len();
-            found.extend(fresh.into_iter().map(|pair| self.unshifted_pair(pair)));
+            found.extend(fresh.iter().map(|pair| self.unshifted_pair(pair.clone())));
             let next = found[known..].iter().fold(0.0f64, |largest, pair| largest.max(pair.value));
             found.sort_by(|a, b| b.value.total_cmp(&a.value));
             if exhausted {
-                return self.pairs(&found, count, true);
+                return self.pairs(&found, count, self.is_exhausted(&found, largest));
             }
             if let Some(complete) = self.is_complete(&found, count, next) {
                 let pairs = self.pairs(&found, count, complete);
@@ -242,11 +252,62 @@ impl Pencil<'_> {
         self.pairs(&found, count, false)
     }
 
+    /// The same of a small network, all eigenvalues of which are computed, those of masses in stages: each takes out what the ones
+    /// before have found.
+    fn largest_of_all(&self, count: usize) -> Pairs {
+        let mut found: Vec<Pair> = Vec::new();
+        let mut operator = Deflated::new(self, CORRECTIONS);
+        let mut largest = 0.0f64;
+        let mut motions = 0;
+        let mut fresh: Vec<Pair> = Vec::new();
+        loop {
+            operator.take(&fresh);
+            fresh = self.all(&operator);
+            if !self.is_mass {
+                return self.pairs(&fresh, count, true);
+            }
+            largest = fresh.iter().fold(largest, |largest, pair| largest.max(pair.value.abs()));
+            let more = fresh.iter().filter(|pair| !self.is_rounding(pair, largest)).count();
+            motions += more;
+            found.extend(fresh.iter().cloned());
+            found.sort_by(|a, b| b.value.total_cmp(&a.value));
+            if more == 0 || motions >= count + EXTRA {
+                let complete = motions >= count || self.is_exhausted(&found, largest);
+                return self.pairs(&found, count, complete);
+            }
+        }
+    }
+
+    /// Whether a pair is what rounding makes of the largest eigenvalue.
+    ///
+    /// Of masses, a motion is one whatever its eigenvalue is if its own mass and stiffness, which no other takes part in, say the same.
+    fn is_rounding(&self, pair: &Pair, largest: f64) -> bool {
+        if pair.value.abs() > ROUNDING * largest {
+            return false;
+        }
+        let own = || {
+            let motion = self.motion(pair);
+            dot(&motion, &self.image(&motion)) / self.form.energy(&motion)
+        };
+        !(self.is_mass && (own() / pair.value - 1.0).abs() <= COUNTABLE)
+    }
+
+    /// Whether the count of pivots says that no eigenvalue of masses is missing above what is rounding among those found.
+    fn is_exhausted(&self, found: &[Pair], largest: f64) -> bool {
+        if !self.is_mass {
+            return true;
+        }
+        let (rounding, motions): (Vec<&Pair>, Vec<&Pair>) =
+            found.iter().partition(|pair| self.is_rounding(pair, largest));
+        let limit = rounding.iter().fold(0.0f64, |limit, pair| limit.max(CLEAR * pair.value.abs()));
+        limit == 0.0 || self.are_all_above(limit, motions.iter().filter(|pair| pair.value > limit).count())
+    }
+
     /// The pairs in the space of the motions found, with the energy of each as the form has it.
     fn pairs(&self, found: &[Pair], count: usize, complete: bool) -> Pairs {
         let largest = found.iter().fold(0.0f64, |largest, pair| largest.max(pair.value.abs()));
-        let kept: Vec<&Pair> =
-            found.iter().filter(|pair| pair.value > ROUNDING * largest).take(count + EXTRA).collect();
+        let is_kept = |pair: &&Pair| pair.value > 0.0 && !self.is_rounding(pair, largest);
+        let kept: Vec<&Pair> = found.iter().filter(is_kept).take(count + EXTRA).collect();
         let motions: Vec<Vec<f64>> = kept.iter().map(|pair| self.motion(pair)).collect();
         let mut pairs = Pairs { complete, ..Pairs::default() };
         match self.combined(&motions) {
@@ -290,19 +351,15 @@ impl Pencil<'_> {
     /// The same pairs in the space of their motions and of what the factors make of the forces that these leave: B x − θ K x, with
     /// K as the form has it. What rounding the factors hold enters squared once more.
     fn corrected(&self, pairs: &[(f64, Vec<f64>)]) -> Option<Vec<(f64, Vec<f64>)>> {
-        let mut motions: Vec<Vec<f64>> = pairs.iter().map(|pair| pair.1.clone()).collect();
+        let mut space = Space::new(self);
+        space.extend(pairs.iter().map(|pair| pair.1.clone()).collect());
         for (value, motion) in pairs {
             let mut left = self.image(motion);
             left.iter_mut().zip(self.form.image(motion)).for_each(|(left, held)| *left -= value * held);
-            let change = self.response(&left);
-            let length = self.form.energy(&change).sqrt();
-            if length > 0.0 {
-                motions.push(change.iter().map(|x| x / length).collect());
-            }
+            space.extend(vec![self.response(&left)]);
         }
-        let mut better = self.combined(&motions)?;
-        better.truncate(pairs.len());
-        Some(better)
+        let better = space.pairs(pairs.len())?;
+        Some(better.into_iter().map(|(value, found)| (value, found.motion)).collect())
     }
 
     /// B x
@@ -324,35 +381,23 @@ impl Pencil<'_> {
     /// Eigenvalues of B x = θ K x in a space of motions, by falling size, and their motions with xᵀ K x = 1; nothing where K is
     /// not positive there.
     fn combined(&self, motions: &[Vec<f64>]) -> Option<Vec<(f64, Vec<f64>)>> {
-        let size = motions.len();
-        if size == 0 {
-            return Some(Vec::new());
-        }
-        let energy = self.form.products(motions);
-        let images: Vec<Vec<f64>> = motions.iter().map(|x| self.image(x)).collect();
-        let eigen = Mat::from_fn(size, size, |i, j| energy[i.max(j)][i.min(j)]).self_adjoint_eigen(Side::Lower).ok()?;
-        let (levels, turns) = (eigen.S().column_vector(), eigen.U());
-        if (0..size).any(|k| !(levels[k] > 0.0)) {
-            return None;
-        }
-        // In combinations of energy one.
-        let single = |k: usize| combine(motions, &|i| turns[(i, k)] / levels[k].sqrt());
-        let single_image = |k: usize| combine(&images, &|i| turns[(i, k)] / levels[k].sqrt());
-        let (units, unit_images): (Vec<_>, Vec<_>) = (0..size).map(|k| (single(k), single_image(k))).unzip();
-        let product = Mat::from_fn(size, size, |i, j| dot(&units[i.max(j)], &unit_images[i.min(j)]));
-        let eigen = product.self_adjoint_eigen(Side::Lower).ok()?;
-        let (values, weights) = (eigen.S().column_vector(), eigen.U());
-        Some((0..size).rev().map(|k| (values[k], combine(&units, &|i| weights[(i, k)]))).collect())
+        let mut space = Space::new(self);
+        space.extend(motions.to_vec());
+        let pairs = space.pairs(motions.len())?;
+        Some(pairs.into_iter().map(|(value, found)| (value, found.motion)).collect())
     }
 
     /// Whether nothing is missing above the last pair wanted; `next` is the largest eigenvalue that came last. Nothing where
     /// another search may tell.
     fn is_complete(&self, found: &[Pair], count: usize, next: f64) -> Option<bool> {
         let last = found.get(count - 1).filter(|pair| pair.value > 0.0)?;
-        // What rounding makes of the largest is also what it may make of a count: the factors of another shift have their own.
+        // What rounding makes of a stiffness is also what it may make of a count: the factors of another shift have their own. At the
+        // limit a motion has −θ/limit times its stiffness in K − B/limit, beside which that is the less the larger its eigenvalue is.
         let motions: Vec<Vec<f64>> = found[..count].iter().map(|pair| self.motion(pair)).collect();
         let energies = self.form.products(&motions);
-        let part = |k: usize| (energies[k][k] - 1.0).abs().max(found[k].residual / found[k].value);
+        let part = |k: usize| {
+            (energies[k][k] - 1.0).abs().max(found[k].residual / found[k].value) * last.value / found[k].value
+        };
         let off = (0..count).fold(0.0f64, |off, k| off.max(part(k)));
         if !(off <= COUNTABLE) {
             return Some(false);
@@ -360,7 +405,7 @@ impl Pencil<'_> {
         // A limit between the last pair and the next one leaves none out, where they are far enough apart.
         let below = found.get(count).map_or(APART * last.value, |pair| pair.value.max(0.0));
         let between = 0.5 * (last.value + below);
-        if between * COARSE <= last.value && self.count_above(between) == Some(count) {
+        if between * COARSE <= last.value && self.are_all_above(between, count) {
             return Some(true);
         }
         // An auxiliary stiffness in place of a rigid one makes eigenvalues a little larger than they are: the count is
@@ -369,89 +414,141 @@ impl Pencil<'_> {
         let fine = FINE.max(1.0 + CLEAR * off);
         let limit = last.value * if rigid { fine.max(COARSE) } else { fine };
         let above = found.iter().take_while(|pair| pair.value > limit).count();
-        ((!rigid || next <= last.value * fine) && self.count_above(limit) == Some(above)).then_some(true)
+        ((!rigid || next <= last.value * fine) && self.are_all_above(limit, above)).then_some(true)
+    }
+
+    /// Whether the count of pivots confirms that no more than `known` motions have eigenvalues above a limit.
+    ///
+    /// A heavy body that is held by an auxiliary stiffness counts as a motion where that is soft beside its mass. One that is stiffer by any
+    /// factor leaves what the constraints allow as it is, and its count is never too small.
+    fn are_all_above(&self, limit: f64, known: usize) -> bool {
+        let counted = self.count_above(limit);
+        if counted == Some(known) || self.constraints.rows() == 0 {
+            return counted == Some(known);
+        }
+        let held = &self.constraints.transpose_view().to_csr() * self.constraints;
+        let raised = |raise: usize| self.stiffness + &held.map(|entry| (RAISE.powi(raise as i32) - 1.0) * entry);
+        let count = |raise| self.negative(&raised(raise), limit);
+        (1..=RAISES)
+            .map(count)
+            .take_while(|count| count.is_some_and(|count| count >= known))
+            .any(|count| count == Some(known))
     }
 
     /// Number of eigenvalues above a positive limit: negative pivots of K − B/limit.
     fn count_above(&self, limit: f64) -> Option<usize> {
-        self.factor_at(limit).map(|factor| factor.negative)
+        self.negative(self.stiffness, limit)
+    }
+
+    /// The same for another K.
+    fn negative(&self, stiffness: &CsMat<f64>, limit: f64) -> Option<usize> {
+        let matrix = stiffness - &self.other.map(|entry| entry / limit);
+        self.analyzed.factor(&matrix).map(|factor| factor.negative)
     }
 
     /// The largest eigenvalue in a small space, negative ones included.
     fn largest_of_few(&self) -> f64 {
-        let operator = Deflated::new(self, &[]);
+        let operator = Deflated::new(self, self.corrections());
         krylov::largest_of_few(self.factor.size(), &mut |ys| operator.act(ys.to_owned()))
     }
 
-    /// The largest pairs of the shifted pencil beside those that are known, with eigenvalues μ.
-    fn search(&self, known: &[Pair], count: usize, search: usize) -> Largest {
-        let operator = Deflated::new(self, known);
+    /// The largest pairs of the shifted pencil beside those that are known and taken out of its operator, with eigenvalues μ.
+    fn search(&self, operator: &Deflated<'_>, known: &[Pair], count: usize, search: usize) -> Largest {
         let any_above = |limit: f64| {
             let limit = self.unshifted(limit);
             self.count_above(limit) != Some(known.iter().filter(|pair| pair.value > limit).count())
         };
         krylov::largest(
             self.factor.size(),
-            [count, EXTRA],
+            Wanted { count, extra: EXTRA, tolerance: TOLERANCE, span: self.span() },
             search,
-            TOLERANCE,
             &mut |ys| operator.act(ys.to_owned()),
             &any_above,
         )
     }
 
-    /// All pairs of a small network, by falling eigenvalues.
-    fn all(&self) -> Vec<Pair> {
+    /// Part of the largest eigenvalue down to which others are found beside it.
+    fn span(&self) -> f64 {
+        if self.is_mass { SPAN } else { 0.0 }
+    }
+
+    /// All pairs of a small network beside those that its operator lacks, by falling eigenvalues.
+    fn all(&self, operator: &Deflated<'_>) -> Vec<Pair> {
         let size = self.factor.size();
         let mut dense = Mat::<f64>::zeros(size, size);
         for first in (0..size).step_by(WIDTH) {
             let columns = first..size.min(first + WIDTH);
-            let mut units = vec![[0.0; WIDTH]; size];
-            for j in columns.clone() {
-                units[j][j - first] = 1.0;
-            }
-            let images = self.apply(&units, CORRECTIONS);
-            for j in columns {
-                for (i, image) in images.iter().enumerate() {
-                    dense[(i, j)] += 0.5 * image[j - first];
-                    dense[(j, i)] += 0.5 * image[j - first];
+            let units = Mat::from_fn(size, columns.len(), |i, k| f64::from(u8::from(i == first + k)));
+            let images = operator.act(units);
+            for (k, j) in columns.enumerate() {
+                for i in 0..size {
+                    dense[(i, j)] += 0.5 * images[(i, k)];
+                    dense[(j, i)] += 0.5 * images[(i, k)];
                 }
             }
         }
-        let Ok(eigen) = dense.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
-        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+        let Some((values, vectors)) = eigen::symmetric(dense.as_ref()) else { return Vec::new() };
         let vector = |k: usize| (0..size).map(|i| vectors[(i, k)]).collect();
         let pair = |k: usize| self.unshifted_pair(Pair { value: values[k], vector: vector(k), residual: 0.0 });
+        // What is known was taken out, and has eigenvalues of rounding.
         let mut all: Vec<Pair> = (0..size).map(pair).collect();
         all.sort_by(|a, b| b.value.total_cmp(&a.value));
+        all.truncate(size - operator.known.ncols());
+        let least = all.first().map_or(0.0, |first| self.span() * first.value);
+        all.retain(|pair| !self.is_mass || pair.value >= least);
         all
     }
-}
-
-/// Σ weight(i) xᵢ
-fn combine(vectors: &[Vec<f64>], weight: &dyn Fn(usize) -> f64) -> Vec<f64> {
-    let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
-    for (i, vector) in vectors.iter().enumerate() {
-        let weight = weight(i);
-        sum.iter_mut().zip(vector).for_each(|(s, x)| *s += weight * x);
-    }
-    sum
 }
 
 /// A with known pairs taken out.
 #[derive(Debug)]
 struct Deflated<'a> {
     pencil: &'a Pencil<'a>,
+    /// The vectors, of length one.
     known: Mat<f64>,
+    /// Of masses, the motions x of known pairs, and M x over xᵀ M x.
+    motions: Mat<f64>,
+    images: Mat<f64>,
     corrections: usize,
 }
 
 impl<'a> Deflated<'a> {
-    fn new(pencil: &'a Pencil<'a>, known: &[Pair]) -> Self {
-        let known = Mat::from_fn(pencil.factor.size(), known.len(), |i, k| known[k].vector[i]);
-        Self { pencil, known, corrections: pencil.corrections() }
+    fn new(pencil: &'a Pencil<'a>, corrections: usize) -> Self {
+        let none = || Mat::zeros(pencil.factor.size(), 0);
+        Self { pencil, known: none(), motions: none(), images: none(), corrections }
     }
 
+    /// Takes out more pairs, the ones of larger eigenvalues first.
+    fn take(&mut self, pairs: &[Pair]) {
+        let size = self.pencil.factor.size();
+        let mut fresh = Mat::from_fn(size, pairs.len(), |i, k| pairs[k].vector[i]);
+        if self.pencil.is_mass && !pairs.is_empty() {
+            // What a vector is off by towards motions of far smaller eigenvalues, applying A makes as many times smaller. Left in it, it
+            // would leave as much of the large eigenvalue beside them.
+            fresh = self.act(fresh);
+            for k in 0..pairs.len() {
+                let mut vector = fresh.subcols(k, 1).to_owned();
+                vector *= Scale(1.0 / vector.norm_l2());
+                krylov::take_out(fresh.subcols(0, k), vector.as_mut());
+                vector *= Scale(1.0 / vector.norm_l2());
+                fresh.subcols_mut(k, 1).copy_from(vector);
+            }
+            let mut motions = Mat::zeros(size, pairs.len());
+            let mut images = Mat::zeros(size, pairs.len());
+            for k in 0..pairs.len() {
+                let column: Vec<[f64; 1]> = fresh.col(k).iter().map(|y| [*y]).collect();
+                let motion = self.pencil.project(&column, self.corrections).1.into_flattened();
+                let image = self.pencil.image(&motion);
+                let mass = dot(&motion, &image);
+                (0..size).for_each(|i| [motions[(i, k)], images[(i, k)]] = [motion[i], image[i] / mass]);
+            }
+            self.motions = beside(&self.motions, &motions);
+            self.images = beside(&self.images, &images);
+        }
+        self.known = beside(&self.known, &fresh);
+    }
+
+    /// A y of columns.
     fn act(&self, mut ys: Mat<f64>) -> Mat<f64> {
         krylov::take_out(self.known.as_ref(), ys.as_mut());
         for first in (0..ys.ncols()).step_by(WIDTH) {
@@ -460,7 +557,9 @@ impl<'a> Deflated<'a> {
             for w in 0..count {
                 columns.iter_mut().zip(ys.col(first + w).iter()).for_each(|(row, y)| row[w] = *y);
             }
-            let out = self.pencil.apply(&columns, self.corrections);
+            let mut motions = self.pencil.project(&columns, self.corrections).1;
+            self.take_out(&mut motions);
+            let out = self.pencil.answer(&motions, self.corrections);
             for w in 0..count {
                 ys.col_mut(first + w).iter_mut().zip(&out).for_each(|(y, row)| *y = row[w]);
             }
@@ -468,6 +567,27 @@ impl<'a> Deflated<'a> {
         krylov::take_out(self.known.as_ref(), ys.as_mut());
         ys
     }
+
+    /// Takes out of motions what rounding of the factors has left in them of those that are known: a body that is heavy enough would make
+    /// any of it large.
+    fn take_out(&self, motions: &mut [[f64; WIDTH]]) {
+        for (known, image) in self.motions.col_iter().zip(self.images.col_iter()) {
+            let mut part = [0.0; WIDTH];
+            for (motion, image) in motions.iter().zip(image.iter()) {
+                (0..WIDTH).for_each(|w| part[w] += motion[w] * image);
+            }
+            for (motion, known) in motions.iter_mut().zip(known.iter()) {
+                (0..WIDTH).for_each(|w| motion[w] -= part[w] * known);
+            }
+        }
+    }
+}
+
+/// Columns with others behind them.
+fn beside(first: &Mat<f64>, second: &Mat<f64>) -> Mat<f64> {
+    let split = first.ncols();
+    let entry = |i: usize, k: usize| if k < split { first[(i, k)] } else { second[(i, k - split)] };
+    Mat::from_fn(second.nrows(), split + second.ncols(), entry)
 }
 
 #[cfg(test)]
@@ -497,7 +617,16 @@ mod tests {
         let analyzed = Analyzed::default();
         let factor = analyzed.factor(&stiffness).unwrap();
         let (stiffness, other, constraints) = (&stiffness, &mass, &none);
-        let pencil = Pencil { factor, shift: 0.0, stiffness, form: &form, other, constraints, analyzed: &analyzed };
+        let pencil = Pencil {
+            factor,
+            shift: 0.0,
+            stiffness,
+            form: &form,
+            other,
+            constraints,
+            analyzed: &analyzed,
+            is_mass: true,
+        };
         for count in [6, 30] {
             let pairs = pencil.largest(count);
             assert!(pairs.complete);

@@ -2,11 +2,12 @@
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.5.
 
-use faer::{Mat, Side};
+use faer::Mat;
 use sprs::CsMat;
 
 use super::allowed::Of;
 use super::{COUNTABLE, Pairs, Pencil};
+use crate::spectral::eigen;
 use crate::spectral::operators::{dot, multiply};
 
 /// Motions of other elements are improved so often at most, or until no eigenvalue changes by more than rounding.
@@ -51,8 +52,8 @@ impl Pencil<'_> {
 
 /// A motion with what the matrices of a pencil make of it.
 #[derive(Clone, Debug)]
-struct Imaged {
-    motion: Vec<f64>,
+pub(super) struct Imaged {
+    pub(super) motion: Vec<f64>,
     /// E x
     strains: Vec<f64>,
     /// R x
@@ -80,7 +81,7 @@ impl Imaged {
 }
 
 /// Motions with xᵢᵀ K xⱼ = δᵢⱼ, and the space of them.
-struct Space<'a> {
+pub(super) struct Space<'a> {
     pencil: &'a Pencil<'a>,
     basis: Vec<Imaged>,
     /// xᵢᵀ B xⱼ, j ≤ i
@@ -88,12 +89,12 @@ struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    fn new(pencil: &'a Pencil<'a>) -> Self {
+    pub(super) fn new(pencil: &'a Pencil<'a>) -> Self {
         Self { pencil, basis: Vec::new(), products: Vec::new() }
     }
 
     /// Adds what motions have beside the space.
-    fn extend(&mut self, motions: Vec<Vec<f64>>) {
+    pub(super) fn extend(&mut self, motions: Vec<Vec<f64>>) {
         let Pencil { form, other, .. } = self.pencil;
         let apply = |matrix: &CsMat<f64>, x: &[f64]| {
             let mut out = vec![0.0; matrix.rows()];
@@ -124,21 +125,21 @@ impl<'a> Space<'a> {
     }
 
     /// The pairs of the space with the largest eigenvalues; nothing where it has fewer.
-    fn pairs(&self, count: usize) -> Option<Vec<(f64, Imaged)>> {
+    pub(super) fn pairs(&self, count: usize) -> Option<Vec<(f64, Imaged)>> {
         let size = self.basis.len();
         if size < count {
             return None;
         }
         let product = Mat::from_fn(size, size, |i, j| self.products[i.max(j)][i.min(j)]);
-        let eigen = product.self_adjoint_eigen(Side::Lower).ok()?;
-        let (values, weights) = (eigen.S().column_vector(), eigen.U());
+        let (values, weights) =
+            if self.pencil.is_mass { eigen::graded(product) } else { eigen::symmetric(product.as_ref())? };
         let pair = |k: usize| {
             let mut motion = self.basis[0].clone();
             motion.parts().into_iter().flatten().for_each(|x| *x *= weights[(0, k)]);
             (1..size).for_each(|i| motion.add(weights[(i, k)], &self.basis[i]));
             (values[k], motion)
         };
-        Some((size - count..size).rev().map(pair).collect())
+        Some((0..count).map(pair).collect())
     }
 
     /// The forces that a motion leaves, B x − θ K x.
