@@ -10,7 +10,7 @@
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.7.
 
-use faer::{Mat, Side};
+use faer::Mat;
 use sprs::CsMat;
 
 use crate::base::{Base, Reach};
@@ -18,6 +18,7 @@ use crate::continuation::mesh_size;
 use crate::history::{Growth, Vibration};
 use crate::modes::Shifted;
 use crate::packs::HIGHEST;
+use crate::spectral::eigen;
 use crate::spectral::factor::Analyzed;
 use crate::spectral::operators::{Assembled, dot, matrix, multiply};
 use crate::spectral::pencil::Pencil;
@@ -41,8 +42,10 @@ const LEAST: usize = 4;
 const DEPENDENT: f64 = 1e-11;
 /// Part by which 1/ω² may differ between both spaces for it to be known.
 const KNOWN: f64 = 1e-3;
-/// Part of the largest 1/ω² below which one is that of a motion without mass.
+/// Part of the largest 1/ω² below which one is that of a motion without mass, or of one that is looked at with another shift.
 const MASSLESS: f64 = 1e-9;
+/// How many times the first 1/ω² below that the largest is made by a shift, where there is any.
+const NEXT: f64 = 1e3;
 /// Part of the largest 1/ω² that rounding may make of any.
 const ROUNDING: f64 = 1e-12;
 /// Part by which rounding splits two equal ones into a complex pair, or moves one.
@@ -124,14 +127,37 @@ fn about(mut base: Base) -> Option<Vibration> {
         analyzed: &Analyzed::default(),
         is_mass: true,
     };
-    let modes = pencil.largest(MODES[0]).vectors;
+    let modes = pencil.largest(MODES[0]);
     let responses = responses(&pencil, &skew);
-    let [larger, smaller] = MODES.map(|count| {
-        let motions: Vec<Vec<f64>> = modes.iter().take(count).chain(&responses).cloned().collect();
-        inverse_squares(&pencil, &skew, &motions)
-    });
-    let (growth, error) = growth(&larger?, &smaller?.values, shift)?;
+    let mut fastest = (Growth::None, 0.0);
+    for more in shifts(&modes.values) {
+        let [larger, smaller] = MODES.map(|count| {
+            let motions: Vec<Vec<f64>> = modes.vectors.iter().take(count).chain(&responses).cloned().collect();
+            inverse_squares(&pencil, &skew, &motions, more)
+        });
+        let found = growth(&larger?, &smaller?.values, shift + more)?;
+        if parts(&found.0)[0] > parts(&fastest.0)[0] {
+            fastest = found;
+        } else if fastest.0 == Growth::None {
+            fastest.1 = fastest.1.max(found.1);
+        }
+    }
+    let (growth, error) = fastest;
     Some(Vibration { mass, growth, error })
+}
+
+/// What is added to the shift for each scale of frequencies: nothing for the lowest ones, and where others lie so far above these that the
+/// lowest leave them no digits, as much as makes the lowest ones no larger than a thousand times theirs.
+fn shifts(values: &[f64]) -> Vec<f64> {
+    let mut shifts = vec![0.0];
+    let mut largest = values.first().copied().unwrap_or(0.0);
+    for &value in values {
+        if value <= MASSLESS * largest {
+            largest = NEXT * value;
+            shifts.push(1.0 / largest);
+        }
+    }
+    shifts
 }
 
 /// What the network yields to under forces where the unsymmetric part has some.
@@ -178,22 +204,10 @@ impl InverseSquares {
     }
 }
 
-fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>]) -> Option<InverseSquares> {
+/// The same for `more` of a shift.
+fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>], more: f64) -> Option<InverseSquares> {
     let size = motions.len();
-    let energy = pencil.form.products(motions);
-    let lengths: Vec<f64> = (0..size).map(|i| energy[i][i].sqrt()).collect();
-    if lengths.iter().any(|length| !(*length > 0.0)) {
-        return None;
-    }
-    let scaled = |i: usize, j: usize| energy[i.max(j)][i.min(j)] / (lengths[i] * lengths[j]);
-    let eigen = Mat::from_fn(size, size, scaled).self_adjoint_eigen(Side::Lower).ok()?;
-    let (levels, turns) = (eigen.S().column_vector(), eigen.U());
-    let kept: Vec<usize> = (0..size).filter(|&k| levels[k] > DEPENDENT).collect();
-    // Combinations of energy one, and both forms in them.
-    let weights = nalgebra::DMatrix::from_fn(size, kept.len(), |i, k| {
-        turns[(i, kept[k])] / (levels[kept[k]].sqrt() * lengths[i])
-    });
-    let product = |operator: &CsMat<f64>| {
+    let products = |operator: &CsMat<f64>| {
         let mut image = vec![0.0; operator.rows()];
         let mut products = nalgebra::DMatrix::zeros(size, size);
         for (j, motion) in motions.iter().enumerate() {
@@ -202,9 +216,25 @@ fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>])
                 products[(i, j)] = dot(left, &image);
             }
         }
-        weights.transpose() * products * &weights
+        products
     };
-    let (mass, skew) = (product(pencil.other), product(skew));
+    let (mass, skew) = (products(pencil.other), products(skew));
+    let mut energy = pencil.form.products(motions);
+    for (i, row) in energy.iter_mut().enumerate() {
+        row.iter_mut().enumerate().for_each(|(j, energy)| *energy += more * mass[(i, j)]);
+    }
+    let lengths: Vec<f64> = (0..size).map(|i| energy[i][i].sqrt()).collect();
+    if lengths.iter().any(|length| !(*length > 0.0)) {
+        return None;
+    }
+    let scaled = |i: usize, j: usize| energy[i.max(j)][i.min(j)] / (lengths[i] * lengths[j]);
+    let (levels, turns) = eigen::symmetric(Mat::from_fn(size, size, scaled).as_ref())?;
+    let kept: Vec<usize> = (0..size).filter(|&k| levels[k] > DEPENDENT).collect();
+    // Combinations of energy one, and both forms in them.
+    let weights = nalgebra::DMatrix::from_fn(size, kept.len(), |i, k| {
+        turns[(i, kept[k])] / (levels[kept[k]].sqrt() * lengths[i])
+    });
+    let [mass, skew] = [mass, skew].map(|products| weights.transpose() * products * &weights);
     let tangent = nalgebra::DMatrix::identity(kept.len(), kept.len()) + skew;
     let inverse = tangent.lu().solve(&mass)?;
     let size = kept.len();
@@ -215,7 +245,7 @@ fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>])
     let found = Mat::from_fn(size, size, |i, j| inverse[(i, j)]).eigenvalues().ok()?;
     let mut values: Vec<[f64; 2]> = found.iter().map(|value| [value.re, value.im]).collect();
     values.sort_by(|a, b| size_of(b).total_cmp(&size_of(a)));
-    let symmetric = Mat::from_fn(size, size, |i, j| mass[(i, j)]).self_adjoint_eigenvalues(Side::Lower).ok()?;
+    let (symmetric, _) = eigen::symmetric(Mat::from_fn(size, size, |i, j| mass[(i, j)]).as_ref())?;
     Some(InverseSquares { values, symmetric })
 }
 

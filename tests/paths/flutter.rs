@@ -224,20 +224,44 @@ fn the_pendulum_of_ziegler_flutters_at_its_critical_load() {
     }
 }
 
+/// A rod of stiffness one in every way but the one of `ei2` under a twisting moment at its free end, and what else there is.
+fn twisted(ei2: f64, moment: f64, more: &str) -> StepHistory {
+    let text = format!(
+        "format = \"pennate/1\"\nunits = \"m-N-Pa\"\nnodes.A = [0, 0, 0]\nnodes.B = [1, 0, 0]\n{more}\
+         [sections]\nrod = {{ stiffness = {{ EA = 1e5, GA2 = 1e5, GA3 = 1e5, GJ = 1, EI2 = {ei2}, EI3 = 1, mass_per_length = 1 }} }}\n\
+         [members]\nrod = {{ nodes = [\"A\", \"B\"], section = \"rod\" }}\n[supports]\nA = \"clamped\"\n\
+         [[steps]]\nname = \"twist\"\nmoment = {{ B = [{moment}, 0, 0] }}\n"
+    );
+    network::solve(&text).step("twist").clone()
+}
+
 /// A round rod flutters under however small a twisting moment at its free end, an oval one does not (Nikolai 1928).
 #[test]
 fn the_rod_of_nikolai_flutters_where_it_is_round() {
     for (ei2, moment, flutters) in
         [(1.0, 0.01, true), (1.0, 0.5, true), (1.5, 0.01, false), (1.5, 0.5, false), (1.5, 2.0, true)]
     {
-        let text = format!(
-            "format = \"pennate/1\"\nunits = \"m-N-Pa\"\n[nodes]\nA = [0, 0, 0]\nB = [1, 0, 0]\n\
-             [sections]\nrod = {{ stiffness = {{ EA = 1e5, GA2 = 1e5, GA3 = 1e5, GJ = 1, EI2 = {ei2}, EI3 = 1, mass_per_length = 1 }} }}\n\
-             [members]\nrod = {{ nodes = [\"A\", \"B\"], section = \"rod\" }}\n[supports]\nA = \"clamped\"\n\
-             [[steps]]\nname = \"twist\"\nmoment = {{ B = [{moment}, 0, 0] }}\n"
-        );
-        let found = growth(network::solve(&text).step("twist"));
+        let found = growth(&twisted(ei2, moment, ""));
         assert_eq!(matches!(found, Growth::Flutter { .. }), flutters, "{ei2} {moment}: {found:?}");
+    }
+}
+
+/// The rate is the same beside a body on soft springs, whose frequency lies below it by up to eight orders of magnitude.
+#[test]
+fn a_heavy_body_beside_it_hides_no_flutter() {
+    let rate = |more: &str| match growth(&twisted(1.0, 0.5, more)) {
+        Growth::Flutter { rate, frequency } => [rate, frequency],
+        other => panic!("{other:?}"),
+    };
+    let alone = rate("");
+    for mass in [1e-3, 1.0, 1e3, 1e6, 1e10, 1e14] {
+        let beside = rate(&format!(
+            "nodes.P = [2, 2, 0]\nrigid_bodies.stage = {{ nodes = [\"P\"], mass = {mass:e} }}\n\
+             springs.soft = {{ node = \"P\", stiffness = {{ ux = 0.01, uy = 0.01, uz = 0.01, rx = 1, ry = 1, rz = 1 }} }}\n"
+        ));
+        for (beside, alone) in beside.iter().zip(alone) {
+            assert!((beside / alone - 1.0).abs() < 1e-6, "{mass:e}: {beside} instead of {alone}");
+        }
     }
 }
 
