@@ -24,7 +24,7 @@
 mod allowed;
 mod near;
 
-use faer::{Mat, Scale};
+use faer::{Mat, MatRef, Scale};
 use sprs::CsMat;
 
 use super::eigen;
@@ -223,8 +223,9 @@ impl Pencil<'_> {
         let mut fresh: Vec<Pair> = Vec::new();
         for search in 0..SEARCHES {
             operator.take(&fresh);
-            let (scale, is_over);
-            Largest { pairs: fresh, scale, is_over } = self.search(&operator, &found, count, search);
+            let search = self.search(&operator, &found, count, search);
+            let Largest { scale, is_over, .. } = search;
+            fresh = search.pairs;
             largest = fresh.iter().fold(largest.max(scale), |largest, pair| largest.max(pair.value.abs()));
             let exhausted = is_over && fresh.iter().all(|pair| self.is_rounding(pair, largest));
             if fresh.is_empty() && !is_over {
@@ -518,7 +519,7 @@ impl<'a> Deflated<'a> {
         Self { pencil, known: none(), motions: none(), images: none(), corrections }
     }
 
-    /// Takes out more pairs, the ones of larger eigenvalues first.
+    /// Takes out more pairs, by falling eigenvalues.
     fn take(&mut self, pairs: &[Pair]) {
         let size = self.pencil.factor.size();
         let mut fresh = Mat::from_fn(size, pairs.len(), |i, k| pairs[k].vector[i]);
@@ -527,11 +528,9 @@ impl<'a> Deflated<'a> {
             // would leave as much of the large eigenvalue beside them.
             fresh = self.act(fresh);
             for k in 0..pairs.len() {
-                let mut vector = fresh.subcols(k, 1).to_owned();
-                vector *= Scale(1.0 / vector.norm_l2());
+                let mut vector = unit(fresh.subcols(k, 1));
                 krylov::take_out(fresh.subcols(0, k), vector.as_mut());
-                vector *= Scale(1.0 / vector.norm_l2());
-                fresh.subcols_mut(k, 1).copy_from(vector);
+                fresh.subcols_mut(k, 1).copy_from(unit(vector.as_ref()));
             }
             let mut motions = Mat::zeros(size, pairs.len());
             let mut images = Mat::zeros(size, pairs.len());
@@ -540,7 +539,9 @@ impl<'a> Deflated<'a> {
                 let motion = self.pencil.project(&column, self.corrections).1.into_flattened();
                 let image = self.pencil.image(&motion);
                 let mass = dot(&motion, &image);
-                (0..size).for_each(|i| [motions[(i, k)], images[(i, k)]] = [motion[i], image[i] / mass]);
+                if mass > 0.0 {
+                    (0..size).for_each(|i| [motions[(i, k)], images[(i, k)]] = [motion[i], image[i] / mass]);
+                }
             }
             self.motions = beside(&self.motions, &motions);
             self.images = beside(&self.images, &images);
@@ -581,6 +582,12 @@ impl<'a> Deflated<'a> {
             }
         }
     }
+}
+
+/// A column of length one along another; nothing of nothing.
+fn unit(vector: MatRef<'_, f64>) -> Mat<f64> {
+    let length = vector.norm_l2();
+    Scale(if length > 0.0 { 1.0 / length } else { 0.0 }) * vector
 }
 
 /// Columns with others behind them.
