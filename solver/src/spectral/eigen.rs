@@ -10,6 +10,10 @@ const ROUNDS: usize = 30;
 /// faer divides matrices of 128 rows and more, and takes what is small beside one for zero there, whatever their size is: entries of
 /// 1e-7 left eigenvectors with 1e-9 of error. So they are scaled, by a power of two.
 pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    if matrix.nrows() == 0 {
+        // faer subtracts one from the number of rows.
+        return Some((Vec::new(), Mat::new()));
+    }
     let largest = matrix.norm_max();
     let scale = if largest > 0.0 { largest.log2().floor().exp2() } else { 1.0 };
     let scaled = Scale(1.0 / scale) * matrix;
@@ -86,6 +90,7 @@ mod tests {
             let left = &matrix * &vectors - Mat::from_fn(size, size, |i, k| vectors[(i, k)] * values[k]);
             assert!(left.norm_max() < 1e-13 * factor, "{factor}: {}", left.norm_max());
         }
+        assert_eq!(symmetric(Mat::new().as_ref()).expect("none").0, Vec::<f64>::new());
     }
 
     /// D H D with a well-conditioned H: the product of all eigenvalues is its determinant, that of the first two that of a minor to
