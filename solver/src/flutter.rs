@@ -20,7 +20,7 @@ use crate::modes::Shifted;
 use crate::packs::HIGHEST;
 use crate::spectral::eigen;
 use crate::spectral::factor::Analyzed;
-use crate::spectral::operators::{Assembled, dot, matrix, multiply};
+use crate::spectral::operators::{Assembled, Form, dot, matrix, multiply};
 use crate::spectral::pencil::Pencil;
 use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::Structure;
@@ -40,6 +40,8 @@ const JUDGED: usize = 10;
 const LEAST: usize = 4;
 /// Energy, over that of a motion of length one, below which a combination of the motions is rounding.
 const DEPENDENT: f64 = 1e-11;
+/// What is left of the energy one of a motion that has nothing beside others but rounding.
+const NOTHING: f64 = 1e-10;
 /// Part by which 1/ω² may differ between both spaces for it to be known.
 const KNOWN: f64 = 1e-3;
 /// Part of the largest 1/ω² below which one is that of a motion without mass, or of one that is looked at with another shift.
@@ -130,20 +132,41 @@ fn about(mut base: Base) -> Option<Vibration> {
     let modes = pencil.largest(MODES[0]);
     let responses = responses(&pencil, &skew);
     let mut fastest = (Growth::None, 0.0);
+    let mut moved = 0;
     for more in shifts(&modes.values) {
+        let heavy = modes.values.iter().take_while(|value| more * **value > 1.0).count();
+        let responses = without(&modes.vectors[..heavy], &responses, pencil.form);
         let [larger, smaller] = MODES.map(|count| {
             let motions: Vec<Vec<f64>> = modes.vectors.iter().take(count).chain(&responses).cloned().collect();
             inverse_squares(&pencil, &skew, &motions, more)
         });
-        let found = growth(&larger?, &smaller?.values, shift + more)?;
+        let found = growth(&larger?, &smaller?.values, shift + more, &mut moved)?;
         if parts(&found.0)[0] > parts(&fastest.0)[0] {
             fastest = found;
         } else if fastest.0 == Growth::None {
             fastest.1 = fastest.1.max(found.1);
         }
+        if moved >= JUDGED {
+            break;
+        }
     }
     let (growth, error) = fastest;
     Some(Vibration { mass, growth, error })
+}
+
+/// What motions have beside modes of energy one, which are so heavy that little of them would be large beside the rest.
+fn without(modes: &[Vec<f64>], motions: &[Vec<f64>], form: &Form) -> Vec<Vec<f64>> {
+    let images: Vec<Vec<f64>> = modes.iter().map(|mode| form.image(mode)).collect();
+    let mut left = motions.to_vec();
+    for motion in &mut left {
+        // Twice is enough (Kahan and Parlett).
+        for (mode, image) in modes.iter().zip(&images).chain(modes.iter().zip(&images)) {
+            let part = dot(image, motion);
+            motion.iter_mut().zip(mode).for_each(|(x, mode)| *x -= part * mode);
+        }
+    }
+    left.retain(|motion| form.energy(motion) > NOTHING);
+    left
 }
 
 /// What is added to the shift for each scale of frequencies: nothing for the lowest ones, and where others lie so far above these that the
@@ -253,11 +276,11 @@ fn size_of(value: &[f64; 2]) -> f64 {
     value[0].hypot(value[1])
 }
 
-/// The fastest growth among the lowest frequencies, those known from both spaces; nothing where none is.
-fn growth(squares: &InverseSquares, smaller: &[[f64; 2]], shift: f64) -> Option<(Growth, f64)> {
+/// The fastest growth among the lowest frequencies, those known from both spaces; nothing where none is. So many that the unsymmetric
+/// part moves have been judged already, and are then.
+fn growth(squares: &InverseSquares, smaller: &[[f64; 2]], shift: f64, moved: &mut usize) -> Option<(Growth, f64)> {
     let mut found: Option<(Growth, f64)> = None;
     let mut fastest = 0.0;
-    let mut moved = 0;
     let largest = squares.largest();
     for value in &squares.values {
         let size = size_of(value);
@@ -272,14 +295,14 @@ fn growth(squares: &InverseSquares, smaller: &[[f64; 2]], shift: f64) -> Option<
                 // It is that of a mode of the symmetric part, which is stiffer than all that are known.
                 false => continue,
                 // What grows does so whatever else there is.
-                true if moved < LEAST && fastest == 0.0 => return None,
+                true if *moved < LEAST && fastest == 0.0 => return None,
                 true => break,
             }
         }
-        moved += usize::from(moves);
-        if moved > JUDGED {
+        if moves && *moved == JUDGED {
             break;
         }
+        *moved += usize::from(moves);
         found.get_or_insert((Growth::None, 0.0));
         // ω² = 1/μ − s
         let (real, imaginary) = (value[0] / (size * size) - shift, -value[1] / (size * size));

@@ -265,6 +265,31 @@ fn a_heavy_body_beside_it_hides_no_flutter() {
     }
 }
 
+/// Nor does one on the rod itself: a body at its middle that is heavy enough holds that as a support does.
+#[test]
+fn a_heavy_body_on_a_rod_is_a_support_to_what_flutters() {
+    let rate = |more: &str| {
+        let text = format!(
+            "format = \"pennate/1\"\nunits = \"m-N-Pa\"\nnodes = {{ A = [0, 0, 0], B = [1, 0, 0], C = [2, 0, 0] }}\n\
+             sections.rod = {{ stiffness = {{ EA = 1e5, GA2 = 1e5, GA3 = 1e5, GJ = 1, EI2 = 1, EI3 = 1, mass_per_length = 1 }} }}\n\
+             members.first = {{ nodes = [\"A\", \"B\"], section = \"rod\" }}\n\
+             members.second = {{ nodes = [\"B\", \"C\"], section = \"rod\" }}\nsupports.A = \"clamped\"\n{more}\n\
+             [[steps]]\nname = \"twist\"\nmoment = {{ C = [0.5, 0, 0] }}\n"
+        );
+        match growth(network::solve(&text).step("twist")) {
+            Growth::Flutter { rate, frequency } => [rate, frequency],
+            other => panic!("{more}: {other:?}"),
+        }
+    };
+    let held = rate("supports.B = \"pinned\"");
+    for mass in [1e8, 1e10, 1e12] {
+        let heavy = rate(&format!("rigid_bodies.body = {{ nodes = [\"B\"], mass = {mass:e} }}"));
+        for (heavy, held) in heavy.iter().zip(held) {
+            assert!((heavy / held - 1.0).abs() < 1e-6, "{mass:e}: {heavy} instead of {held}");
+        }
+    }
+}
+
 /// Without masses there is no verdict, and no guess at one.
 #[test]
 fn without_masses_nothing_is_said() {

@@ -19,6 +19,8 @@ const AXIAL: f64 = 0.5;
 const NOTHING: f64 = 1e-18;
 /// Compliances below this part of the largest are rounding; forces times the length of the member are compared with moments.
 const RIGID: f64 = 1e-15;
+/// Steps at most towards the eigenvalues of six rows, which take a few for each: the library sets no limit of its own.
+const STEPS: usize = 1000;
 
 /// What a member is in the flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,11 +176,14 @@ fn transferred(
     let sizes = Vector6::new(1.0, 1.0, 1.0, scale, scale, scale);
     let scaled = Matrix6::from_fn(|i, j| (compliance[(i, j)] + compliance[(j, i)]) / 2.0 * sizes[i] * sizes[j]);
     let wanted = motion.component_mul(&sizes);
-    // A tangent that cannot be solved tells nothing, and its eigenvalues would be looked for without end.
+    // A tangent that cannot be solved tells nothing.
     if !scaled.iter().all(|value| value.is_finite()) {
         return Vector6::zeros();
     }
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(scaled);
+    let Some(SymmetricEigen { eigenvectors, eigenvalues }) = SymmetricEigen::try_new(scaled, f64::EPSILON, STEPS)
+    else {
+        return Vector6::zeros();
+    };
     let least = RIGID * eigenvalues.amax();
     let mut load = Vector6::zeros();
     for (vector, &value) in eigenvectors.column_iter().zip(eigenvalues.iter()) {
