@@ -5,7 +5,7 @@
 //! into itself ends the search instead of breaking it down. A restart keeps the motions of the largest eigenvalues (K. Wu and
 //! H. Simon, SIAM J. Matrix Anal. Appl. 22, 2000); those at the other end of the spectrum cost a part of the basis, no more.
 
-use faer::{Mat, MatMut, MatRef, Scale};
+use faer::{Mat, MatMut, MatRef, Scale, concat};
 
 use super::eigen;
 
@@ -237,16 +237,14 @@ impl Space {
         let mut left = self.images.subcols(0, self.count) * weights;
         let scaled = Mat::from_fn(self.count, weights.ncols(), |i, k| weights[(i, k)] * ritz.values[k]);
         left -= self.vectors.subcols(0, self.count) * scaled;
-        let mut block = Mat::zeros(left.nrows(), 0);
+        let mut block = Mat::<f64>::zeros(left.nrows(), 0);
         for _ in 0..BLOCK {
             let lengths = left.col_iter().map(|column| column.norm_l2());
             let longest = lengths.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
             let Some((longest, length)) = longest.filter(|(_, length)| *length > least) else { break };
             let unit = Scale(1.0 / length) * left.subcols(longest, 1);
             take_out(unit.as_ref(), left.as_mut());
-            block = Mat::from_fn(unit.nrows(), block.ncols() + 1, |i, k| {
-                if k < block.ncols() { block[(i, k)] } else { unit[(i, 0)] }
-            });
+            block = concat![[block, unit]];
         }
         block
     }

@@ -22,9 +22,10 @@
 //! Theory: docs/theory/stability.md, Eq. 7.5.
 
 mod allowed;
+mod deflated;
 mod near;
 
-use faer::{Mat, MatRef, Scale};
+use faer::Mat;
 use sprs::CsMat;
 
 use super::eigen;
@@ -32,6 +33,7 @@ use super::factor::{Analyzed, Factor};
 use super::krylov::{self, Largest, Pair, ROUNDING, Wanted};
 use super::operators::{Form, dot, multiply};
 use allowed::{CORRECTIONS, RAISE, RAISES};
+use deflated::Deflated;
 use near::Space;
 
 pub(crate) use allowed::firm;
@@ -156,7 +158,12 @@ impl Pencil<'_> {
 
     /// Factors of K − B/θ: they have as many negative pivots as there are eigenvalues above θ.
     fn factor_at(&self, value: f64) -> Option<Factor> {
-        self.analyzed.factor(&(self.stiffness - &self.other.map(|entry| entry / value)))
+        self.factor_of(self.stiffness, value)
+    }
+
+    /// The same for another K.
+    fn factor_of(&self, stiffness: &CsMat<f64>, value: f64) -> Option<Factor> {
+        self.analyzed.factor(&(stiffness - &self.other.map(|entry| entry / value)))
     }
 
     /// The same pencil with the factors of a shift, where it is large and has an eigenvalue above the least.
@@ -429,7 +436,7 @@ impl Pencil<'_> {
         }
         let held = &self.constraints.transpose_view().to_csr() * self.constraints;
         let raised = |raise: usize| self.stiffness + &held.map(|entry| (RAISE.powi(raise as i32) - 1.0) * entry);
-        let count = |raise| self.negative(&raised(raise), limit);
+        let count = |raise| self.factor_of(&raised(raise), limit).map(|factor| factor.negative);
         (1..=RAISES)
             .map(count)
             .take_while(|count| count.is_some_and(|count| count >= known))
@@ -438,13 +445,7 @@ impl Pencil<'_> {
 
     /// Number of eigenvalues above a positive limit: negative pivots of K − B/limit.
     fn count_above(&self, limit: f64) -> Option<usize> {
-        self.negative(self.stiffness, limit)
-    }
-
-    /// The same for another K.
-    fn negative(&self, stiffness: &CsMat<f64>, limit: f64) -> Option<usize> {
-        let matrix = stiffness - &self.other.map(|entry| entry / limit);
-        self.analyzed.factor(&matrix).map(|factor| factor.negative)
+        self.factor_at(limit).map(|factor| factor.negative)
     }
 
     /// The largest eigenvalue in a small space, negative ones included.
@@ -494,107 +495,11 @@ impl Pencil<'_> {
         // What is known was taken out, and has eigenvalues of rounding.
         let mut all: Vec<Pair> = (0..size).map(pair).collect();
         all.sort_by(|a, b| b.value.total_cmp(&a.value));
-        all.truncate(size - operator.known.ncols());
+        all.truncate(size - operator.count());
         let least = all.first().map_or(0.0, |first| self.span() * first.value);
         all.retain(|pair| !self.is_mass || pair.value >= least);
         all
     }
-}
-
-/// A with known pairs taken out.
-#[derive(Debug)]
-struct Deflated<'a> {
-    pencil: &'a Pencil<'a>,
-    /// The vectors, of length one.
-    known: Mat<f64>,
-    /// Of masses, the motions x of known pairs, and M x over xᵀ M x.
-    motions: Mat<f64>,
-    images: Mat<f64>,
-    corrections: usize,
-}
-
-impl<'a> Deflated<'a> {
-    fn new(pencil: &'a Pencil<'a>, corrections: usize) -> Self {
-        let none = || Mat::zeros(pencil.factor.size(), 0);
-        Self { pencil, known: none(), motions: none(), images: none(), corrections }
-    }
-
-    /// Takes out more pairs, by falling eigenvalues.
-    fn take(&mut self, pairs: &[Pair]) {
-        let size = self.pencil.factor.size();
-        let mut fresh = Mat::from_fn(size, pairs.len(), |i, k| pairs[k].vector[i]);
-        if self.pencil.is_mass && !pairs.is_empty() {
-            // What a vector is off by towards motions of far smaller eigenvalues, applying A makes as many times smaller. Left in it, it
-            // would leave as much of the large eigenvalue beside them.
-            fresh = self.act(fresh);
-            for k in 0..pairs.len() {
-                let mut vector = unit(fresh.subcols(k, 1));
-                krylov::take_out(fresh.subcols(0, k), vector.as_mut());
-                fresh.subcols_mut(k, 1).copy_from(unit(vector.as_ref()));
-            }
-            let mut motions = Mat::zeros(size, pairs.len());
-            let mut images = Mat::zeros(size, pairs.len());
-            for k in 0..pairs.len() {
-                let column: Vec<[f64; 1]> = fresh.col(k).iter().map(|y| [*y]).collect();
-                let motion = self.pencil.project(&column, self.corrections).1.into_flattened();
-                let image = self.pencil.image(&motion);
-                let mass = dot(&motion, &image);
-                if mass > 0.0 {
-                    (0..size).for_each(|i| [motions[(i, k)], images[(i, k)]] = [motion[i], image[i] / mass]);
-                }
-            }
-            self.motions = beside(&self.motions, &motions);
-            self.images = beside(&self.images, &images);
-        }
-        self.known = beside(&self.known, &fresh);
-    }
-
-    /// A y of columns.
-    fn act(&self, mut ys: Mat<f64>) -> Mat<f64> {
-        krylov::take_out(self.known.as_ref(), ys.as_mut());
-        for first in (0..ys.ncols()).step_by(WIDTH) {
-            let count = WIDTH.min(ys.ncols() - first);
-            let mut columns = vec![[0.0; WIDTH]; ys.nrows()];
-            for w in 0..count {
-                columns.iter_mut().zip(ys.col(first + w).iter()).for_each(|(row, y)| row[w] = *y);
-            }
-            let mut motions = self.pencil.project(&columns, self.corrections).1;
-            self.take_out(&mut motions);
-            let out = self.pencil.answer(&motions, self.corrections);
-            for w in 0..count {
-                ys.col_mut(first + w).iter_mut().zip(&out).for_each(|(y, row)| *y = row[w]);
-            }
-        }
-        krylov::take_out(self.known.as_ref(), ys.as_mut());
-        ys
-    }
-
-    /// Takes out of motions what rounding of the factors has left in them of those that are known: a body that is heavy enough would make
-    /// any of it large.
-    fn take_out(&self, motions: &mut [[f64; WIDTH]]) {
-        for (known, image) in self.motions.col_iter().zip(self.images.col_iter()) {
-            let mut part = [0.0; WIDTH];
-            for (motion, image) in motions.iter().zip(image.iter()) {
-                (0..WIDTH).for_each(|w| part[w] += motion[w] * image);
-            }
-            for (motion, known) in motions.iter_mut().zip(known.iter()) {
-                (0..WIDTH).for_each(|w| motion[w] -= part[w] * known);
-            }
-        }
-    }
-}
-
-/// A column of length one along another; nothing of nothing.
-fn unit(vector: MatRef<'_, f64>) -> Mat<f64> {
-    let length = vector.norm_l2();
-    Scale(if length > 0.0 { 1.0 / length } else { 0.0 }) * vector
-}
-
-/// Columns with others behind them.
-fn beside(first: &Mat<f64>, second: &Mat<f64>) -> Mat<f64> {
-    let split = first.ncols();
-    let entry = |i: usize, k: usize| if k < split { first[(i, k)] } else { second[(i, k - split)] };
-    Mat::from_fn(second.nrows(), split + second.ncols(), entry)
 }
 
 #[cfg(test)]
