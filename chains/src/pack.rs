@@ -110,7 +110,7 @@ pub trait Pack<const D: usize>: Any + Send {
     /// another one or they are more than the lanes hold.
     fn renew(&mut self, meshes: &[ChainMesh]) -> bool;
     /// Chains of the same kind for other members of the same mesh, no more than there are lanes: they have no factors of their
-    /// own, and serve [`Pack::refresh`] by those of this pack alone.
+    /// own before a [`Pack::condense`], and serve [`Pack::refresh`] by those of this pack.
     fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>>;
     /// Gives back what only a solve needs: what is left can be taken over by another pack, and not be solved any more.
     fn shed(&mut self);
@@ -248,9 +248,7 @@ impl<T: Real, B: Beam<T, D>, const D: usize, const P: usize> Pack<D> for Chain<T
     }
 
     fn like(&self, meshes: &[ChainMesh]) -> Box<dyn Pack<D>> {
-        let mut chain = Self::without_factors(meshes);
-        chain.increments = Vec::new();
-        Box::new(chain)
+        Box::new(Self::without_factors(meshes))
     }
 
     fn shed(&mut self) {

@@ -44,7 +44,7 @@ const ARM: &str = include_str!("br2.toml");
 
 /// Those of the table.
 pub(crate) fn all() -> Vec<Network> {
-    vec![dyad(), stage(), arm(), mechanism()]
+    vec![dyad(), stage(), stiff_stage(), arm(), mechanism(), stiff_mechanism()]
 }
 
 /// The one of the table that has this in its name.
@@ -122,6 +122,30 @@ fn stage() -> Network {
         parameters: vec!["p", "L", "beta", "rp"],
         probes: vec!["height", "tilt"],
         spread: 0.05,
+    }
+}
+
+/// The stage with how stiff it is besides how it stands.
+fn stiff_stage() -> Network {
+    let stage = stage();
+    let probes =
+        "[probes]\nlift = { body = \"stage\", stiffness = \"uz\" }\nturn = { body = \"stage\", stiffness = \"rx\" }\n";
+    Network {
+        name: "stage, stiffness",
+        text: stage.text.replace("[probes]\n", probes),
+        probes: vec!["height", "tilt", "lift", "turn"],
+        ..stage
+    }
+}
+
+/// The mechanism with the stiffness of its tip at the end.
+fn stiff_mechanism() -> Network {
+    let mechanism = mechanism();
+    Network {
+        name: "mechanism, stiffness",
+        text: mechanism.text + "kx = { node = \"n8\", stiffness = \"ux\" }\n",
+        probes: vec!["ux", "uy", "kx"],
+        ..mechanism
     }
 }
 

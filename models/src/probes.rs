@@ -360,7 +360,15 @@ impl Probes {
 
     /// Whether a probe is one of stiffness or compliance.
     pub fn is_stiffness(&self, probe: usize) -> bool {
-        matches!(self.probes[probe], Probe::Stiffness { .. })
+        self.compliance(probe).is_some()
+    }
+
+    /// The place of a probe among those of stiffness and compliance, and whether it gives the compliance; `None` for any other.
+    pub fn compliance(&self, probe: usize) -> Option<(usize, bool)> {
+        match self.probes[probe] {
+            Probe::Stiffness { index, inverse, .. } => Some((index, inverse)),
+            _ => None,
+        }
     }
 
     /// Whether any probe asks for what is measured along members: axial forces, but not sections.

@@ -8,6 +8,7 @@
 pub mod base;
 mod blocks;
 pub mod buckling;
+pub mod compliance;
 pub mod continuation;
 mod dense;
 pub mod error;

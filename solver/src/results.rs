@@ -1,12 +1,11 @@
 //! From the state of a system to the quantities of a user.
 
 use pennate_elements::rotation::{log, turn};
-use pennate_elements::small::{V3, add, cross, dot, norm};
+use pennate_elements::small::{V3, add, dot, norm};
 
 use crate::chain::{self, Measures, Middle, middle, total_load};
 use crate::history::{Equilibrium, MemberShape, MemberState, NodeState, Peak, SectionForces};
-use crate::joints::{EndKind, Held, HeldKind};
-use crate::rigid::{AUXILIARIES, Limit};
+use crate::joints::EndKind;
 use crate::structure::Dimension;
 use crate::system::System;
 
@@ -138,126 +137,6 @@ fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
         all
     };
     system.structure.sections.iter().map(along).collect()
-}
-
-/// Part of what it is with the softest stiffness behind held strains below which a compliance follows from them alone.
-const HELD: f64 = 0.1;
-
-/// Compliances of the nodes that a structure asks for, at the state of the last assembly.
-///
-/// A row that holds a node along the direction asked for is taken away for that; the last assembly is the same again
-/// afterwards.
-pub fn compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
-    if system.structure.compliances.is_empty() {
-        return Vec::new();
-    }
-    system.turning_freely(|system| system.uneased(rigid_compliances))
-}
-
-/// The same where held strains give nothing.
-fn rigid_compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
-    if !system.loading.holds_strains() {
-        return all_compliances(system);
-    }
-    let own = system.loading.auxiliary;
-    let mut limit = Limit::new(&[1.0; 6]);
-    let mut all: Vec<Vec<[[f64; 6]; 6]>> = Vec::new();
-    for auxiliary in AUXILIARIES {
-        system.loading.set_auxiliary(auxiliary);
-        system.apply_drives();
-        system.assemble(false);
-        let found = all_compliances(system);
-        // In a row of its own stands the compliance along what is asked for, which may be small beside that along an axis.
-        let along = along(system, &found).into_iter().flat_map(|along| [along, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let settled = limit.add(along.chain(found.iter().flatten().flatten().copied()).collect());
-        all.push(found);
-        if settled {
-            break;
-        }
-    }
-    system.loading.set_auxiliary(own);
-    system.apply_drives();
-    system.assemble(false);
-    let (Some(first), Some(last)) = (all.first(), all.last()) else { return Vec::new() };
-    let ways = along(system, first).into_iter().zip(along(system, last));
-    let holds: Vec<bool> = ways.map(|(first, last)| last.abs() < HELD * first.abs()).collect();
-    let known: Vec<bool> = (0..holds.len()).map(|index| limit.is_known(index)).collect();
-    let found = limit.take();
-    let columns = &found.as_chunks::<6>().0[holds.len()..];
-    let matrices = columns.as_chunks::<6>().0.iter().zip(last).zip(known.into_iter().zip(holds));
-    matrices
-        .map(|((limit, last), flags)| match flags {
-            (true, _) => *limit,
-            // What held strains hold has no compliance.
-            (false, true) => [[f64::NAN; 6]; 6],
-            // What nothing holds has one without end.
-            (false, false) => *last,
-        })
-        .collect()
-}
-
-/// The compliance along what is asked for of every node.
-fn along<const D: usize>(system: &System<D>, found: &[[[f64; 6]; 6]]) -> Vec<f64> {
-    let of = |(found, along): (&[[f64; 6]; 6], &[f64; 6])| {
-        let times = |row: &[f64; 6]| row.iter().zip(along).map(|(x, along)| x * along).sum::<f64>();
-        found.iter().zip(along).map(|(row, along)| along * times(row)).sum()
-    };
-    found.iter().zip(system.structure.compliances.iter().map(|wanted| &wanted.along)).map(of).collect()
-}
-
-fn all_compliances<const D: usize>(system: &mut System<D>) -> Vec<[[f64; 6]; 6]> {
-    let structure = system.structure.clone();
-    structure
-        .compliances
-        .iter()
-        .map(|wanted| {
-            let all = system.pattern.equations.held.clone();
-            let stays = |held: &&Held| held.node != wanted.node || !holds_along(held, &wanted.along);
-            let left: Vec<Held> = all.iter().filter(stays).copied().collect();
-            if left.len() == all.len() {
-                return compliance(system, wanted.node);
-            }
-            system.hold(left);
-            system.assemble(false);
-            let found = compliance(system, wanted.node);
-            system.hold(all);
-            system.assemble(false);
-            // What a step frees next is the reaction along a row, which new rows do not know.
-            system.find_multipliers();
-            found
-        })
-        .collect()
-}
-
-fn holds_along(held: &Held, along: &[f64; 6]) -> bool {
-    let (axis, offset) = match held.kind {
-        HeldKind::Translation { direction } => (direction, 0),
-        HeldKind::Rotation { axis } => (axis, 3),
-    };
-    (0..3).map(|c| axis[c] * along[offset + c]).sum::<f64>().abs() > 1e-9
-}
-
-fn compliance<const D: usize>(system: &mut System<D>, node: usize) -> [[f64; 6]; 6] {
-    let link = system.topology.links[node];
-    let lever = turn(system.places.joints[link.joint].place.rotation, link.arm);
-    let mut columns = [[0.0; 6]; 6];
-    for &component in &system.pattern.equations.active.clone() {
-        let mut force = [0.0; 6];
-        force[component] = 1.0;
-        let turning = cross(lever, [force[0], force[1], force[2]]);
-        for c in 0..3 {
-            force[3 + c] += turning[c];
-        }
-        let mut response = vec![0.0; system.tangent.rhs.len()];
-        system.pattern.equations.project(link.joint, &force, &mut response);
-        if system.tangent.solve(&mut response) {
-            let motions = system.pattern.motions_of(&response);
-            columns[component] = system.places.motion_of(&link, &motions);
-        } else {
-            columns[component] = [f64::NAN; 6];
-        }
-    }
-    columns
 }
 
 /// Sum of all external forces over the largest of them.

@@ -12,6 +12,7 @@ use pennate_elements::small::{add, cross, dot, scale, sub};
 use pennate_models::Model;
 use pennate_models::probes::Operand;
 use pennate_models::slopes::Weights;
+use pennate_solver::compliance::{self, Pull};
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::packs::{self, Auxiliary};
@@ -21,7 +22,7 @@ use pennate_solver::system::System;
 use super::Reason;
 use super::design::Design;
 use super::estimate::{Estimate, Greatest, WITHIN};
-use super::explicit::{self, Explicit, Joints, Kept};
+use super::explicit::{self, Explicit, FOR_STIFFNESS, Joints, Kept};
 use super::moved::Mover;
 use super::nearby::{self, Nearby, apart, size};
 use super::neighbour;
@@ -45,6 +46,10 @@ const ENOUGH: usize = 6;
 /// one, and beyond it with the square root of that.
 const CANCELS: f64 = 3e-14;
 const UP_TO: f64 = packs::MODERATE.member;
+/// The same of stiffnesses.
+const CORRECTED_STIFFNESS: f64 = 2e-4;
+/// Part of what entries of a stiffness add to its work along a motion that rounding leaves of its changes.
+const ROUNDED: f64 = 3e-16;
 
 /// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
 pub(super) struct Exact {
@@ -81,6 +86,15 @@ impl Exact {
     }
 }
 
+/// A quantity that derivatives are found of by the adjoint method.
+struct Read {
+    quantity: usize,
+    /// What it follows of motions and reactions of nodes.
+    weights: Weights,
+    /// The compliance that it is made of, by its place among those of the structure, where it is; and whether it is the inverse of that.
+    compliance: Option<(usize, bool)>,
+}
+
 /// What one auxiliary stiffness gives.
 struct Round {
     /// By quantity and parameter.
@@ -98,7 +112,7 @@ impl Slopes<'_> {
         system: &mut System<D>,
         (index, state): (usize, &Equilibrium),
         (kept, whole): (&[Component], bool),
-        copies: &mut Option<Kept<D>>,
+        copies: &mut Kept<D>,
     ) -> Option<Result<Exact, Reason>> {
         if !self.bears_along_vectors(system) || D == 6 && kept.iter().any(|&(_, component)| component >= 3) {
             return None;
@@ -106,17 +120,27 @@ impl Slopes<'_> {
         let probes = &self.design.model.probes;
         let needed = self.needed(index);
         let plain = |probe: &&usize| probes.operands(**probe).is_none();
-        let mut read: Vec<(usize, Weights)> = Vec::new();
+        let mut read: Vec<Read> = Vec::new();
         let mut missing = BTreeSet::new();
-        for &probe in needed.iter().filter(plain) {
-            match probes.weights(probe, state) {
-                Some(weights) => read.push((probe, weights)),
+        if needed.iter().any(|&probe| probes.is_stiffness(probe)) {
+            system.assemble(false);
+        }
+        for &quantity in needed.iter().filter(plain) {
+            let of_compliance = || {
+                let (place, gives_compliance) = probes.compliance(quantity)?;
+                let compliance = Some((place, !gives_compliance));
+                compliance::pull(system, place).map(|_| (Weights::default(), compliance))
+            };
+            let found = probes.weights(quantity, state).map(|weights| (weights, None)).or_else(of_compliance);
+            match found {
+                Some((weights, compliance)) => read.push(Read { quantity, weights, compliance }),
                 None if whole => return None,
-                None => _ = missing.insert(probe),
+                None => _ = missing.insert(quantity),
             }
         }
         for (place, &component) in kept.iter().enumerate() {
-            read.push((probes.len() + place, weights_of(system, component)));
+            let (quantity, weights) = (probes.len() + place, weights_of(system, component));
+            read.push(Read { quantity, weights, compliance: None });
         }
         if read.is_empty() && !missing.is_empty() {
             return None;
@@ -142,9 +166,9 @@ impl Slopes<'_> {
         &self,
         system: &mut System<D>,
         (index, state): (usize, &Equilibrium),
-        (needed, read, mut missing): (&BTreeSet<usize>, &[(usize, Weights)], BTreeSet<usize>),
+        (needed, read, mut missing): (&BTreeSet<usize>, &[Read], BTreeSet<usize>),
         (all, kept): (&[Nearby], &[Component]),
-        copies: &mut Option<Kept<D>>,
+        copies: &mut Kept<D>,
     ) -> Option<Result<Exact, Reason>> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
         let sizes: Vec<f64> = self.row.iter().map(|&value| size(value)).collect();
@@ -152,7 +176,7 @@ impl Slopes<'_> {
         let (mut explicit, mut cancelled) = (Vec::new(), Vec::new());
         let mut parts = vec![f64::NAN; inputs];
         let greatest = Greatest::of(state);
-        let floors: Vec<f64> = read.iter().map(|&(quantity, _)| self.floor(index, &greatest, quantity)).collect();
+        let floors: Vec<f64> = read.iter().map(|read| self.floor(index, &greatest, read.quantity)).collect();
         let auxiliaries = if system.loading.holds_strains() { &AUXILIARIES[..ENOUGH] } else { &[packs::AUXILIARY] };
         for &auxiliary in auxiliaries {
             take_auxiliary(system, auxiliary);
@@ -167,11 +191,11 @@ impl Slopes<'_> {
                 break;
             }
         }
-        let off: Vec<(f64, usize)> = read.iter().map(|&(quantity, _)| limit.off(quantity)).collect();
+        let off: Vec<(f64, usize)> = read.iter().map(|read| limit.off(read.quantity)).collect();
         let mut slopes = limit.take();
         let mut errors = vec![0.0; slopes.len()];
-        for ((place, &(quantity, _)), (off, count)) in read.iter().enumerate().zip(off) {
-            let own = quantity * inputs..(quantity + 1) * inputs;
+        for ((place, read), (off, count)) in read.iter().enumerate().zip(off) {
+            let own = read.quantity * inputs..(read.quantity + 1) * inputs;
             let largest =
                 slopes[own.clone()].iter().zip(&sizes).map(|(slope, size)| (slope * size).abs()).fold(0.0, f64::max);
             let cancelled = &cancelled[count - 1][place * inputs..][..inputs];
@@ -200,8 +224,8 @@ impl Slopes<'_> {
         &self,
         system: &mut System<D>,
         (index, all, parts): (usize, &[Nearby], &mut [f64]),
-        (read, floors, count): (&[(usize, Weights)], &[f64], usize),
-        copies: &mut Option<Kept<D>>,
+        (read, floors, count): (&[Read], &[f64], usize),
+        copies: &mut Kept<D>,
     ) -> Option<Result<Round, Reason>> {
         if let Err(reason) = self.wanted() {
             return Some(Err(reason));
@@ -210,22 +234,25 @@ impl Slopes<'_> {
         let mut explicit = self.explicit(system, (index, all, parts), copies)?;
         let moves = explicit.iter().any(|explicit| explicit.moves);
         system.tangent.transpose();
+        let plain: Vec<(usize, &Read)> =
+            read.iter().enumerate().filter(|(_, read)| read.compliance.is_none()).collect();
         let adjoints: Option<Vec<(Joints, Joints)>> =
-            read.iter().map(|(_, weights)| adjoint_of(system, weights, moves)).collect();
+            plain.iter().map(|(_, read)| adjoint_of(system, &read.weights, moves)).collect();
         system.tangent.transpose();
         let Some(adjoints) = adjoints else { return Some(Err(Reason::Singular { step: index })) };
         let inputs = self.row.len();
         let mut slopes = vec![f64::NAN; count * inputs];
         loop {
             let mut far = vec![false; inputs];
-            for (((quantity, _), (mu, pull)), floor) in read.iter().zip(&adjoints).zip(floors) {
-                let own = &mut slopes[quantity * inputs..][..inputs];
+            for (&(place, read), (mu, pull)) in plain.iter().zip(&adjoints) {
+                let own = &mut slopes[read.quantity * inputs..][..inputs];
                 for (slope, explicit) in own.iter_mut().zip(&explicit) {
                     let held = if explicit.moves { product(pull, &explicit.held) } else { 0.0 };
                     *slope = product(mu, &explicit.forces) + held;
                 }
                 let sizes = || self.row.iter().map(|&value| size(value));
-                let largest = own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(*floor, f64::max);
+                let largest =
+                    own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(floors[place], f64::max);
                 for ((far, explicit), size) in far.iter_mut().zip(&explicit).zip(sizes()) {
                     *far |= (product(mu, &explicit.corrections) * size).abs() > CORRECTED * largest;
                 }
@@ -241,9 +268,92 @@ impl Slopes<'_> {
         let loading = &system.loading;
         let rounding =
             CANCELS * if loading.holds_strains() { (loading.auxiliary.member / UP_TO).sqrt().max(1.0) } else { 1.0 };
-        let pairs = adjoints.iter().flat_map(|(mu, _)| explicit.iter().map(move |explicit| (mu, explicit)));
-        let cancelled = pairs.map(|(mu, explicit)| rounding * work(mu, &explicit.forces)).collect();
+        let mut cancelled = vec![0.0; read.len() * inputs];
+        for (&(place, _), (mu, _)) in plain.iter().zip(&adjoints) {
+            for (cancelled, explicit) in cancelled[place * inputs..].iter_mut().zip(&explicit) {
+                *cancelled = rounding * work(mu, &explicit.forces);
+            }
+        }
+        if read.iter().any(|read| read.compliance.is_some()) {
+            let found = (&mut slopes[..], &mut cancelled[..]);
+            self.compliances(system, (index, all, &explicit), (read, floors), found, copies)?;
+        }
         Some(Ok(Round { slopes, cancelled, explicit }))
+    }
+
+    /// Derivatives of what is read of compliances, and what rounding may leave of them.
+    ///
+    /// With w · u, K u = w, and joints that move by d' along a parameter, a compliance changes by 2 w' · u − u · K' u: of the tangent
+    /// K' is what it changes by along d' and the parameter at once. Apart these would be large, and nearly cancel.
+    fn compliances<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        (index, all, explicit): (usize, &[Nearby], &[Explicit]),
+        (read, floors): (&[Read], &[f64]),
+        (slopes, cancelled): (&mut [f64], &mut [f64]),
+        copies: &mut Kept<D>,
+    ) -> Option<()> {
+        let inputs = self.row.len();
+        let asked =
+            || read.iter().enumerate().filter_map(|(place, read)| Some((place, read.quantity, read.compliance?)));
+        let pulls: Option<Vec<Pull>> = asked().map(|(.., (index, _))| compliance::pull(system, index)).collect();
+        let pulls = pulls?;
+        let ways: Option<Vec<Joints>> = explicit.iter().map(|explicit| way_along(system, explicit)).collect();
+        let ways = ways?;
+        let mut parts = vec![FOR_STIFFNESS; inputs];
+        loop {
+            let softenings = self.softenings(system, (index, all, &parts), (&pulls, &ways), copies);
+            let mut far = vec![false; inputs];
+            for ((place, quantity, (_, is_inverse)), (at, pull)) in asked().zip(pulls.iter().enumerate()) {
+                // What is read of a compliance c is c, or 1 / c.
+                let times = if is_inverse { -pull.compliance.powi(-2) } else { 1.0 };
+                let own = &mut slopes[quantity * inputs..][..inputs];
+                for (input, slope) in own.iter_mut().enumerate() {
+                    let softening = &softenings[input][at];
+                    *slope = times * (softening.slope + self.by_lever(system, all, pull, (input, &ways[input])));
+                    cancelled[place * inputs + input] = ROUNDED * (times * pull.terms / softening.distance).abs();
+                }
+                let sizes = || self.row.iter().map(|&value| size(value));
+                let largest =
+                    own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(floors[place], f64::max);
+                let places = cancelled[place * inputs..].iter_mut().zip(&mut far);
+                for (((left, far), softenings), size) in places.zip(&softenings).zip(sizes()) {
+                    let part = (times * softenings[at].correction * size).abs() / largest;
+                    *left += part * part * largest / size;
+                    *far |= part > CORRECTED_STIFFNESS;
+                }
+            }
+            let mut is_last = true;
+            for (part, _) in parts.iter_mut().zip(far).filter(|(_, far)| *far) {
+                if let Some(shorter) = explicit::shorter(*part) {
+                    (*part, is_last) = (shorter, false);
+                }
+            }
+            if is_last {
+                return Some(());
+            }
+        }
+    }
+
+    /// What a compliance changes by with the lever of its node along a parameter, as joints move this way along it.
+    fn by_lever<const D: usize>(
+        &self,
+        system: &System<D>,
+        all: &[Nearby],
+        pull: &Pull,
+        (input, way): (usize, &Joints),
+    ) -> f64 {
+        let link = system.topology.links[pull.node];
+        let rotation = system.places.joints[link.joint].place.rotation;
+        let [_, _, _, rx, ry, rz] = way[link.joint];
+        let turned = cross([rx, ry, rz], turn(rotation, link.arm));
+        let places = Places::of(&self.design.structure, &self.design.steps);
+        let placed = all.iter().find(|nearby| nearby.inputs.contains(&input)).map_or([0.0; 3], |nearby| {
+            let mover = Mover { design: self.design, nearby, places: &places, input, drives: &[] };
+            let arm = sub(mover.node(pull.node), mover.node(system.topology.references[link.joint]));
+            turn(rotation, scale(0.5 / apart(self.row[input]), arm))
+        });
+        dot(pull.by_lever, add(turned, placed))
     }
 
     /// By how much derivatives may be wrong, over the largest of their quantity; expressions by as much as what they refer to.
@@ -322,7 +432,7 @@ impl Slopes<'_> {
         &self,
         system: &System<D>,
         state: &Equilibrium,
-        (read, kept): (&[(usize, Weights)], &[Component]),
+        (read, kept): (&[Read], &[Component]),
         (nearby, input): (&Nearby, usize),
         slopes: &mut [f64],
     ) {
@@ -332,7 +442,7 @@ impl Slopes<'_> {
         let far = 2.0 * apart(self.row[input]);
         let owned = |quantity: usize| quantity < model.probes.len() && nearby.is_owned(places.probes + quantity, input);
         let mut around: Option<[Vec<f64>; 4]> = None;
-        for (quantity, weights) in read {
+        for Read { quantity, weights, .. } in read {
             let slope = &mut slopes[quantity * self.row.len() + input];
             if owned(*quantity) {
                 let values = |design: &Design| design.model.probes.evaluate(state, &[]);
@@ -456,6 +566,25 @@ impl Slopes<'_> {
         }
         regular
     }
+}
+
+/// How the joints move along a parameter, by the factors at hand; `None` where they do not tell.
+fn way_along<const D: usize>(system: &mut System<D>, explicit: &Explicit) -> Option<Joints> {
+    let mut forces = explicit.forces.clone();
+    if explicit.moves {
+        let moved = system.transposed_times(&explicit.held);
+        add_times(&mut forces, 1.0, &moved);
+    }
+    let mut solution = vec![0.0; system.pattern.equations.size];
+    for (joint, force) in forces.iter().enumerate() {
+        system.pattern.equations.project(joint, &force.map(|force| -force), &mut solution);
+    }
+    if !system.tangent.solve(&mut solution) {
+        return None;
+    }
+    let mut way = system.pattern.motions_of(&solution);
+    add_times(&mut way, 1.0, &explicit.held);
+    Some(way)
 }
 
 fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {

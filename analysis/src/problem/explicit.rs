@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use pennate_elements::small::{add, scale, sub};
+use pennate_solver::compliance::Pull;
 use pennate_solver::joints::{Held, HeldKind, dot6};
 use pennate_solver::structure::{Drive, MemberId};
 use pennate_solver::system::System;
@@ -24,6 +25,9 @@ const SHORTEST: f64 = 3e-6;
 const LONGEST: f64 = 3e-4;
 /// Slenderness of a member that is at least as stiff as what holds strains first, and of one that is held as it is held in the end.
 const HELD: [f64; 2] = [1e2, 1e3];
+/// The same for stiffnesses where joints move with the parameter, so that members are strained as little as they are along it: no
+/// slenderness goes into what is left.
+pub(super) const FOR_STIFFNESS: f64 = 2e-3;
 /// How many times shorter the next distance is where one is too long.
 const SHORTER: f64 = 8.0;
 
@@ -33,13 +37,27 @@ const MISSED: f64 = 1e-9;
 /// Values for every joint.
 pub(super) type Joints = Vec<[f64; 6]>;
 
-/// What was moved along the parameters, which serves as long as it is made of the same members on the same pieces of their
-/// tables: sections under another auxiliary stiffness, and the ends of other steps.
+/// What was moved along the parameters: for forces, and for stiffnesses, over other distances.
 pub(super) struct Kept<const D: usize> {
+    forces: Option<MovedParts<D>>,
+    works: Option<MovedParts<D>>,
+}
+
+impl<const D: usize> Default for Kept<D> {
+    fn default() -> Self {
+        Self { forces: None, works: None }
+    }
+}
+
+/// Parts moved so far along the parameters, which serve as long as they are made of the same members on the same pieces of their
+/// tables: sections under another auxiliary stiffness, and the ends of other steps.
+struct MovedParts<const D: usize> {
     copies: Copies<D>,
     members: Vec<Vec<MemberId>>,
     controls: Vec<f64>,
     parts: Vec<f64>,
+    /// Drives of each of them, at present.
+    drives: Vec<Vec<f64>>,
 }
 
 /// What follows a parameter while the joints stay where they are, and the motion of what is held.
@@ -49,6 +67,15 @@ pub(super) struct Explicit {
     pub corrections: Joints,
     pub held: Joints,
     pub moves: bool,
+}
+
+/// What a compliance changes by with the stiffness of the network along a parameter.
+pub(super) struct Softening {
+    pub slope: f64,
+    /// By how much that differs from what the nearer distance tells alone.
+    pub correction: f64,
+    /// Over which distance it was found.
+    pub distance: f64,
 }
 
 /// The part of a parameter, which reaches these members, at which forces are compared.
@@ -65,6 +92,10 @@ pub(super) fn shorter(part: f64) -> Option<f64> {
     (part > SHORTEST).then(|| (part / SHORTER).max(SHORTEST))
 }
 
+fn pairs(all: &[Nearby]) -> impl Iterator<Item = (&Nearby, usize)> {
+    all.iter().flat_map(|nearby| nearby.inputs.iter().map(move |&input| (nearby, input)))
+}
+
 impl Slopes<'_> {
     /// What follows each of the parameters while the joints stay where they are, by differences at these parts of the parameters; those
     /// that are not known yet, not numbers, are chosen.
@@ -72,10 +103,9 @@ impl Slopes<'_> {
         &self,
         system: &System<D>,
         (index, all, parts): (usize, &[Nearby], &mut [f64]),
-        copies: &mut Option<Kept<D>>,
+        kept: &mut Kept<D>,
     ) -> Option<Vec<Explicit>> {
-        let structure = &self.design.structure;
-        let places = Places::of(structure, &self.design.steps);
+        let places = Places::of(&self.design.structure, &self.design.steps);
         let joints = system.places.joints.len();
         let mut explicit: Vec<Explicit> = (0..self.row.len())
             .map(|_| Explicit {
@@ -85,30 +115,18 @@ impl Slopes<'_> {
                 moves: false,
             })
             .collect();
-        let pairs = || all.iter().flat_map(|nearby| nearby.inputs.iter().map(move |&input| (nearby, input)));
-        for (nearby, input) in pairs() {
+        for (nearby, input) in pairs(all) {
             self.hold_along(system, (nearby, input), &places, &mut explicit[input])?;
         }
-        let rates: Vec<Vec<f64>> =
-            pairs().map(|(nearby, input)| nearby.drives(input, index, &places, structure.drives.len())).collect();
-        let movers: Vec<Mover<'_>> = pairs()
-            .zip(&rates)
-            .map(|((nearby, input), drives)| Mover { design: self.design, nearby, places: &places, input, drives })
-            .collect();
+        let rates = self.rates(index, all, &places);
+        let movers = self.movers(all, &places, &rates);
         for mover in &movers {
             if parts[mover.input].is_nan() {
                 parts[mover.input] = part_of(system, &mover.members(&system.topology));
             }
         }
-        let times = |input: usize| {
-            let times = parts[input] * size(self.row[input]) / apart(self.row[input]);
-            TIMES.map(|far| far * times)
-        };
-        let drives: Vec<Vec<f64>> = (movers.iter())
-            .flat_map(|mover| times(mover.input).map(|times| mover.drives_at(&system.loading.drives, times)))
-            .collect();
-        let moved = self.moved(system, (&movers, times, parts), copies);
-        let forces = moved.forces(system, &drives);
+        let moved = self.moved(system, (&movers, parts, false), &mut kept.forces);
+        let forces = moved.copies.forces(system, &moved.drives);
         let whose = movers.iter().map(|mover| mover.input);
         for (forces, input) in forces.chunks_exact(TIMES.len()).zip(whose) {
             let far = parts[input] * size(self.row[input]);
@@ -124,30 +142,92 @@ impl Slopes<'_> {
         Some(explicit)
     }
 
-    /// Parts that are moved by every parameter: those at hand, where they are the same.
+    /// By how much every drive changes along every parameter.
+    fn rates(&self, index: usize, all: &[Nearby], places: &Places) -> Vec<Vec<f64>> {
+        let count = self.design.structure.drives.len();
+        pairs(all).map(|(nearby, input)| nearby.drives(input, index, places, count)).collect()
+    }
+
+    fn movers<'b>(&'b self, all: &'b [Nearby], places: &'b Places, rates: &'b [Vec<f64>]) -> Vec<Mover<'b>> {
+        let mover = |((nearby, input), drives): ((&'b Nearby, usize), &'b Vec<f64>)| Mover {
+            design: self.design,
+            nearby,
+            places,
+            input,
+            drives,
+        };
+        pairs(all).zip(rates).map(mover).collect()
+    }
+
+    /// What the compliances of these pulls change by with the stiffness of the network along every parameter, while joints move as they do
+    /// along it; by differences at these parts of the parameters.
+    pub(super) fn softenings<const D: usize>(
+        &self,
+        system: &System<D>,
+        (index, all, parts): (usize, &[Nearby], &[f64]),
+        (pulls, ways): (&[Pull], &[Joints]),
+        kept: &mut Kept<D>,
+    ) -> Vec<Vec<Softening>> {
+        let places = Places::of(&self.design.structure, &self.design.steps);
+        let rates = self.rates(index, all, &places);
+        let movers = self.movers(all, &places, &rates);
+        let moved = self.moved(system, (&movers, parts, true), &mut kept.works);
+        let far = |input: usize| parts[input] * size(self.row[input]);
+        let moves = |mover: &Mover<'_>| {
+            TIMES.map(|times| {
+                let by = times * far(mover.input);
+                ways[mover.input].iter().map(|way| way.map(|x| by * x)).collect::<Joints>()
+            })
+        };
+        let moves: Vec<Joints> = movers.iter().flat_map(moves).collect();
+        let works = moved.copies.works(system, &moved.drives, &moves, pulls);
+        let mut found: Vec<Vec<Softening>> = (0..self.row.len()).map(|_| Vec::new()).collect();
+        for (works, mover) in works.chunks_exact(TIMES.len()).zip(&movers) {
+            let far = far(mover.input);
+            let softening = |place: usize| {
+                let slope = |at: usize| (works[at][place] - works[at + 1][place]) / (2.0 * far * TIMES[at]);
+                let correction = (slope(2) - slope(0)) / 3.0;
+                Softening { slope: correction - slope(0), correction, distance: far }
+            };
+            found[mover.input] = (0..pulls.len()).map(softening).collect();
+        }
+        found
+    }
+
+    /// Parts that are moved by every parameter, or the whole network: those at hand, where they are the same.
     fn moved<'a, const D: usize>(
         &self,
         system: &System<D>,
-        (movers, times, parts): (&[Mover<'_>], impl Fn(usize) -> [f64; TIMES.len()], &[f64]),
-        kept: &'a mut Option<Kept<D>>,
-    ) -> &'a mut Copies<D> {
-        let members: Vec<Vec<MemberId>> = movers.iter().map(|mover| mover.members(&system.topology)).collect();
+        (movers, parts, whole): (&[Mover<'_>], &[f64], bool),
+        kept: &'a mut Option<MovedParts<D>>,
+    ) -> &'a mut MovedParts<D> {
+        let times = |input: usize| {
+            let times = parts[input] * size(self.row[input]) / apart(self.row[input]);
+            TIMES.map(|far| far * times)
+        };
+        let every: Vec<MemberId> = (0..self.design.structure.members.len()).collect();
+        let of = |mover: &Mover<'_>| if whole { every.clone() } else { mover.members(&system.topology) };
+        let members: Vec<Vec<MemberId>> = movers.iter().map(of).collect();
         let drives = self.design.structure.drives.iter().zip(&system.loading.drives);
         let controls: Vec<f64> =
             drives.filter(|(drive, _)| **drive == Drive::Control).map(|(_, &value)| value).collect();
-        let is_same = |kept: &Kept<D>| kept.members == members && kept.controls == controls && kept.parts == parts;
+        let is_same =
+            |kept: &MovedParts<D>| kept.members == members && kept.controls == controls && kept.parts == parts;
         let known = kept.take().filter(is_same);
         let kept = kept.insert(known.unwrap_or_else(|| {
             let at = |(mover, members): (&Mover<'_>, &Vec<MemberId>)| {
                 let laws = mover.laws(members, &system.loading.drives);
-                times(mover.input).map(|times| mover.at(members, &laws, times))
+                times(mover.input).map(|times| mover.at(members, &laws, times, whole))
             };
-            let still =
-                |members: &[MemberId]| movers[0].at(members, &movers[0].laws(members, &system.loading.drives), 0.0);
+            let still = |members: &[MemberId]| {
+                movers[0].at(members, &movers[0].laws(members, &system.loading.drives), 0.0, false)
+            };
             let copies = Copies::of(system, movers.iter().zip(&members).flat_map(at).collect(), still);
-            Kept { copies, members, controls, parts: parts.to_vec() }
+            MovedParts { copies, members, controls, parts: parts.to_vec(), drives: Vec::new() }
         }));
-        &mut kept.copies
+        let drives = |mover: &Mover<'_>| times(mover.input).map(|times| mover.drives_at(&system.loading.drives, times));
+        kept.drives = movers.iter().flat_map(drives).collect();
+        kept
     }
 
     /// The motion of what is held by a parameter, and what is left out of balance where reactions turn with what holds them;

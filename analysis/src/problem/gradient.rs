@@ -56,8 +56,9 @@ impl Problem {
     ///
     /// Derivatives are those of the equilibrium on the mesh, by every parameter: geometry, sections, tables of muscles, loads,
     /// pressures, springs, what steps prescribe. They are found by the adjoint method: one solve with the factors of the
-    /// equilibrium for every output, and for every parameter the forces of the parts that it reaches. Where
-    /// rows hold a turn in space in part, or an output is read from more than motions and reactions, they are differences
+    /// equilibrium for every output, and for every parameter the forces of the parts that it reaches. Those of stiffnesses
+    /// come from tangents on the way along each parameter. Where
+    /// rows hold a turn in space in part, or an output is read from more than that, they are differences
     /// of equilibria a thousandth of a parameter apart, which the factors at hand lead to; three distances tell whether these
     /// are to be trusted, and shorter ones are tried where they are not. Every derivative has an estimated error:
     /// where one may be wrong by more than 10⁻⁷ of the largest of its output there is [`Reason::Inexact`] beside the numbers, and beyond 10⁻⁴ no

@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 use pennate_elements::section::Section;
 use pennate_elements::small::sub;
 use pennate_solver::chain::{ChainMesh, Pack};
-use pennate_solver::joints::{EndKind, Link, Topology};
+use pennate_solver::compliance::Pull;
+use pennate_solver::joints::{EndKind, Link, Topology, dot6};
 use pennate_solver::packs;
 use pennate_solver::structure::{
     Drive, Fibres, Member, MemberId, Release, RigidBody, SectionLaw, SectionState, Segment, Spring, Structure,
@@ -126,7 +127,9 @@ impl Mover<'_> {
     }
 
     /// The parts with these laws, so many times as far as half the way from the lower to the upper design.
-    pub(super) fn at(&self, members: &[MemberId], known: &[[Arc<Known>; 5]], times: f64) -> Moved {
+    ///
+    /// Springs are among them where `whole`, or where any of them may change.
+    pub(super) fn at(&self, members: &[MemberId], known: &[[Arc<Known>; 5]], times: f64, whole: bool) -> Moved {
         let structure = &self.design.structure;
         let around = self.nearby.around().map(|design| &design.structure);
         let between = Between { times };
@@ -175,7 +178,7 @@ impl Mover<'_> {
             }
         };
         let chosen: Vec<Member> = members.iter().map(member).collect();
-        let has_springs = self.springs();
+        let has_springs = whole || self.springs();
         let spring = |index: usize| {
             let own = &structure.springs[index];
             match self.owns(self.places.springs + index) {
@@ -247,21 +250,54 @@ impl<const D: usize> Copies<D> {
         let joints = system.places.joints.len();
         let (mut all, mut rest) = (Vec::with_capacity(drives.len()), drives);
         for copy in &mut self.systems {
-            let (own, others) = rest.split_at(copy.count);
-            rest = others;
-            copy.system.loading.auxiliary = system.loading.auxiliary;
-            let mut drives = own.concat();
-            // What nobody looks at bears nothing: gravity would be that of all.
-            drives.resize(copy.system.loading.drives.len(), 0.0);
-            copy.system.stand_in(system, &copy.sources, &copy.members, &drives);
+            rest = copy.stand_in(system, rest);
             let forces = copy.system.exert(system, &copy.sources);
             all.extend(forces.chunks_exact(joints).take(copy.count).map(<[_]>::to_vec));
+        }
+        all
+    }
+
+    /// The work u · K u of the stiffness K of the same parts for the motion u of every pull, where joints have moved.
+    pub(super) fn works(
+        &mut self,
+        system: &System<D>,
+        drives: &[Vec<f64>],
+        moves: &[Vec<[f64; 6]>],
+        pulls: &[Pull],
+    ) -> Vec<Vec<f64>> {
+        let (mut all, mut rest) = (Vec::with_capacity(drives.len()), drives);
+        for copy in &mut self.systems {
+            rest = copy.stand_in(system, rest);
+            let first = all.len();
+            all.resize_with(first + copy.count, Vec::new);
+            let mut own = moves[first..first + copy.count].concat();
+            own.resize(copy.system.places.joints.len(), [0.0; 6]);
+            copy.system.linearize_parts(&own);
+            for Pull { motions, .. } in pulls {
+                let mut alike = motions.repeat(copy.count);
+                alike.resize(copy.system.places.joints.len(), [0.0; 6]);
+                let forces = copy.system.transposed_times(&alike);
+                for (works, forces) in all[first..].iter_mut().zip(forces.chunks_exact(motions.len())) {
+                    works.push(forces.iter().zip(motions).map(|(force, motion)| dot6(force, motion)).sum());
+                }
+            }
         }
         all
     }
 }
 
 impl<const D: usize> Copy<D> {
+    /// Stands where a system does, under the first of these drives; the rest of them.
+    fn stand_in<'a>(&mut self, system: &System<D>, drives: &'a [Vec<f64>]) -> &'a [Vec<f64>] {
+        let (own, rest) = drives.split_at(self.count);
+        self.system.loading.auxiliary = system.loading.auxiliary;
+        let mut drives = own.concat();
+        // What nobody looks at bears nothing: gravity would be that of all.
+        drives.resize(self.system.loading.drives.len(), 0.0);
+        self.system.stand_in(system, &self.sources, &self.members, &drives);
+        rest
+    }
+
     /// Every member lies in the lane that it has in the design, so that the factors there serve it: as many packs like one of
     /// the design as its members have copies at the most. Lanes that are left over hold a member that nobody looks at.
     fn of(like: &System<D>, mut all: Vec<Moved>, still: &impl Fn(&[MemberId]) -> Moved) -> Option<Self> {

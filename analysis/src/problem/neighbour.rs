@@ -7,6 +7,7 @@
 //! repeated until one changes nothing that counts: each leaves of the last one what the tangent changes by over the distance, and
 //! of multipliers of held strains the ratio of their auxiliary stiffness. Factors of the neighbour's own bring it to its last digits then.
 
+use pennate_solver::compliance;
 use pennate_solver::history::{Equilibrium, History, Increment, StepHistory};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::results;
@@ -116,7 +117,7 @@ pub(super) fn read<const D: usize>(system: &mut System<D>) -> Equilibrium {
     }
     system.correct_forces(pending);
     let state = results::equilibrium(system);
-    let compliances = if asks_compliances { results::compliances(system) } else { Vec::new() };
+    let compliances = if asks_compliances { compliance::of_nodes(system) } else { Vec::new() };
     Equilibrium { compliances, ..state }
 }
 

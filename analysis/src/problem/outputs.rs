@@ -1,6 +1,7 @@
 //! Probes at the ends of steps.
 
 use pennate_models::Model;
+use pennate_models::probes::{Operand, Probes};
 
 use super::ProblemError;
 use crate::solution::{ProbeTable, Solution};
@@ -39,6 +40,27 @@ pub(super) fn outputs(model: &Model, names: &[&str]) -> Result<Vec<Output>, Prob
         Ok(Output { name: name.to_owned(), probe: place, step })
     };
     names.iter().map(output).collect()
+}
+
+/// Whether any output is a stiffness or a compliance, or an expression of one.
+pub(super) fn need_stiffness(probes: &Probes, outputs: &[Output]) -> bool {
+    let mut open: Vec<usize> = outputs.iter().map(|output| output.probe).collect();
+    let mut seen = vec![false; probes.len()];
+    while let Some(probe) = open.pop() {
+        if probes.is_stiffness(probe) {
+            return true;
+        }
+        if std::mem::replace(&mut seen[probe], true) {
+            continue;
+        }
+        for operand in probes.operands(probe).into_iter().flatten() {
+            match *operand {
+                Operand::Probe(other) | Operand::After { probe: other, .. } => open.push(other),
+                Operand::Parameter(_) => {}
+            }
+        }
+    }
+    false
 }
 
 /// Values of the outputs; not a number where a step did not get so far.

@@ -71,7 +71,7 @@ impl<'a> Slopes<'a> {
     ) -> Row {
         let count = self.design.steps.len().max(1);
         let mut history = first;
-        let (mut reason, mut copies) = (None, None);
+        let (mut reason, mut copies) = (None, Kept::default());
         for index in 0..count {
             if index > 0 {
                 let control = self.control;
@@ -92,7 +92,7 @@ impl<'a> Slopes<'a> {
     /// The derivatives at the ends of steps that were found side by side with other designs; nothing where the adjoint method
     /// does not give all of them.
     pub(super) fn run_together(mut self, found: &Found) -> Option<Row> {
-        let (mut plane, mut space) = (None, None);
+        let (mut plane, mut space) = (Kept::default(), Kept::default());
         for (index, end) in found.ends.iter().enumerate() {
             let values = match end {
                 Some(end) => self.design.model.probes.evaluate(&end.state, &self.after),
@@ -149,7 +149,7 @@ impl<'a> Slopes<'a> {
         path: &mut Continuation<'static, D>,
         packs: Packs<D>,
         (index, history): (usize, &History),
-        copies: &mut Option<Kept<D>>,
+        copies: &mut Kept<D>,
     ) -> Result<(), Reason> {
         let Some(record) = history.steps.first() else { return Err(Reason::Interrupted) };
         if record.status != Status::Converged {

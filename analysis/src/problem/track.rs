@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use pennate_solver::base;
+use pennate_solver::compliance;
 use pennate_solver::continuation::OutOfPlane;
 use pennate_solver::history::{Equilibrium, Growth};
 use pennate_solver::joints::Held;
@@ -195,7 +196,7 @@ impl<const D: usize> Track<D> {
         if self.system.structure.compliances.is_empty() {
             return state;
         }
-        Equilibrium { compliances: results::compliances(&mut self.system), ..state }
+        Equilibrium { compliances: compliance::of_nodes(&mut self.system), ..state }
     }
 
     /// What is held, with the values of other steps: what was held where it was stays there.

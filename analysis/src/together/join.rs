@@ -20,6 +20,7 @@ pub(crate) struct Share {
     springs: Range<usize>,
     sections: Range<usize>,
     drives: Range<usize>,
+    compliances: Range<usize>,
 }
 
 impl Share {
@@ -30,7 +31,7 @@ impl Share {
             members: all.members[self.members.clone()].to_vec(),
             springs: all.springs[self.springs.clone()].to_vec(),
             sections: all.sections[self.sections.clone()].to_vec(),
-            compliances: Vec::new(),
+            compliances: all.compliances.get(self.compliances.clone()).unwrap_or_default().to_vec(),
             rounding: None,
             ..*all
         }
@@ -75,26 +76,26 @@ impl Share {
 }
 
 /// One structure of designs of one topology that have nothing in common, one after the other, their steps side by side, and what
-/// belongs to each; nothing of no design. Gravity of one would be that of all, and compliances are left out.
+/// belongs to each; nothing of no design. Gravity of one would be that of all.
 pub(crate) fn join(designs: &[Posed<'_>]) -> Option<(Structure, Vec<Step>, Vec<Share>)> {
-    let mut at = [0; 5];
+    let mut at = [0; 6];
     let shares = designs.iter().map(|(structure, _)| share(structure, &mut at)).collect();
     let ((first, steps), rest) = designs.split_first()?;
     let (mut all, mut steps) = ((*first).clone(), steps.to_vec());
-    all.compliances.clear();
     for &(structure, own) in rest {
         append(&mut all, &mut steps, structure, own);
     }
     Some((all, steps, shares))
 }
 
-/// What belongs to a structure that comes after so many nodes, members, springs, sections and drives.
-fn share(structure: &Structure, at: &mut [usize; 5]) -> Share {
-    let Structure { nodes, members, springs, sections, drives, .. } = structure;
-    let counts = [nodes.len(), members.len(), springs.len(), sections.len(), drives.len()];
-    let [nodes, members, springs, sections, drives] = std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
-    *at = [nodes.end, members.end, springs.end, sections.end, drives.end];
-    Share { nodes, members, springs, sections, drives }
+/// What belongs to a structure that comes after so many nodes, members, springs, sections, drives and compliances.
+fn share(structure: &Structure, at: &mut [usize; 6]) -> Share {
+    let Structure { nodes, members, springs, sections, drives, compliances, .. } = structure;
+    let counts = [nodes.len(), members.len(), springs.len(), sections.len(), drives.len(), compliances.len()];
+    let [nodes, members, springs, sections, drives, compliances] =
+        std::array::from_fn(|kind| at[kind]..at[kind] + counts[kind]);
+    *at = [nodes.end, members.end, springs.end, sections.end, drives.end, compliances.end];
+    Share { nodes, members, springs, sections, drives, compliances }
 }
 
 fn append(all: &mut Structure, steps: &mut [Step], structure: &Structure, own: &[Step]) {
@@ -109,6 +110,10 @@ fn append(all: &mut Structure, steps: &mut [Step], structure: &Structure, own: &
         moved
     }));
     all.sections.extend(structure.sections.iter().map(|moved| moved + member));
+    all.compliances.extend(structure.compliances.iter().cloned().map(|mut moved| {
+        moved.node += node;
+        moved
+    }));
     all.supports.extend(structure.supports.iter().cloned().map(|mut moved| {
         moved.node += node;
         moved

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use pennate_solver::chain::variations;
+use pennate_solver::compliance;
 use pennate_solver::continuation::{self, OutOfPlane, QUARTER_TURN};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
@@ -52,7 +53,7 @@ pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
     // The moment of a rotation in space that is let go has no potential while it fades.
     let fades = |change: &Change| matches!(change, Change::Free { component: 3.., .. });
     let fading = structure.dimension == Dimension::Space && steps.iter().flat_map(|step| &step.changes).any(fades);
-    relaxed && !fading && !steps.is_empty() && structure.compliances.is_empty() && steps.iter().all(plain)
+    relaxed && !fading && !steps.is_empty() && steps.iter().all(plain)
 }
 
 /// Whether designs may share one structure: gravity would be that of all of them.
@@ -255,8 +256,8 @@ impl<const D: usize> Walk<D> {
             self.step(&steps[first..=index], kind, aim, look)?;
             ends.push(match look {
                 Look::Not => None,
-                Look::Nodes | Look::State | Look::System => Some(End { state: self.read(look), finer: None }),
-                Look::Error => Some(End { state: self.read(look), finer: Some(self.refine(kind)?) }),
+                Look::Nodes | Look::State | Look::System => Some(End { state: self.read(look, kind), finer: None }),
+                Look::Error => Some(End { state: self.read(look, kind), finer: Some(self.refine(kind)?) }),
             });
             if index + 1 < steps.len() {
                 systems.push((look == Look::System).then(|| Rc::new(self.copy(kind))));
@@ -536,7 +537,7 @@ impl<const D: usize> Walk<D> {
 
     /// What a user may ask of the present state, after one more step with the factors at hand, which bring what is left inside
     /// members to their ends, too: it costs little, and leaves rounding alone. Where it still moves anything there are more.
-    fn read(&mut self, look: Look) -> Equilibrium {
+    fn read(&mut self, look: Look, kind: &Kind<D>) -> Equilibrium {
         let pending = self.system.pattern.equations.has_general();
         // In the plane factors are those of the state, or of one as good: a step leaves a thousandth of the one before, or less.
         let settled = if D == 3 { 100.0 * SETTLED } else { SETTLED };
@@ -556,10 +557,19 @@ impl<const D: usize> Walk<D> {
             last = size;
         }
         self.was_read = true;
-        match look {
+        let state = match look {
             Look::Nodes => results::motions_and_forces(&mut self.system),
             _ => results::equilibrium(&mut self.system),
+        };
+        if self.system.structure.compliances.is_empty() {
+            return state;
         }
+        // A tangent is off by as much as its state is, where forces are off by the square of that.
+        self.system.assemble(pending);
+        if self.system.advance(pending).is_some() {
+            self.system.assemble(pending);
+        }
+        Equilibrium { compliances: compliance::of_designs(&mut self.system, kind.designs), ..state }
     }
 
     /// A system that stays where the present one is.
@@ -583,7 +593,11 @@ impl<const D: usize> Walk<D> {
         if found.inertia.negative > 0 {
             return None;
         }
-        let state = results::equilibrium(finer);
+        let mut state = results::equilibrium(finer);
+        if !finer.structure.compliances.is_empty() {
+            finer.assemble(false);
+            state.compliances = compliance::of_designs(finer, kind.designs);
+        }
         let missing = state.members.iter().map(|member| member.top_energy).collect();
         let variations = system.members.chains().map(|(pack, lane)| variations(pack, lane)).collect();
         Some(Finer { state, missing, variations })

@@ -222,6 +222,31 @@ fn stability_out_of_the_plane_is_that_of_designs_one_by_one() {
     assert_eq!(found.reasons.iter().map(Option::is_some).collect::<Vec<_>>(), [false, true, false, true]);
 }
 
+/// Stiffnesses are found of all designs at once: also of a node that is held along what is asked for, and of strains that are held.
+#[test]
+fn stiffnesses_side_by_side_are_those_of_each_design_alone() {
+    let stage = STAGE.replace(
+        "[probes]",
+        "[probes]\nlift = { body = \"stage\", stiffness = \"uz\" }\nlean = { node = \"P1\", compliance = \"ry\" }",
+    );
+    assert_eq!(compare(&stage, &["L", "beta", "rp"], &["lift", "lean@tilt", "height"], 0.05), 0);
+    let dyad = DYAD.replace("[probes]", "[probes]\nk = { node = \"J\", stiffness = \"uy\" }");
+    assert_eq!(compare(&dyad, &["L", "beta"], &["k@inflate", "k", "holding"], 0.1), 0);
+    let frame = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { EI = 3000, h = 40 }
+        nodes = { A = [0, 0], B = [0, "= h"], C = [50, "= h"], D = [50, 0] }
+        sections = { s = { stiffness = { EA = 1e4, EI3 = "= EI" } } }
+        members = { l = { nodes = ["A", "B"], section = "s" }, t = { nodes = ["B", "C"], section = "s" },
+                    r = { nodes = ["D", "C"], section = "s" } }
+        supports = { A = "clamped", D = "pinned" }
+        steps = [{ name = "s", force = { B = [4, -6] } }]
+        probes = { k = { node = "C", stiffness = "ux" }, per = "= k / 2" }
+    "#;
+    assert_eq!(compare(frame, &["EI", "h"], &["k", "per"], 0.2), 0);
+}
+
 /// Those side by side go on until the last of them has converged, which leaves each with other rounding in other company, and no more.
 #[test]
 fn answers_depend_on_company_by_rounding_alone() {

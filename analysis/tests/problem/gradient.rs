@@ -432,6 +432,52 @@ fn what_statics_fixes_has_the_derivative_zero() {
     assert!(found.jacobian[2].abs() * 30.0 < 1e-9 * found.values[2].abs(), "{:?}", found.jacobian);
 }
 
+/// Stiffnesses and compliances by geometry, sections, loads, pressures and the levers of bodies, large rotations among them; of a node
+/// that is held along what is asked for, too, and beside a hinge.
+#[test]
+fn stiffnesses_follow_all_kinds_of_parameters() {
+    let arm = r#"
+        format = "pennate/1"
+        parameters = { L = 100, beta = 30, F = 0.3, r = 1.1, lever = 40 }
+        nodes = { A = [0, 0, 0], B = ["= L * cos(beta)", "= L * sin(beta)", 10], C = ["= 1.6 * L", 20, 40],
+                  D = ["= 1.6 * L", "= 20 + lever", 40] }
+        materials = { m = { youngs_modulus = 2000, poissons_ratio = 0.3 } }
+        sections = { s = { rectangle = { height = 3, width = "= 2 * r" } } }
+        members = { a = { nodes = ["A", "B"], section = "s", material = "m" },
+                    b = { nodes = ["B", "C"], section = "s", material = "m", release = { start = ["rz"] } },
+                    c = { nodes = ["A", "C"], section = "s", material = "m", release = { start = "pin" } } }
+        rigid_bodies = { plate = { nodes = ["C", "D"] } }
+        supports = { A = "clamped" }
+        steps = [{ name = "s", force = { D = ["= F", "= 0.5 * F", "= -F"] } }]
+        probes = { k = { node = "D", stiffness = "uy" }, c = { node = "D", compliance = "rx" },
+                   turn = { node = "D", stiffness = "rz" }, x = { node = "D", displacement = "uz" } }
+    "#;
+    let parameters = ["L", "beta", "F", "r", "lever"];
+    let document = Document::from_text("arm.toml", arm);
+    let probes = ["k", "c", "turn", "x"];
+    let problem = Problem::new(&document, &[], &parameters, &probes, 1e-5).unwrap();
+    // The members' stretch is a ten-thousandth of what bends them: rounding counts.
+    check_within(&problem, &problem.middle(), &probes, 1e-7);
+    let free = arm.replace(", release = { start = [\"rz\"] }", "").replace(", release = { start = \"pin\" }", "");
+    let held = free.replace("} }]", "}, displacement = { D = { uy = 6.0 } } }]");
+    let problem = Problem::new(&Document::from_text("held.toml", &held), &[], &parameters, &probes, 1e-5).unwrap();
+    check_within(&problem, &problem.middle(), &probes, 1e-7);
+    let dyad = include_str!("../../../models/networks/dyad.toml")
+        .replace("L = 130", "p = 18\nL = 130")
+        .replace("left = \"25 psi\", pair = 25", "all = \"= p\"")
+        .replace(
+            "[probes]",
+            "[probes]\nk = { node = \"J\", stiffness = \"uy\" }\nside = { node = \"J\", compliance = \"ux\" }",
+        );
+    check_within(
+        &Problem::new(&Document::from_text("dyad.toml", &dyad), &[], &["p", "L", "beta"], &["k@inflate", "side"], 1e-6)
+            .unwrap(),
+        &[18.0, 130.0, 22.0],
+        &["k@inflate", "side"],
+        2e-8,
+    );
+}
+
 /// The stiffness of a straight cantilever that cannot be sheared, across its axes, hardly depends on its stretch: what it does is what
 /// beam theory says, to 10⁻¹⁰ of the stiffness; by its bending, which makes nearly all of it, to 10⁻⁸.
 #[test]

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::chain;
+use crate::compliance;
 use crate::error::{FreeMotion, NearMotion};
 use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
 use crate::joints::Held;
@@ -413,7 +414,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         let start = Start { aim: Aim::Comparison, reuses_factors: firm.then_some(0.0), ..Start::nearby() };
         let found = self.newton.solve(refined, start).ok()?;
         let mut state = results::equilibrium(refined);
-        state.compliances = results::compliances(refined);
+        state.compliances = compliance::of_nodes(refined);
         let missing = state.members.iter().map(|member| member.top_energy).collect();
         Some((state, missing, found.inertia.negative))
     }

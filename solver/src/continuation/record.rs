@@ -2,6 +2,7 @@
 
 use super::Continuation;
 use super::follow::Run;
+use crate::compliance;
 use crate::held;
 use crate::history::{Cause, CriticalKind, CriticalPoint, Failure, Increment, Note, Status, StepHistory};
 use crate::newton::{Lost, Why};
@@ -142,7 +143,7 @@ impl<const D: usize> Continuation<'_, D> {
             state.residual = residual.largest();
         }
         state.rounding = estimate.map(|estimate| estimate.rounding);
-        state.compliances = results::compliances(&mut self.system);
+        state.compliances = compliance::of_nodes(&mut self.system);
         if self.options.estimate {
             record.variations = self.variations();
         }

@@ -85,7 +85,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Moves what is between the ends of members, by motions of the joints from the state before the move.
-    fn move_interiors(&mut self, motions: &[[f64; 6]]) {
+    pub(super) fn move_interiors(&mut self, motions: &[[f64; 6]]) {
         let side = self.pattern.side.clone();
         if let Some(side) = &side {
             self.fill_side(side, motions);
@@ -152,7 +152,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Moves released ends, once their joints are where they are.
-    fn move_releases(&mut self) {
+    pub(super) fn move_releases(&mut self) {
         for index in (0..self.members.count()).filter(|&index| self.members.slots[index].released) {
             let (factor, moves) = (&self.tangent.releases[index], &self.moves.releases[index]);
             for (end, kind) in self.topology.ends[index].iter().enumerate() {

@@ -7,6 +7,7 @@ use pennate_elements::small::V3;
 
 use super::System;
 use super::scatter::Scatters;
+use crate::chain::{MemberEnds, NodesBy};
 use crate::joints::{Held, dot6};
 use crate::structure::MemberId;
 
@@ -36,23 +37,48 @@ impl<const D: usize> System<D> {
     /// Internal less external force of every joint at the present state, interiors of members in equilibrium: by the factors
     /// that the system has which this one stands in for, to first order in what differs. There are no equations afterwards.
     pub fn exert(&mut self, other: &Self, sources: &[usize]) -> &[[f64; 6]] {
-        self.pattern.scatters = Arc::new(self.no_scatters());
-        self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
+        self.forget_equations();
         for (pack, &source) in self.members.packs.iter_mut().zip(sources) {
             pack.refresh(Some(other.members.packs[source].as_ref()));
         }
-        self.take_end_forces();
         self.tangent.forces.fill([0.0; 6]);
         let mut unused = std::mem::take(&mut self.moves.motions);
-        for index in 0..self.members.count() {
-            self.assemble_member(index, false, &mut unused);
-        }
+        self.assemble_members(&mut unused);
         for index in 0..self.structure.springs.len() {
             self.assemble_spring(index, false, &mut unused);
         }
         self.moves.motions = unused;
         self.assemble_loads(None);
         &self.tangent.forces
+    }
+
+    /// Moves the joints, and linearizes all parts with interiors and released ends in equilibrium to first order, for
+    /// [`System::transposed_times`]. There are no equations afterwards.
+    pub fn linearize_parts(&mut self, motions: &[[f64; 6]]) {
+        self.forget_equations();
+        let mut unused = std::mem::take(&mut self.moves.motions);
+        self.members.condense();
+        self.assemble_members(&mut unused);
+        self.move_interiors(motions);
+        self.places.joints.iter_mut().zip(motions).for_each(|(joint, motion)| joint.advance(motion));
+        self.move_releases();
+        self.place_ends();
+        self.members.place_nodes(if self.straight { NodesBy::Increments } else { NodesBy::Elements });
+        self.members.condense();
+        self.assemble_members(&mut unused);
+        self.moves.motions = unused;
+    }
+
+    fn forget_equations(&mut self) {
+        self.pattern.scatters = Arc::new(self.no_scatters());
+        self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
+    }
+
+    fn assemble_members(&mut self, unused: &mut [[f64; 6]]) {
+        self.take_end_forces();
+        for index in 0..self.members.count() {
+            self.assemble_member(index, false, unused);
+        }
     }
 
     /// The transposed tangent of all components, held ones included, times a motion of every joint.
@@ -80,6 +106,23 @@ impl<const D: usize> System<D> {
         let mut product = self.parts_times(motions);
         self.add_loads_times(motions, &mut product, |block, i, j| block[i][j]);
         product
+    }
+
+    /// What the entries of the stiffness of members add to its work along a motion of every joint, each taken by itself.
+    pub(crate) fn terms_of_work(&self, motions: &[[f64; 6]]) -> f64 {
+        let of_member = |index: usize| {
+            let ([first, last], _) = self.end_motions(index, motions);
+            let MemberEnds { k00, k01, k11, .. } = self.members.condensed(index);
+            let mut sum = 0.0;
+            for i in 0..D {
+                for j in 0..D {
+                    let (own, other) = (k00[i][j] * first[i] * first[j], k11[i][j] * last[i] * last[j]);
+                    sum += own.abs() + other.abs() + 2.0 * (k01[i][j] * first[i] * last[j]).abs();
+                }
+            }
+            sum
+        };
+        (0..self.members.count()).map(of_member).sum()
     }
 
     /// Adds the tangent of the loads, of whose blocks `entry` is the one in a row and a column, times a motion of every joint.
