@@ -212,7 +212,7 @@ pub struct Pull {
 /// `None` where loads have no potential, or rows hold joints along directions that turn with them, so that free motions do; or where
 /// nothing gives, or everything does.
 pub fn pull<const D: usize>(system: &mut System<D>, index: usize) -> Option<Pull> {
-    let wanted = system.structure.compliances[index].clone();
+    let wanted = system.structure.compliances[index];
     if system.pattern.equations.has_general() || !system.tangent.has_potential() {
         return None;
     }

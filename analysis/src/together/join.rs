@@ -110,7 +110,7 @@ fn append(all: &mut Structure, steps: &mut [Step], structure: &Structure, own: &
         moved
     }));
     all.sections.extend(structure.sections.iter().map(|moved| moved + member));
-    all.compliances.extend(structure.compliances.iter().cloned().map(|mut moved| {
+    all.compliances.extend(structure.compliances.iter().copied().map(|mut moved| {
         moved.node += node;
         moved
     }));
