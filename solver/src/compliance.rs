@@ -196,9 +196,9 @@ fn on_joint<const D: usize>(system: &System<D>, node: usize, along: &[f64; 6]) -
 pub struct Pull {
     /// The node.
     pub node: NodeId,
-    /// The compliance c.
+    /// The compliance c: displacement for a unit of force, or radians for a unit of moment.
     pub compliance: f64,
-    /// Motion u of every joint: where the tangent changes by δK the compliance does by −u · δK u.
+    /// Motion u of every joint, displacement and spin in global axes: where the tangent changes by δK the compliance does by −u · δK u.
     pub motions: Vec<[f64; 6]>,
     /// Derivatives of the compliance by the end of the lever, as it turns and as it is placed.
     pub by_lever: V3<f64>,

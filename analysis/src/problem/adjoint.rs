@@ -12,7 +12,7 @@ use pennate_elements::small::{add, cross, dot, scale, sub};
 use pennate_models::Model;
 use pennate_models::probes::Operand;
 use pennate_models::slopes::Weights;
-use pennate_solver::compliance::{self, Pull};
+use pennate_solver::compliance;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::packs::{self, Auxiliary};
@@ -22,7 +22,7 @@ use pennate_solver::system::System;
 use super::Reason;
 use super::design::Design;
 use super::estimate::{Estimate, Greatest, WITHIN};
-use super::explicit::{self, Explicit, FOR_STIFFNESS, Joints, Kept};
+use super::explicit::{self, Explicit, Joints, Kept};
 use super::moved::Mover;
 use super::nearby::{self, Nearby, apart, size};
 use super::neighbour;
@@ -46,10 +46,6 @@ const ENOUGH: usize = 6;
 /// one, and beyond it with the square root of that.
 const CANCELS: f64 = 3e-14;
 const UP_TO: f64 = packs::MODERATE.member;
-/// The same of stiffnesses.
-const CORRECTED_STIFFNESS: f64 = 2e-4;
-/// Part of what entries of a stiffness add to its work along a motion that rounding leaves of its changes.
-const ROUNDED: f64 = 3e-16;
 
 /// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
 pub(super) struct Exact {
@@ -87,12 +83,12 @@ impl Exact {
 }
 
 /// A quantity that derivatives are found of by the adjoint method.
-struct Read {
-    quantity: usize,
+pub(super) struct Read {
+    pub quantity: usize,
     /// What it follows of motions and reactions of nodes.
     weights: Weights,
     /// The compliance that it is made of, by its place among those of the structure, where it is; and whether it is the inverse of that.
-    compliance: Option<(usize, bool)>,
+    pub compliance: Option<(usize, bool)>,
 }
 
 /// What one auxiliary stiffness gives.
@@ -279,81 +275,6 @@ impl Slopes<'_> {
             self.compliances(system, (index, all, &explicit), (read, floors), found, copies)?;
         }
         Some(Ok(Round { slopes, cancelled, explicit }))
-    }
-
-    /// Derivatives of what is read of compliances, and what rounding may leave of them.
-    ///
-    /// With w · u, K u = w, and joints that move by d' along a parameter, a compliance changes by 2 w' · u − u · K' u: of the tangent
-    /// K' is what it changes by along d' and the parameter at once. Apart these would be large, and nearly cancel.
-    fn compliances<const D: usize>(
-        &self,
-        system: &mut System<D>,
-        (index, all, explicit): (usize, &[Nearby], &[Explicit]),
-        (read, floors): (&[Read], &[f64]),
-        (slopes, cancelled): (&mut [f64], &mut [f64]),
-        copies: &mut Kept<D>,
-    ) -> Option<()> {
-        let inputs = self.row.len();
-        let asked =
-            || read.iter().enumerate().filter_map(|(place, read)| Some((place, read.quantity, read.compliance?)));
-        let pulls: Option<Vec<Pull>> = asked().map(|(.., (index, _))| compliance::pull(system, index)).collect();
-        let pulls = pulls?;
-        let ways: Option<Vec<Joints>> = explicit.iter().map(|explicit| way_along(system, explicit)).collect();
-        let ways = ways?;
-        let mut parts = vec![FOR_STIFFNESS; inputs];
-        loop {
-            let softenings = self.softenings(system, (index, all, &parts), (&pulls, &ways), copies);
-            let mut far = vec![false; inputs];
-            for ((place, quantity, (_, is_inverse)), (at, pull)) in asked().zip(pulls.iter().enumerate()) {
-                // What is read of a compliance c is c, or 1 / c.
-                let times = if is_inverse { -pull.compliance.powi(-2) } else { 1.0 };
-                let own = &mut slopes[quantity * inputs..][..inputs];
-                for (input, slope) in own.iter_mut().enumerate() {
-                    let softening = &softenings[input][at];
-                    *slope = times * (softening.slope + self.by_lever(system, all, pull, (input, &ways[input])));
-                    cancelled[place * inputs + input] = ROUNDED * (times * pull.terms / softening.distance).abs();
-                }
-                let sizes = || self.row.iter().map(|&value| size(value));
-                let largest =
-                    own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(floors[place], f64::max);
-                let places = cancelled[place * inputs..].iter_mut().zip(&mut far);
-                for (((left, far), softenings), size) in places.zip(&softenings).zip(sizes()) {
-                    let part = (times * softenings[at].correction * size).abs() / largest;
-                    *left += part * part * largest / size;
-                    *far |= part > CORRECTED_STIFFNESS;
-                }
-            }
-            let mut is_last = true;
-            for (part, _) in parts.iter_mut().zip(far).filter(|(_, far)| *far) {
-                if let Some(shorter) = explicit::shorter(*part) {
-                    (*part, is_last) = (shorter, false);
-                }
-            }
-            if is_last {
-                return Some(());
-            }
-        }
-    }
-
-    /// What a compliance changes by with the lever of its node along a parameter, as joints move this way along it.
-    fn by_lever<const D: usize>(
-        &self,
-        system: &System<D>,
-        all: &[Nearby],
-        pull: &Pull,
-        (input, way): (usize, &Joints),
-    ) -> f64 {
-        let link = system.topology.links[pull.node];
-        let rotation = system.places.joints[link.joint].place.rotation;
-        let [_, _, _, rx, ry, rz] = way[link.joint];
-        let turned = cross([rx, ry, rz], turn(rotation, link.arm));
-        let places = Places::of(&self.design.structure, &self.design.steps);
-        let placed = all.iter().find(|nearby| nearby.inputs.contains(&input)).map_or([0.0; 3], |nearby| {
-            let mover = Mover { design: self.design, nearby, places: &places, input, drives: &[] };
-            let arm = sub(mover.node(pull.node), mover.node(system.topology.references[link.joint]));
-            turn(rotation, scale(0.5 / apart(self.row[input]), arm))
-        });
-        dot(pull.by_lever, add(turned, placed))
     }
 
     /// By how much derivatives may be wrong, over the largest of their quantity; expressions by as much as what they refer to.
@@ -568,26 +489,7 @@ impl Slopes<'_> {
     }
 }
 
-/// How the joints move along a parameter, by the factors at hand; `None` where they do not tell.
-fn way_along<const D: usize>(system: &mut System<D>, explicit: &Explicit) -> Option<Joints> {
-    let mut forces = explicit.forces.clone();
-    if explicit.moves {
-        let moved = system.transposed_times(&explicit.held);
-        add_times(&mut forces, 1.0, &moved);
-    }
-    let mut solution = vec![0.0; system.pattern.equations.size];
-    for (joint, force) in forces.iter().enumerate() {
-        system.pattern.equations.project(joint, &force.map(|force| -force), &mut solution);
-    }
-    if !system.tangent.solve(&mut solution) {
-        return None;
-    }
-    let mut way = system.pattern.motions_of(&solution);
-    add_times(&mut way, 1.0, &explicit.held);
-    Some(way)
-}
-
-fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {
+pub(super) fn add_times(sum: &mut Joints, times: f64, joints: &Joints) {
     for (sum, joint) in sum.iter_mut().zip(joints) {
         for (sum, x) in sum.iter_mut().zip(joint) {
             *sum += times * x;

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 
 use pennate_elements::small::{add, scale, sub};
-use pennate_solver::compliance::Pull;
 use pennate_solver::joints::{Held, HeldKind, dot6};
 use pennate_solver::structure::{Drive, MemberId};
 use pennate_solver::system::System;
@@ -16,7 +15,7 @@ use super::numbers::{Places, change_value};
 use super::slopes::{Hold, Slopes};
 
 /// Times the part of a parameter at which forces are compared.
-const TIMES: [f64; 4] = [1.0, -1.0, 2.0, -2.0];
+pub(super) const TIMES: [f64; 4] = [1.0, -1.0, 2.0, -2.0];
 /// That part over the slenderness λ of the members that a parameter reaches: h and 2 h, extrapolated to h = 0, leave (λ h)⁴ / 30, since
 /// interiors follow by the factors of the middle.
 const OVER_SLENDERNESS: f64 = 6e-3;
@@ -25,9 +24,6 @@ const SHORTEST: f64 = 3e-6;
 const LONGEST: f64 = 3e-4;
 /// Slenderness of a member that is at least as stiff as what holds strains first, and of one that is held as it is held in the end.
 const HELD: [f64; 2] = [1e2, 1e3];
-/// The same for stiffnesses where joints move with the parameter, so that members are strained as little as they are along it: no
-/// slenderness goes into what is left.
-pub(super) const FOR_STIFFNESS: f64 = 2e-3;
 /// How many times shorter the next distance is where one is too long.
 const SHORTER: f64 = 8.0;
 
@@ -40,7 +36,7 @@ pub(super) type Joints = Vec<[f64; 6]>;
 /// What was moved along the parameters: for forces, and for stiffnesses, over other distances.
 pub(super) struct Kept<const D: usize> {
     forces: Option<MovedParts<D>>,
-    works: Option<MovedParts<D>>,
+    pub works: Option<MovedParts<D>>,
 }
 
 impl<const D: usize> Default for Kept<D> {
@@ -51,13 +47,13 @@ impl<const D: usize> Default for Kept<D> {
 
 /// Parts moved so far along the parameters, which serve as long as they are made of the same members on the same pieces of their
 /// tables: sections under another auxiliary stiffness, and the ends of other steps.
-struct MovedParts<const D: usize> {
-    copies: Copies<D>,
+pub(super) struct MovedParts<const D: usize> {
+    pub copies: Copies<D>,
     members: Vec<Vec<MemberId>>,
     controls: Vec<f64>,
     parts: Vec<f64>,
     /// Drives of each of them, at present.
-    drives: Vec<Vec<f64>>,
+    pub drives: Vec<Vec<f64>>,
 }
 
 /// What follows a parameter while the joints stay where they are, and the motion of what is held.
@@ -67,15 +63,6 @@ pub(super) struct Explicit {
     pub corrections: Joints,
     pub held: Joints,
     pub moves: bool,
-}
-
-/// What a compliance changes by with the stiffness of the network along a parameter.
-pub(super) struct Softening {
-    pub slope: f64,
-    /// By how much that differs from what the nearer distance tells alone.
-    pub correction: f64,
-    /// Over which distance it was found.
-    pub distance: f64,
 }
 
 /// The part of a parameter, which reaches these members, at which forces are compared.
@@ -143,12 +130,12 @@ impl Slopes<'_> {
     }
 
     /// By how much every drive changes along every parameter.
-    fn rates(&self, index: usize, all: &[Nearby], places: &Places) -> Vec<Vec<f64>> {
+    pub(super) fn rates(&self, index: usize, all: &[Nearby], places: &Places) -> Vec<Vec<f64>> {
         let count = self.design.structure.drives.len();
         pairs(all).map(|(nearby, input)| nearby.drives(input, index, places, count)).collect()
     }
 
-    fn movers<'b>(&'b self, all: &'b [Nearby], places: &'b Places, rates: &'b [Vec<f64>]) -> Vec<Mover<'b>> {
+    pub(super) fn movers<'b>(&'b self, all: &'b [Nearby], places: &'b Places, rates: &'b [Vec<f64>]) -> Vec<Mover<'b>> {
         let mover = |((nearby, input), drives): ((&'b Nearby, usize), &'b Vec<f64>)| Mover {
             design: self.design,
             nearby,
@@ -159,43 +146,8 @@ impl Slopes<'_> {
         pairs(all).zip(rates).map(mover).collect()
     }
 
-    /// What the compliances of these pulls change by with the stiffness of the network along every parameter, while joints move as they do
-    /// along it; by differences at these parts of the parameters.
-    pub(super) fn softenings<const D: usize>(
-        &self,
-        system: &System<D>,
-        (index, all, parts): (usize, &[Nearby], &[f64]),
-        (pulls, ways): (&[Pull], &[Joints]),
-        kept: &mut Kept<D>,
-    ) -> Vec<Vec<Softening>> {
-        let places = Places::of(&self.design.structure, &self.design.steps);
-        let rates = self.rates(index, all, &places);
-        let movers = self.movers(all, &places, &rates);
-        let moved = self.moved(system, (&movers, parts, true), &mut kept.works);
-        let far = |input: usize| parts[input] * size(self.row[input]);
-        let moves = |mover: &Mover<'_>| {
-            TIMES.map(|times| {
-                let by = times * far(mover.input);
-                ways[mover.input].iter().map(|way| way.map(|x| by * x)).collect::<Joints>()
-            })
-        };
-        let moves: Vec<Joints> = movers.iter().flat_map(moves).collect();
-        let works = moved.copies.works(system, &moved.drives, &moves, pulls);
-        let mut found: Vec<Vec<Softening>> = (0..self.row.len()).map(|_| Vec::new()).collect();
-        for (works, mover) in works.chunks_exact(TIMES.len()).zip(&movers) {
-            let far = far(mover.input);
-            let softening = |place: usize| {
-                let slope = |at: usize| (works[at][place] - works[at + 1][place]) / (2.0 * far * TIMES[at]);
-                let correction = (slope(2) - slope(0)) / 3.0;
-                Softening { slope: correction - slope(0), correction, distance: far }
-            };
-            found[mover.input] = (0..pulls.len()).map(softening).collect();
-        }
-        found
-    }
-
     /// Parts that are moved by every parameter, or the whole network: those at hand, where they are the same.
-    fn moved<'a, const D: usize>(
+    pub(super) fn moved<'a, const D: usize>(
         &self,
         system: &System<D>,
         (movers, parts, whole): (&[Mover<'_>], &[f64], bool),

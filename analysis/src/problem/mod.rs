@@ -28,6 +28,7 @@
 //! ```
 
 mod adjoint;
+mod compliances;
 mod design;
 mod differences;
 mod error;

@@ -1,0 +1,161 @@
+//! Derivatives of compliances and stiffnesses, by tangents along the way of each parameter.
+
+use pennate_elements::rotation::turn;
+use pennate_elements::small::{add, cross, dot, scale, sub};
+use pennate_solver::compliance::{self, Pull};
+use pennate_solver::system::System;
+
+use super::adjoint::{Read, add_times};
+use super::explicit::{self, Explicit, Joints, Kept, TIMES};
+use super::moved::Mover;
+use super::nearby::{Nearby, apart, size};
+use super::numbers::Places;
+use super::slopes::Slopes;
+
+/// The part of a parameter at which tangents are compared: joints move with it, so that members are strained as little as they are along it: no
+/// slenderness goes into what is left.
+const FOR_STIFFNESS: f64 = 2e-3;
+/// What extrapolation to no distance may change of a derivative, over the largest of its probe; where it changes more, distances are shorter.
+const CORRECTED: f64 = 2e-4;
+/// Part of what entries of a stiffness add to its work along a motion that rounding leaves of its changes.
+const ROUNDED: f64 = 3e-16;
+
+/// What a compliance changes by with the stiffness of the network along a parameter.
+struct Softening {
+    slope: f64,
+    /// By how much that differs from what the nearer distance tells alone.
+    correction: f64,
+    /// Over which distance it was found.
+    distance: f64,
+}
+
+impl Slopes<'_> {
+    /// Derivatives of what is read of compliances, and what rounding may leave of them.
+    ///
+    /// With w · u, K u = w, and joints that move by d' along a parameter, a compliance changes by 2 w' · u − u · K' u: of the tangent
+    /// K' is what it changes by along d' and the parameter at once. Apart these would be large, and nearly cancel.
+    pub(super) fn compliances<const D: usize>(
+        &self,
+        system: &mut System<D>,
+        (index, all, explicit): (usize, &[Nearby], &[Explicit]),
+        (read, floors): (&[Read], &[f64]),
+        (slopes, cancelled): (&mut [f64], &mut [f64]),
+        copies: &mut Kept<D>,
+    ) -> Option<()> {
+        let inputs = self.row.len();
+        let asked =
+            || read.iter().enumerate().filter_map(|(place, read)| Some((place, read.quantity, read.compliance?)));
+        let pulls: Option<Vec<Pull>> = asked().map(|(.., (index, _))| compliance::pull(system, index)).collect();
+        let pulls = pulls?;
+        let ways: Option<Vec<Joints>> = explicit.iter().map(|explicit| way_along(system, explicit)).collect();
+        let ways = ways?;
+        let mut parts = vec![FOR_STIFFNESS; inputs];
+        loop {
+            let softenings = self.softenings(system, (index, all, &parts), (&pulls, &ways), copies);
+            let mut far = vec![false; inputs];
+            for ((place, quantity, (_, is_inverse)), (at, pull)) in asked().zip(pulls.iter().enumerate()) {
+                // What is read of a compliance c is c, or 1 / c.
+                let times = if is_inverse { -pull.compliance.powi(-2) } else { 1.0 };
+                let own = &mut slopes[quantity * inputs..][..inputs];
+                for (input, slope) in own.iter_mut().enumerate() {
+                    let softening = &softenings[input][at];
+                    *slope = times * (softening.slope + self.by_lever(system, all, pull, (input, &ways[input])));
+                    cancelled[place * inputs + input] = ROUNDED * (times * pull.terms / softening.distance).abs();
+                }
+                let sizes = || self.row.iter().map(|&value| size(value));
+                let largest =
+                    own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(floors[place], f64::max);
+                let places = cancelled[place * inputs..].iter_mut().zip(&mut far);
+                for (((left, far), softenings), size) in places.zip(&softenings).zip(sizes()) {
+                    let part = (times * softenings[at].correction * size).abs() / largest;
+                    *left += part * part * largest / size;
+                    *far |= part > CORRECTED;
+                }
+            }
+            let mut is_last = true;
+            for (part, _) in parts.iter_mut().zip(far).filter(|(_, far)| *far) {
+                if let Some(shorter) = explicit::shorter(*part) {
+                    (*part, is_last) = (shorter, false);
+                }
+            }
+            if is_last {
+                return Some(());
+            }
+        }
+    }
+
+    /// What a compliance changes by with the lever of its node along a parameter, as joints move this way along it.
+    fn by_lever<const D: usize>(
+        &self,
+        system: &System<D>,
+        all: &[Nearby],
+        pull: &Pull,
+        (input, way): (usize, &Joints),
+    ) -> f64 {
+        let link = system.topology.links[pull.node];
+        let rotation = system.places.joints[link.joint].place.rotation;
+        let [_, _, _, rx, ry, rz] = way[link.joint];
+        let turned = cross([rx, ry, rz], turn(rotation, link.arm));
+        let places = Places::of(&self.design.structure, &self.design.steps);
+        let placed = all.iter().find(|nearby| nearby.inputs.contains(&input)).map_or([0.0; 3], |nearby| {
+            let mover = Mover { design: self.design, nearby, places: &places, input, drives: &[] };
+            let arm = sub(mover.node(pull.node), mover.node(system.topology.references[link.joint]));
+            turn(rotation, scale(0.5 / apart(self.row[input]), arm))
+        });
+        dot(pull.by_lever, add(turned, placed))
+    }
+
+    /// What the compliances of these pulls change by with the stiffness of the network along every parameter, while joints move as they do
+    /// along it; by differences at these parts of the parameters.
+    fn softenings<const D: usize>(
+        &self,
+        system: &System<D>,
+        (index, all, parts): (usize, &[Nearby], &[f64]),
+        (pulls, ways): (&[Pull], &[Joints]),
+        kept: &mut Kept<D>,
+    ) -> Vec<Vec<Softening>> {
+        let places = Places::of(&self.design.structure, &self.design.steps);
+        let rates = self.rates(index, all, &places);
+        let movers = self.movers(all, &places, &rates);
+        let moved = self.moved(system, (&movers, parts, true), &mut kept.works);
+        let far = |input: usize| parts[input] * size(self.row[input]);
+        let moves = |mover: &Mover<'_>| {
+            TIMES.map(|times| {
+                let by = times * far(mover.input);
+                ways[mover.input].iter().map(|way| way.map(|x| by * x)).collect::<Joints>()
+            })
+        };
+        let moves: Vec<Joints> = movers.iter().flat_map(moves).collect();
+        let works = moved.copies.works(system, &moved.drives, &moves, pulls);
+        let mut found: Vec<Vec<Softening>> = (0..self.row.len()).map(|_| Vec::new()).collect();
+        for (works, mover) in works.chunks_exact(TIMES.len()).zip(&movers) {
+            let far = far(mover.input);
+            let softening = |place: usize| {
+                let slope = |at: usize| (works[at][place] - works[at + 1][place]) / (2.0 * far * TIMES[at]);
+                let correction = (slope(2) - slope(0)) / 3.0;
+                Softening { slope: correction - slope(0), correction, distance: far }
+            };
+            found[mover.input] = (0..pulls.len()).map(softening).collect();
+        }
+        found
+    }
+}
+
+/// How the joints move along a parameter, by the factors at hand; `None` where they do not tell.
+fn way_along<const D: usize>(system: &mut System<D>, explicit: &Explicit) -> Option<Joints> {
+    let mut forces = explicit.forces.clone();
+    if explicit.moves {
+        let moved = system.transposed_times(&explicit.held);
+        add_times(&mut forces, 1.0, &moved);
+    }
+    let mut solution = vec![0.0; system.pattern.equations.size];
+    for (joint, force) in forces.iter().enumerate() {
+        system.pattern.equations.project(joint, &force.map(|force| -force), &mut solution);
+    }
+    if !system.tangent.solve(&mut solution) {
+        return None;
+    }
+    let mut way = system.pattern.motions_of(&solution);
+    add_times(&mut way, 1.0, &explicit.held);
+    Some(way)
+}
