@@ -56,7 +56,7 @@ fn repeat(work: &str, name: &str, count: usize) {
             "structure" => drop(problem.model(next()).map(|model| discretize(&model, problem.mesh()))),
             "values" => drop(problem.evaluate(&rows)),
             "alone" => drop(alone(&problem, next())),
-            "gradient" => drop(problem.gradient(next())),
+            "gradient" => drop(problem.gradient(&rows)),
             "live" => {
                 let Some(live) = &mut live else { return };
                 next().iter().enumerate().take(1).for_each(|(place, &value)| live.set(place, value));

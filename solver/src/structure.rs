@@ -151,6 +151,24 @@ pub struct SectionState {
     pub curvature: [f64; 3],
 }
 
+impl SectionState {
+    /// All of its numbers, one after the other; [`SectionState::of_numbers`] is the way back.
+    #[must_use]
+    pub fn numbers(&self) -> [f64; 13] {
+        let Section { ea, ga2, ga3, gj, ei2, ei3, mass_per_length, rotary_inertia: [about2, about3] } = self.section;
+        let [twist, bend2, bend3] = self.curvature;
+        [ea, ga2, ga3, gj, ei2, ei3, mass_per_length, about2, about3, self.strain, twist, bend2, bend3]
+    }
+
+    /// The section of numbers in the order of [`SectionState::numbers`].
+    #[must_use]
+    pub fn of_numbers(numbers: [f64; 13]) -> Self {
+        let [ea, ga2, ga3, gj, ei2, ei3, mass_per_length, about2, about3, strain, curvature @ ..] = numbers;
+        let section = Section { ea, ga2, ga3, gj, ei2, ei3, mass_per_length, rotary_inertia: [about2, about3] };
+        Self { section, strain, curvature }
+    }
+}
+
 /// Connection of a member's end to its node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Release {

@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, OnceLock};
 
-use pennate_elements::section::Section;
 use pennate_elements::small::sub;
 use pennate_solver::chain::{ChainMesh, Pack};
 use pennate_solver::compliance::Pull;
@@ -396,18 +395,14 @@ impl Between {
         spring
     }
 
-    fn section(self, middle: &Section, around: [&Section; 4]) -> Section {
-        let number = |of: fn(&Section) -> f64| self.number(of(middle), around.map(of));
-        Section {
-            ea: number(|section| section.ea),
-            ga2: number(|section| section.ga2),
-            ga3: number(|section| section.ga3),
-            gj: number(|section| section.gj),
-            ei2: number(|section| section.ei2),
-            ei3: number(|section| section.ei3),
-            mass_per_length: number(|section| section.mass_per_length),
-            rotary_inertia: self.vector(middle.rotary_inertia, around.map(|section| section.rotary_inertia)),
+    /// The section of five: of the middle, the lower and the upper design, and those twice as far away.
+    fn section(self, states: &[SectionState; 5]) -> SectionState {
+        let [middle, low, high, lower, higher] = states.each_ref().map(SectionState::numbers);
+        let mut numbers = middle;
+        for (n, number) in numbers.iter_mut().enumerate() {
+            *number = self.number(middle[n], [low[n], high[n], lower[n], higher[n]]);
         }
+        SectionState::of_numbers(numbers)
     }
 }
 
@@ -438,12 +433,7 @@ struct BetweenLaws {
 
 impl SectionLaw for BetweenLaws {
     fn at(&self, control: f64) -> SectionState {
-        let [middle, around @ ..] = self.known.each_ref().map(|known| known.at(control));
-        SectionState {
-            section: self.between.section(&middle.section, around.each_ref().map(|state| &state.section)),
-            strain: self.between.number(middle.strain, around.map(|state| state.strain)),
-            curvature: self.between.vector(middle.curvature, around.map(|state| state.curvature)),
-        }
+        self.between.section(&self.known.each_ref().map(|known| known.at(control)))
     }
 
     fn fibres(&self) -> Fibres {

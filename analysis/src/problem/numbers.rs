@@ -177,14 +177,5 @@ pub(super) fn change_value(change: &Change) -> f64 {
 }
 
 fn section_numbers(law: &dyn SectionLaw, controls: &[f64]) -> Vec<f64> {
-    let mut numbers = Vec::with_capacity(13 * controls.len());
-    for &control in controls {
-        let state = law.at(control);
-        let section = &state.section;
-        numbers.extend([section.ea, section.ga2, section.ga3, section.gj, section.ei2, section.ei3]);
-        numbers.push(section.mass_per_length);
-        numbers.push(state.strain);
-        numbers.extend(state.curvature);
-    }
-    numbers
+    controls.iter().flat_map(|&control| law.at(control).numbers()).collect()
 }
