@@ -13,6 +13,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
+use std::time::Instant;
 
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::{Mesh, Model, discretize, read, read_text, scenes};
@@ -128,6 +129,10 @@ fn main() {
     let (bytes, unknowns) = memory();
     let remark = format!("{unknowns} unknowns, one solve with its refined states");
     row("memory for 1,000,000 unknowns", [2e9, 1.2e9], bytes / unknowns as f64 * 1e6, size, &remark);
+    let ([one, two], members) = lattice();
+    let remark = format!("{members} members, {} on one thread", time(one));
+    let ratio = |ratio| format!("{ratio:.2}");
+    crate::row("one large network, two threads over one", [1.0 / 1.7, 0.5], (two / one, f64::NAN), ratio, &remark);
     let end = Yardsticks::measure();
     println!();
     println!(
@@ -344,6 +349,44 @@ fn memory() -> (f64, usize) {
     let options = Options { estimate: true, ..Options::default() };
     let history = pennate_solver::solve(&structure, &steps, &options, &mut |_| true).expect("no mechanism");
     (resident("VmHWM") - before, history.mesh.unknowns)
+}
+
+/// Cells of a square lattice in every direction.
+const CELLS: usize = 182;
+
+/// Seconds that one thread and two take for a lattice of welded rods under small forces, and how many rods there are.
+fn lattice() -> ([f64; 2], usize) {
+    let node = |x: usize, y: usize| format!("\"N{x}_{y}\"");
+    let all = || (0..=CELLS).flat_map(|x| (0..=CELLS).map(move |y| (x, y)));
+    let nodes: String = all().map(|(x, y)| format!("{} = [{}, {}]\n", node(x, y), 130 * x, 130 * y)).collect();
+    // Beside every node one to the right, one above, and one across the cell; the lowest row is clamped.
+    let rods = all().flat_map(|(x, y)| [(1, 0), (0, 1), (1, 1)].map(|(right, up)| ((x, y), (x + right, y + up))));
+    let rods = rods.filter(|&(from, to)| to.0 <= CELLS && to.1 <= CELLS && (from.1 > 0 || to.1 > 0));
+    let rod = |(index, (from, to)): (usize, ((usize, usize), (usize, usize)))| {
+        let (from, to) = (node(from.0, from.1), node(to.0, to.1));
+        format!("rod{index} = {{ nodes = [{from}, {to}], section = \"wire\", material = \"nylon\" }}\n")
+    };
+    let members: String = rods.enumerate().map(rod).collect();
+    let supports: String = (0..=CELLS).map(|x| format!("{} = \"clamped\"\n", node(x, 0))).collect();
+    let forces: Vec<String> = (0..=CELLS).map(|x| format!("{} = [0.02, 0.01]", node(x, CELLS))).collect();
+    let text = format!(
+        "format = \"pennate/1\"\ndimension = \"plane\"\n[nodes]\n{nodes}\
+        [materials]\nnylon = {{ youngs_modulus = 2000, poissons_ratio = 0.3 }}\n\
+        [sections]\nwire = {{ circle = {{ radius = 1.5 }} }}\n[members]\n{members}[supports]\n{supports}\
+        [[steps]]\nforce = {{ {} }}\n",
+        forces.join(", ")
+    );
+    let model = read_text("lattice.toml", &text, &[]).expect("a network");
+    let refinement = model.members.iter().map(|member| vec![2; member.segments.len()]).collect();
+    let (structure, steps) = discretize(&model, &Mesh::new(3, refinement));
+    let seconds = |threads: usize| {
+        let start = Instant::now();
+        on_threads(threads, || drop(solve(&structure, &steps)));
+        start.elapsed().as_secs_f64()
+    };
+    let runs = [(); 3].map(|()| [1, 2].map(seconds));
+    let least = |which: usize| runs.iter().map(|run| run[which]).fold(f64::INFINITY, f64::min);
+    ([least(0), least(1)], structure.members.len())
 }
 
 /// A line of what the system knows of this process, in bytes; nothing where it does not tell.

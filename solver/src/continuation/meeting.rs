@@ -27,7 +27,7 @@ const PART: f64 = 0.4;
 /// Part of a lean by which extrapolation misses it where the iteration contracts at once and the path goes on: with a half of it
 /// one meeting in ninety of pushed V frames passed for that.
 const FORESEEN: f64 = 0.1;
-/// Iterations for the softest motion of a state: at first, and where others may be nearly as soft.
+/// Iterations for the softest motion of a state: at first, and in all where others may be nearly as soft.
 const FEW: usize = 6;
 const PURE: usize = 24;
 /// Halvings that lead so near to where a motion is lost that it is by far the softest.
@@ -54,6 +54,8 @@ impl Meeting {
 struct Lean {
     metric: Metric,
     mode: Direction,
+    /// The mode along the equations of the joints.
+    solution: Vec<f64>,
 }
 
 impl Lean {
@@ -96,7 +98,9 @@ impl<const D: usize> Continuation<'_, D> {
                 return None;
             }
         }
-        lean = self.softest_lean(PURE);
+        let solution =
+            self.system.tangent.softest_motion_from(lean.solution, PURE - FEW, &self.system.pattern, self.system.size);
+        lean = self.lean_along(solution);
         way = lean.part(&self.since_last());
         let along = (ends[1] - ends[0]) * lean.part(&self.rate_at(run, ends[1])?);
         #[cfg(feature = "trace")]
@@ -141,10 +145,14 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// The softest motion at the present state.
     fn softest_lean(&mut self, iterations: usize) -> Lean {
-        let mode = self.system.tangent.softest_motion_after(iterations, &self.system.pattern, self.system.size);
-        let motions = self.system.pattern.motions_of(&mode);
+        let solution = self.system.tangent.softest_motion_after(iterations, &self.system.pattern, self.system.size);
+        self.lean_along(solution)
+    }
+
+    fn lean_along(&self, solution: Vec<f64>) -> Lean {
+        let motions = self.system.pattern.motions_of(&solution);
         let metric = Metric::balanced(&motions, 0.0, self.system.size, self.tuning.near);
-        Lean { metric, mode: Direction { motions, rate: 0.0 } }
+        Lean { metric, mode: Direction { motions, rate: 0.0 }, solution }
     }
 
     /// Whether the present state goes on from the state `next` by `step` at this rate, rather than to another branch.

@@ -359,7 +359,14 @@ impl<const D: usize> Tangent<D> {
         self.linear.diagonal(row).abs().max(self.linear.rest[row]).max(f64::MIN_POSITIVE)
     }
 
-    fn softest_motion_from(&mut self, mut x: Vec<f64>, iterations: usize, pattern: &Pattern<D>, size: f64) -> Vec<f64> {
+    /// The same from this solution, which the iteration goes on from.
+    pub(crate) fn softest_motion_from(
+        &mut self,
+        mut x: Vec<f64>,
+        iterations: usize,
+        pattern: &Pattern<D>,
+        size: f64,
+    ) -> Vec<f64> {
         let count = self.linear.size();
         let weights: Vec<f64> = (0..count).map(|i| self.weight(i)).collect();
         // Pivots of exactly zero leave nothing to go on with; right beside them the softest motion is the same.
