@@ -357,16 +357,23 @@ const CELLS: usize = 182;
 /// Seconds that one thread and two take for a lattice of welded rods under small forces, and how many rods there are.
 fn lattice() -> ([f64; 2], usize) {
     let node = |x: usize, y: usize| format!("\"N{x}_{y}\"");
-    let all = || (0..=CELLS).flat_map(|x| (0..=CELLS).map(move |y| (x, y)));
-    let nodes: String = all().map(|(x, y)| format!("{} = [{}, {}]\n", node(x, y), 130 * x, 130 * y)).collect();
-    // Beside every node one to the right, one above, and one across the cell; the lowest row is clamped.
-    let rods = all().flat_map(|(x, y)| [(1, 0), (0, 1), (1, 1)].map(|(right, up)| ((x, y), (x + right, y + up))));
-    let rods = rods.filter(|&(from, to)| to.0 <= CELLS && to.1 <= CELLS && (from.1 > 0 || to.1 > 0));
-    let rod = |(index, (from, to)): (usize, ((usize, usize), (usize, usize)))| {
-        let (from, to) = (node(from.0, from.1), node(to.0, to.1));
-        format!("rod{index} = {{ nodes = [{from}, {to}], section = \"wire\", material = \"nylon\" }}\n")
-    };
-    let members: String = rods.enumerate().map(rod).collect();
+    let (mut nodes, mut members, mut rods) = (String::new(), String::new(), 0);
+    for x in 0..=CELLS {
+        for y in 0..=CELLS {
+            let from = node(x, y);
+            nodes += &format!("{from} = [{}, {}]\n", 130 * x, 130 * y);
+            // To the right, upwards, and across the cell; the lowest row is clamped.
+            for (right, up) in [(1, 0), (0, 1), (1, 1)] {
+                if x + right > CELLS || y + up > CELLS || y + up == 0 {
+                    continue;
+                }
+                let to = node(x + right, y + up);
+                members +=
+                    &format!("rod{rods} = {{ nodes = [{from}, {to}], section = \"wire\", material = \"nylon\" }}\n");
+                rods += 1;
+            }
+        }
+    }
     let supports: String = (0..=CELLS).map(|x| format!("{} = \"clamped\"\n", node(x, 0))).collect();
     let forces: Vec<String> = (0..=CELLS).map(|x| format!("{} = [0.02, 0.01]", node(x, CELLS))).collect();
     let text = format!(
