@@ -125,6 +125,11 @@ impl Spring {
         }
     }
 
+    /// The nodes of a spring along a line that pushes or pulls where these are in one place: a bar with two hinges.
+    pub(crate) fn bar(&self) -> Option<[NodeId; 2]> {
+        self.pair().filter(|_| self.natural_length().is_some_and(|length| length > 0.0))
+    }
+
     /// Makes a spring along a line free of force at a length.
     pub fn relax(&mut self, length: f64) {
         match self {

@@ -25,6 +25,9 @@ const CONTRACTS: f64 = 0.05;
 /// An angle (radians) by which a hinge turns in one increment at most, a sixth of a right one: bars that are hinged pass dead centres,
 /// and windows without a stable state, that neither end of a longer increment tells of.
 const HINGE: f64 = PI / 12.0;
+/// An angle (radians) by which the linear answer to an increment turns anything at most: beyond half a turn its rotation vectors do not
+/// say any more which way it went.
+pub(super) const HALF_A_TURN: f64 = PI;
 /// A rotation (radians) after which pivots may be lost, and iterations be many, on any path.
 const RADIAN: f64 = 1.0;
 
@@ -169,6 +172,9 @@ pub fn is_doubtful<const D: usize>(
 ) -> bool {
     let most = |sizes: &[Size]| sizes.iter().copied().fold(Size::default(), Size::join).largest();
     let (way, ahead) = (most(moved), most(foreseen));
+    if system.moves.first_turn > HALF_A_TURN {
+        return true;
+    }
     let missed = system.moves.first_own;
     let limit = if predicted { tuning.wrong() } else { 2.0 * tuning.trust };
     let far = missed > limit && iterations >= tuning.many && !system.hangs();

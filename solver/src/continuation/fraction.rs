@@ -5,9 +5,7 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.1.
 
-use std::f64::consts::PI;
-
-use super::acceptance::{came_aside, is_doubtful, is_quick, leapt};
+use super::acceptance::{HALF_A_TURN, came_aside, is_doubtful, is_quick, leapt};
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
 use super::record::Ending;
@@ -21,10 +19,6 @@ use crate::system::{Answer, System};
 
 /// Pivots that may be lost together at a point that is not singular.
 const PAIR: usize = 2;
-/// A first increment that turns something by more than half a turn foresees too much by far: its rotation vectors do not say
-/// any more which way it went.
-const HALF_A_TURN: f64 = PI;
-
 /// Where a ramp is, and how far its next increment goes.
 #[derive(Clone)]
 pub(super) struct ByFraction {
@@ -422,6 +416,11 @@ impl<const D: usize> Continuation<'_, D> {
         let [bracket, shortest] = [tuning.bracket, tuning.shortest].map(|part| part * by.whole);
         let (step, predicted) = (trial.length, by.is_extrapolated);
         let ends = [by.fraction, trial.target];
+        // An iteration that begins whole turns away may well end there.
+        let turn = self.system.moves.first_turn;
+        if turn > HALF_A_TURN && step > shortest {
+            return Judged::TooLong(tuning.shorter * HALF_A_TURN / turn * step);
+        }
         let missed = self.system.moves.first_own;
         let first_moves = self.system.moves.first_by_part.clone();
         let foreseen = if predicted { &trial.foreseen } else { &first_moves };

@@ -32,6 +32,7 @@ impl<const D: usize> System<D> {
         }
         self.move_interiors(&motions);
         self.measure(&motions);
+        self.moves.turn = self.turned_by(solution);
         self.move_joints(&motions, pending);
         self.move_releases();
         self.moves.motions = motions;
@@ -125,6 +126,16 @@ impl<const D: usize> System<D> {
             }
         }
         moves.own = own;
+    }
+
+    /// The largest angle by which a solution turns a joint that no member carries: what carries a joint follows it through any turn.
+    fn turned_by(&self, solution: &[f64]) -> f64 {
+        let uncarried = self.pattern.carried.iter().enumerate().filter(|(_, carried)| !**carried);
+        let turn = |(joint, _): (usize, &bool)| {
+            let [.., x, y, z] = self.pattern.equations.motion(joint, solution, false);
+            norm([x, y, z])
+        };
+        uncarried.map(turn).fold(0.0, f64::max)
     }
 
     /// Moves the joints: those that something holds by `motions`, the others with what carries them.

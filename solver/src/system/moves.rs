@@ -10,10 +10,15 @@ pub struct Moves {
     pub own: Size,
     /// The same of the first increment of an iteration.
     pub first_own: f64,
+    /// The largest angle (radians) by which the first increment of an iteration turned a joint that no member carries, beyond what turns
+    /// it for certain.
+    pub(crate) first_turn: f64,
     /// By how much each part of the network moved in the first increment of an iteration.
     pub first_by_part: Vec<Size>,
     /// By how much each part of the network moved in the last increment.
     pub(super) by_part: Vec<Size>,
+    /// See [`Self::first_turn`], of the last increment.
+    pub(super) turn: f64,
     /// Motions of all joints.
     pub(super) motions: Vec<[f64; 6]>,
     /// Moves of released rotations, by member.
@@ -26,6 +31,8 @@ impl Moves {
         Self {
             own: Size::default(),
             first_own: 0.0,
+            first_turn: 0.0,
+            turn: 0.0,
             first_by_part: Vec::new(),
             by_part: vec![Size::default(); parts],
             motions: vec![[0.0; 6]; joints],
@@ -36,6 +43,7 @@ impl Moves {
     /// The same in the memory at hand.
     pub(super) fn renew(&mut self) {
         (self.own, self.first_own) = (Size::default(), 0.0);
+        (self.turn, self.first_turn) = (0.0, 0.0);
         self.first_by_part.clear();
         self.by_part.fill(Size::default());
         self.motions.fill([0.0; 6]);
@@ -45,6 +53,7 @@ impl Moves {
     /// Notes what the last increment moved as the first of an iteration.
     pub(crate) fn note_first(&mut self) {
         self.first_own = self.own.largest();
+        self.first_turn = self.turn;
         self.first_by_part.clone_from(&self.by_part);
     }
 

@@ -11,6 +11,7 @@ pub(super) struct Parts {
     pub count: usize,
     pub joints: Vec<usize>,
     pub members: Vec<usize>,
+    pub springs: Vec<usize>,
 }
 
 impl Parts {
@@ -30,8 +31,10 @@ impl Parts {
             joints[index] = if home == index { count } else { joints[home] };
             count += usize::from(home == index);
         }
-        let members = structure.members.iter().map(|member| joints[joint(member.nodes[0])]).collect();
-        Self { count, joints, members }
+        let of = |nodes: &[usize]| joints[joint(nodes[0])];
+        let members = structure.members.iter().map(|member| of(&member.nodes)).collect();
+        let springs = structure.springs.iter().map(|spring| of(spring.nodes())).collect();
+        Self { count, members, springs, joints }
     }
 }
 

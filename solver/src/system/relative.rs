@@ -1,19 +1,20 @@
-//! How members deform: the motion of their ends as it is seen from their starts.
+//! How members deform: the motion of their ends as it is seen from their starts. Springs that push or pull along a line are bars with
+//! two hinges.
 //!
 //! What carries a member along has no part in it: a long chain that swings around deforms the same way all along.
 
 use pennate_elements::rotation::{Quaternion, angle, compose, inverse, log, turn};
-use pennate_elements::small::{V3, cross, norm, sub};
+use pennate_elements::small::{V3, cross, dot, norm, sub};
 
 use super::places::Places;
 use super::{State, System};
 use crate::joints::EndKind;
-use crate::structure::MemberId;
+use crate::structure::{MemberId, NodeId};
 
 /// Displacement, over the length of a member, and spin of its end, in the frame of its start.
 pub(crate) type Relative = [f64; 6];
 
-/// The end of a member as it is seen from its start.
+/// The end of a member, or of a bar, as it is seen from its start.
 struct Seen {
     chord: V3<f64>,
     rotation: Quaternion<f64>,
@@ -22,31 +23,44 @@ struct Seen {
 }
 
 impl<const D: usize> System<D> {
-    /// How every member deformed from one state to another.
+    /// How every member, and after these every bar, deformed from one state to another.
     pub(crate) fn relative_between(&self, from: &State, to: &State) -> Vec<Relative> {
         self.relative(&from.places, &to.places)
     }
 
-    /// How every member deformed from a state to the present one.
+    /// The same from a state to the present one.
     pub(crate) fn relative_since(&self, from: &State) -> Vec<Relative> {
         self.relative(&from.places, &self.places)
     }
 
-    /// How every member deforms by small motions of the joints.
+    /// How they deform by small motions of the joints.
     pub(crate) fn relative_rates(&self, motions: &[[f64; 6]]) -> Vec<Relative> {
-        let of = |member: MemberId| {
-            let links = self.structure.members[member].nodes.map(|node| &self.topology.links[node]);
+        let of = |nodes: [NodeId; 2], is_welded: bool| {
+            let links = nodes.map(|node| &self.topology.links[node]);
             let [start, end] = links.map(|link| self.places.motion_of(link, motions));
             let (by, spin) = (sub(end, start), [start[3], start[4], start[5]]);
-            let carried = cross(spin, self.chord(member, &self.places));
+            let carried = cross(spin, self.chord(nodes, &self.places));
             let back = inverse(self.places.pose(links[0]).rotation);
             let displacement = turn(back, sub([by[0], by[1], by[2]], carried));
-            self.over_length(member, displacement, turn(back, [by[3], by[4], by[5]]))
+            let spin = if is_welded { turn(back, [by[3], by[4], by[5]]) } else { [0.0; 3] };
+            self.over_length(nodes, displacement, spin)
         };
-        (0..self.structure.members.len()).map(of).collect()
+        self.of_all(of)
     }
 
-    /// The largest angle by which a released end of a member has turned against its joint since another state.
+    /// Something of all members and bars by their nodes, and whether their ends turn with these.
+    fn of_all<R>(&self, of: impl Fn([NodeId; 2], bool) -> R) -> Vec<R> {
+        let members = self.structure.members.iter().map(|member| of(member.nodes, true));
+        members.chain(self.bars().map(|(_, nodes)| of(nodes, false))).collect()
+    }
+
+    /// The springs that are bars, with their nodes.
+    fn bars(&self) -> impl Iterator<Item = (usize, [NodeId; 2])> {
+        let springs = self.structure.springs.iter().enumerate();
+        springs.filter_map(|(index, spring)| spring.bar().map(|nodes| (index, nodes)))
+    }
+
+    /// The largest angle by which a released end of a member, or a bar, has turned against its joint since another state.
     pub(crate) fn hinges_turned(&self, since: &State) -> f64 {
         let of = |(member, kinds): (MemberId, &[EndKind; 2])| {
             let turned = |end: usize| {
@@ -64,14 +78,27 @@ impl<const D: usize> System<D> {
             };
             turned(0).max(turned(1))
         };
-        self.topology.ends.iter().enumerate().map(of).fold(0.0, f64::max)
+        let of_bar = |(_, nodes): (usize, [NodeId; 2])| {
+            let [now, then] = [&self.places, &since.places].map(|places| self.chord(nodes, places));
+            let turned = |node: NodeId| {
+                let joint = self.topology.links[node].joint;
+                let [a, b] = [(&self.places, now), (&since.places, then)]
+                    .map(|(places, chord)| turn(inverse(places.joints[joint].place.rotation), chord));
+                norm(cross(a, b)).atan2(dot(a, b))
+            };
+            turned(nodes[0]).max(turned(nodes[1]))
+        };
+        let members = self.topology.ends.iter().enumerate().map(of);
+        members.chain(self.bars().map(of_bar)).fold(0.0, f64::max)
     }
 
     /// Squares of two such motions and, between them, their product, of every part of the network that nothing connects to others.
     pub(crate) fn products_by_part(&self, a: &[Relative], b: &[Relative]) -> Vec<[f64; 3]> {
         let product = |a: &Relative, b: &Relative| (0..6).map(|c| a[c] * b[c]).sum::<f64>();
         let mut all = vec![[0.0; 3]; self.pattern.parts.count];
-        for ((a, b), &part) in a.iter().zip(b).zip(&self.pattern.parts.members) {
+        let parts = &self.pattern.parts;
+        let of_bars = self.bars().map(|(index, _)| &parts.springs[index]);
+        for ((a, b), &part) in a.iter().zip(b).zip(parts.members.iter().chain(of_bars)) {
             let products = [product(a, a), product(a, b), product(b, b)];
             all[part].iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
         }
@@ -79,39 +106,38 @@ impl<const D: usize> System<D> {
     }
 
     fn relative(&self, from: &Places, to: &Places) -> Vec<Relative> {
-        let of = |member: MemberId| {
-            let [from, to] = [from, to].map(|places| self.seen(member, places));
-            let spin = if D == 3 {
-                [0.0, 0.0, to.angle - from.angle]
-            } else {
-                log(compose(to.rotation, inverse(from.rotation)))
+        let of = |nodes: [NodeId; 2], is_welded: bool| {
+            let [from, to] = [from, to].map(|places| self.seen(nodes, places));
+            let spin = match D {
+                _ if !is_welded => [0.0; 3],
+                3 => [0.0, 0.0, to.angle - from.angle],
+                _ => log(compose(to.rotation, inverse(from.rotation))),
             };
-            self.over_length(member, sub(to.chord, from.chord), spin)
+            self.over_length(nodes, sub(to.chord, from.chord), spin)
         };
-        (0..self.structure.members.len()).map(of).collect()
+        self.of_all(of)
     }
 
-    fn seen(&self, member: MemberId, places: &Places) -> Seen {
-        let links = self.structure.members[member].nodes.map(|node| &self.topology.links[node]);
+    fn seen(&self, nodes: [NodeId; 2], places: &Places) -> Seen {
+        let links = nodes.map(|node| &self.topology.links[node]);
         let [start, end] = links.map(|link| &places.joints[link.joint].place);
         let back = inverse(start.rotation);
         Seen {
-            chord: turn(back, self.chord(member, places)),
+            chord: turn(back, self.chord(nodes, places)),
             rotation: compose(back, end.rotation),
             angle: end.angle - start.angle,
         }
     }
 
-    /// From the start of a member to its end.
-    fn chord(&self, member: MemberId, places: &Places) -> V3<f64> {
-        let ends = self.structure.members[member].nodes;
+    /// From one node to another.
+    fn chord(&self, ends: [NodeId; 2], places: &Places) -> V3<f64> {
         let [start, end] = ends.map(|node| places.pose(&self.topology.links[node]).displacement);
         let unloaded = sub(self.structure.nodes[ends[1]], self.structure.nodes[ends[0]]);
         std::array::from_fn(|c| unloaded[c] + end[c] - start[c])
     }
 
-    fn over_length(&self, member: MemberId, by: V3<f64>, spin: V3<f64>) -> Relative {
-        let ends = self.structure.members[member].nodes.map(|node| self.structure.nodes[node]);
+    fn over_length(&self, nodes: [NodeId; 2], by: V3<f64>, spin: V3<f64>) -> Relative {
+        let ends = nodes.map(|node| self.structure.nodes[node]);
         let chord = norm(sub(ends[1], ends[0]));
         // A ring has no chord.
         let length = if chord > 0.0 { chord } else { self.size };

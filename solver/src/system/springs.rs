@@ -1,5 +1,7 @@
 //! Springs in the equations of the joints.
 
+use pennate_elements::small::cross;
+
 use super::System;
 use super::scatter::add_local;
 use crate::joints::EndKind;
@@ -39,11 +41,15 @@ impl<const D: usize> System<D> {
         for a in 0..count {
             if links[a].has_arm() {
                 let rotation = self.places.joints[links[a].joint].place.rotation;
+                let lever = self.places.lever(&links[a]);
+                // The moments of a body on springs along lines are those of their forces on its arms.
+                let [x, y, z] = cross(lever, [full[a][0], full[a][1], full[a][2]]);
+                self.tangent.note_scale(&[0.0, 0.0, 0.0, x, y, z]);
                 let end = End {
                     kind: &EndKind::Welded,
                     release: &ReleaseState::default(),
                     joint_rotation: rotation,
-                    lever: self.places.lever(&links[a]),
+                    lever,
                     tangent: [0.0; 3],
                     force: [full[a][0], full[a][1], full[a][2]],
                     moment: [0.0; 3],
