@@ -152,7 +152,7 @@ pub struct SectionState {
 }
 
 impl SectionState {
-    /// All of its numbers, one after the other; [`SectionState::of_numbers`] is the way back.
+    /// All of its numbers in the order of the fields, each in the units of its own; [`SectionState::of_numbers`] is the way back.
     #[must_use]
     pub fn numbers(&self) -> [f64; 13] {
         let Section { ea, ga2, ga3, gj, ei2, ei3, mass_per_length, rotary_inertia: [about2, about3] } = self.section;

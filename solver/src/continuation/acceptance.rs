@@ -162,7 +162,7 @@ fn lowest_of_parabola([(a, fa), (b, fb), (c, fc)]: [(f64, f64); 3]) -> Option<(f
 /// Whether the present state may lie on another path than the one that led to the last: `moved` from there by parts of the
 /// network, `foreseen` to move by extrapolation (`predicted`) or else by the first increment of its iteration.
 ///
-/// Where loads have a potential a long way alone is no sign of that.
+/// Where loads have a potential a long way alone is no sign of that, but a linear answer of more than half a turn is one always.
 pub fn is_doubtful<const D: usize>(
     system: &System<D>,
     (moved, foreseen): (&[Size], &[Size]),
@@ -170,11 +170,11 @@ pub fn is_doubtful<const D: usize>(
     iterations: usize,
     tuning: &Tuning,
 ) -> bool {
-    let most = |sizes: &[Size]| sizes.iter().copied().fold(Size::default(), Size::join).largest();
-    let (way, ahead) = (most(moved), most(foreseen));
     if system.moves.first_turn > HALF_A_TURN {
         return true;
     }
+    let most = |sizes: &[Size]| sizes.iter().copied().fold(Size::default(), Size::join).largest();
+    let (way, ahead) = (most(moved), most(foreseen));
     let missed = system.moves.first_own;
     let limit = if predicted { tuning.wrong() } else { 2.0 * tuning.trust };
     let far = missed > limit && iterations >= tuning.many && !system.hangs();
