@@ -13,7 +13,7 @@ use crate::newton::{Newton, Start};
 use crate::options::{Options, Progress};
 use crate::packs::{self, Auxiliary};
 use crate::structure::{Dimension, Step, Structure};
-use crate::system::System;
+use crate::system::{Spins, System, spins_of};
 use crate::{PLANE, SPACE, add_lateral, prepare, run};
 
 /// Auxiliary stiffness of rigid components, as [`packs::AUXILIARY`].
@@ -91,14 +91,14 @@ fn follow_with<'a>(
     match structure.dimension {
         Dimension::Space => {
             let mut path = prepare(&structure, &topology, steps, options, SPACE, packs::space, None)?;
-            path.vibration = judged.then_some(vibration_in_space);
+            path.judges = judged.then_some(JUDGES_IN_SPACE);
             let history = run(&mut path, steps, observe)?;
             Ok((Followed::Space(Box::new(path)), history))
         }
         Dimension::Plane => {
             let mut path = prepare(&structure, &topology, steps, options, PLANE, packs::plane, None)?;
             add_lateral(&mut path, &structure);
-            path.vibration = judged.then_some(vibration_in_plane);
+            path.judges = judged.then_some(JUDGES_IN_PLANE);
             let history = run(&mut path, steps, observe)?;
             Ok((Followed::Plane(Box::new(path)), history))
         }
@@ -110,15 +110,41 @@ pub fn vibrations_tell<const D: usize>(system: &System<D>) -> bool {
     flutter::may_judge(system)
 }
 
-/// What small vibrations about a state in space do; nothing where that cannot be said. The verdict on a state whose loads have no
-/// potential.
-pub fn vibration_in_space(space: &System<6>, _: Dimension) -> Option<Vibration> {
-    vibrations_tell(space).then(|| flutter::judge(&space.structure, &|enrich| of_space(space, enrich)))?
+/// Judges of states that the tangent of a path does not tell the stability of, in the plane alone or out of it too.
+#[derive(Clone, Copy, Debug)]
+pub struct Judges<const D: usize> {
+    /// What small vibrations about a state do, where its loads have no potential; nothing where that cannot be said.
+    pub vibration: fn(&System<D>, Dimension) -> Option<Vibration>,
+    /// What bars that are kept from turning about themselves would do at a state that is stable otherwise; nothing where that cannot
+    /// be said.
+    pub spins: fn(&System<D>, Dimension) -> Option<Spins>,
 }
 
-/// The same about a state in the plane, in the plane alone or out of it too.
-pub fn vibration_in_plane(plane: &System<3>, stability: Dimension) -> Option<Vibration> {
-    vibrations_tell(plane).then(|| flutter::judge(&plane.structure, &|enrich| of_plane(plane, stability, enrich)))?
+/// Those of a path in space.
+pub const JUDGES_IN_SPACE: Judges<6> = Judges {
+    vibration: |space, _| {
+        vibrations_tell(space).then(|| flutter::judge(&space.structure, &|enrich| of_space(space, enrich)))?
+    },
+    spins: |space, _| {
+        let may_spin = space.may_spin();
+        if may_spin { of_space(space, 0).map(spins_about) } else { Some(Spins::default()) }
+    },
+};
+
+/// Those of a path in the plane.
+pub const JUDGES_IN_PLANE: Judges<3> = Judges {
+    vibration: |plane, stability| {
+        let state = |enrich| of_plane(plane, stability, enrich);
+        vibrations_tell(plane).then(|| flutter::judge(&plane.structure, &state))?
+    },
+    spins: |plane, stability| {
+        let may_spin = stability == Dimension::Space && plane.may_spin();
+        if may_spin { of_plane(plane, stability, 0).map(spins_about) } else { Some(Spins::default()) }
+    },
+};
+
+fn spins_about(mut base: Base) -> Spins {
+    spins_of(&mut base.system)
 }
 
 /// Whether every step of a history reached its end.

@@ -169,6 +169,14 @@ pub enum Note {
         /// By index.
         members: Vec<MemberId>,
     },
+    /// These members would turn about themselves, since both of their ends are pinned and a load bends them about their stiffer axis:
+    /// one end is kept from it, and what is shown is not stable.
+    WouldTurn {
+        /// By index.
+        members: Vec<MemberId>,
+    },
+    /// Whether bars that are kept from turning about themselves would turn is not known: elements that tell have no such state.
+    SpinsUnknown,
     /// Rotations of these nodes are kept from motions that no force should belong to, and take a moment.
     Untaken {
         /// By index.

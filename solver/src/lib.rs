@@ -133,7 +133,7 @@ fn follow(
                 _ => None,
             };
             let mut path = prepare(structure, &topology, steps, options, SPACE, packs::space, coarse)?;
-            path.vibration = Some(base::vibration_in_space);
+            path.judges = Some(base::JUDGES_IN_SPACE);
             let history = run(&mut path, steps, observe)?;
             let coarse = path.into_coarse();
             Ok((history, CoarseSolve(Kind::Space(Box::new(coarse)))))
@@ -144,7 +144,7 @@ fn follow(
                 path.coarse = Some((*coarse, &history.steps));
             }
             add_lateral(&mut path, structure);
-            path.vibration = Some(base::vibration_in_plane);
+            path.judges = Some(base::JUDGES_IN_PLANE);
             let history = run(&mut path, steps, observe)?;
             let coarse = path.into_coarse();
             Ok((history, CoarseSolve(Kind::Plane(Box::new(coarse)))))

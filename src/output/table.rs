@@ -386,6 +386,16 @@ fn note_in_words(model: &Model, note: &Note) -> String {
                 list(&names, MEMBERS)
             )
         }
+        Note::WouldTurn { members } => {
+            let names: Vec<String> = members.iter().map(|&member| shown(&model.members[member].name)).collect();
+            format!(
+                "not stable: nothing keeps {} from turning about itself, which its loads want: it is bent about an axis about which it is                  stiffer than about others, and would turn until it is not. Hold that turn at a node, by \"rx\" in its axes or by                  welding an end, or turn the section.",
+                list(&names, MEMBERS)
+            )
+        }
+        Note::SpinsUnknown => {
+            "whether bars that nothing keeps from turning about themselves would turn is not known.".to_owned()
+        }
         Note::Untaken { nodes } => {
             let names: Vec<String> = nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
             format!(

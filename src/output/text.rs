@@ -3,11 +3,13 @@
 use pennate_solver::history::{Note, StepHistory};
 use unicode_width::UnicodeWidthStr;
 
-/// What a table, a sweep and the results say of the end of a step whose stability rounding hides, or elements that are too coarse.
+/// What a table, a sweep and the results say of the end of a step without a verdict on its stability though its loads have a potential.
 pub fn undecided(step: &StepHistory) -> Option<&'static str> {
     step.notes.iter().find_map(|note| match note {
         Note::WithinRounding => Some("within rounding of a singular state"),
         Note::VibrationsUnknown => Some("small vibrations about it are not known"),
+        Note::TurnedAboutItself { .. } => Some("where nothing keeps a bar from turning about itself"),
+        Note::SpinsUnknown => Some("where bars may turn about themselves"),
         Note::TooCoarse => Some("nearer to a singular state than the mesh can tell"),
         _ => None,
     })

@@ -13,6 +13,7 @@ mod leaps;
 mod linkages;
 mod modes;
 mod prestress;
+mod spins;
 mod springs;
 mod stays;
 mod threads;

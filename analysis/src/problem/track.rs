@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pennate_solver::base;
+use pennate_solver::base::{self, Judges};
 use pennate_solver::compliance;
 use pennate_solver::continuation::OutOfPlane;
 use pennate_solver::history::{Equilibrium, Growth};
@@ -30,7 +30,7 @@ pub(super) struct Track<const D: usize> {
     steps: Vec<Step>,
     verdict: Verdict,
     /// Whether small vibrations about the present state stay small, once that was asked for.
-    vibrates: Option<Option<bool>>,
+    looked: Option<Option<bool>>,
 }
 
 /// How stable a state is.
@@ -50,7 +50,7 @@ impl<const D: usize> Track<D> {
         let kind = Kind { lateral: kind.lateral.filter(|_| sideways), ..kind };
         let lateral = kind.lateral.map(|build| build(&system));
         let (last, verdict) = (State::default(), Verdict::default());
-        let mut track = Self { kind, system, last, lateral, steps, verdict, vibrates: None };
+        let mut track = Self { kind, system, last, lateral, steps, verdict, looked: None };
         // Nobody waits for what led here any more.
         track.system.stop = None;
         track.system.assemble(false);
@@ -64,8 +64,8 @@ impl<const D: usize> Track<D> {
         let mut system = together::system(&self.system, self.kind.packs, structure, &self.steps);
         system.adopt(&self.system);
         system.stand_at_end(&self.system, self.system.pattern.equations.held.clone(), &self.system.loading.drives);
-        let vibrates = self.vibrates;
-        Self { vibrates, ..Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone()) }
+        let looked = self.looked;
+        Self { looked, ..Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone()) }
     }
 
     /// Goes to the equilibrium for other numbers; false, with nothing changed, where that is not the one next to it, or where
@@ -148,7 +148,7 @@ impl<const D: usize> Track<D> {
             verdict.odd == self.verdict.odd
         };
         if same {
-            (self.verdict, self.vibrates) = (verdict, None);
+            (self.verdict, self.looked) = (verdict, None);
         }
         same
     }
@@ -175,18 +175,27 @@ impl<const D: usize> Track<D> {
 
     /// Whether the present state is stable, where that is known already: inside, `None` where nobody can say.
     pub(super) fn judged(&self) -> Option<Option<bool>> {
-        if self.verdict.potential {
-            return Some(Some(self.verdict.negative == 0));
+        if self.looked.is_some() {
+            return self.looked;
         }
-        self.vibrates.or_else(|| (!base::vibrations_tell(&self.system)).then_some(None))
+        if self.verdict.potential {
+            let stands = self.verdict.negative == 0;
+            return (!stands || !self.system.may_spin()).then_some(Some(stands));
+        }
+        (!base::vibrations_tell(&self.system)).then_some(None)
     }
 
     /// Whether the present state is stable; `None` where loads have no potential and vibrations do not tell either.
     pub(super) fn stable(&mut self) -> Option<bool> {
         self.judged().unwrap_or_else(|| {
             let space = if self.lateral.is_some() || D == 6 { Dimension::Space } else { Dimension::Plane };
-            let found = (self.kind.vibration)(&self.system, space).map(|vibration| vibration.growth == Growth::None);
-            *self.vibrates.insert(found)
+            let Judges { vibration, spins } = self.kind.judges;
+            let found = if self.verdict.potential {
+                spins(&self.system, space).map(|spins| spins.members.is_empty())
+            } else {
+                vibration(&self.system, space).map(|vibration| vibration.growth == Growth::None)
+            };
+            *self.looked.insert(found)
         })
     }
 

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use pennate_solver::base;
+use pennate_solver::base::{self, Judges};
 use pennate_solver::chain::Pack;
 use pennate_solver::continuation::{self, OutOfPlane};
-use pennate_solver::history::Vibration;
 use pennate_solver::joints::{Active, Topology};
 use pennate_solver::lateral::Lateral;
 use pennate_solver::packs;
-use pennate_solver::structure::{Dimension, Step, Structure};
+use pennate_solver::structure::{Step, Structure};
 use pennate_solver::system::System;
 
 /// Builds the chains of a structure.
@@ -28,8 +27,8 @@ pub(crate) struct Kind<const D: usize> {
     pub active: Active<D>,
     /// Of networks in the plane alone.
     pub lateral: Option<Sideways<D>>,
-    /// What judges states whose loads have no potential.
-    pub vibration: fn(&System<D>, Dimension) -> Option<Vibration>,
+    /// What judges states that the tangent does not tell the stability of.
+    pub judges: Judges<D>,
 }
 
 impl<const D: usize> Kind<D> {
@@ -49,15 +48,15 @@ pub(crate) type Sideways<const D: usize> = fn(&System<D>) -> Box<dyn OutOfPlane<
 pub(crate) fn plane(designs: usize) -> Kind<3> {
     let lateral = |plane: &System<3>| -> Box<dyn OutOfPlane<3> + Send> { Box::new(Lateral::new(plane)) };
     let (packs, packs_of_parts) = (packs::plane, packs::plane_of_parts);
-    let vibration = base::vibration_in_plane;
-    Kind { packs, packs_of_parts, designs, active: [0, 1, 5], lateral: Some(lateral), vibration }
+    let judges = base::JUDGES_IN_PLANE;
+    Kind { packs, packs_of_parts, designs, active: [0, 1, 5], lateral: Some(lateral), judges }
 }
 
 /// So many networks in space.
 pub(crate) fn space(designs: usize) -> Kind<6> {
     let (packs, packs_of_parts) = (packs::space, packs::space_of_parts);
-    let vibration = base::vibration_in_space;
-    Kind { packs, packs_of_parts, designs, active: [0, 1, 2, 3, 4, 5], lateral: None, vibration }
+    let judges = base::JUDGES_IN_SPACE;
+    Kind { packs, packs_of_parts, designs, active: [0, 1, 2, 3, 4, 5], lateral: None, judges }
 }
 
 /// A system for a structure of the same topology and mesh.

@@ -515,6 +515,9 @@ impl<const D: usize> Walk<D> {
         if doubtful || aside || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;
         }
+        if system.may_spin() {
+            return None;
+        }
         self.missed = predicted.then_some(system.moves.first_own);
         let before = std::mem::replace(&mut self.here, Firmness { own: inertia.smallest, lateral: self.rest.lateral });
         if let Some(lateral) = &mut self.lateral {

@@ -9,10 +9,11 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
+use crate::base::Judges;
 use crate::chain;
 use crate::compliance;
 use crate::error::{FreeMotion, NearMotion};
-use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation, Vibration};
+use crate::history::{Equilibrium, History, MeshSize, Note, Status, StepHistory, Variation};
 use crate::joints::Held;
 use crate::newton::{Aim, Newton, Start};
 use crate::options::{Options, Progress};
@@ -90,8 +91,8 @@ pub struct Continuation<'a, const D: usize> {
     next: State,
     /// The tangent out of the plane, where stability is judged there.
     pub lateral: Option<Box<dyn OutOfPlane<D> + 'a>>,
-    /// Judges small vibrations about a state whose loads have no potential, in the plane or in space.
-    pub vibration: Option<fn(&System<D>, Dimension) -> Option<Vibration>>,
+    /// Judges states that the tangent does not tell the stability of, where verdicts are asked for.
+    pub judges: Option<Judges<D>>,
     /// The same structure with elements of the next order.
     pub refined: Option<System<D>>,
     /// Whether that stands at the end of the last step, and how far what it holds there is from what these elements hold.
@@ -186,7 +187,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             before: State::default(),
             next: State::default(),
             lateral: None,
-            vibration: None,
+            judges: None,
             refined: None,
             make_refined: None,
             coarse: None,
@@ -336,6 +337,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         so_far.going = known || self.follow(&mut run);
         self.first_answer = None;
         self.judge_end(&ramp, record);
+        self.judge_spins(record);
     }
 
     /// The part of a ramp that turns nothing that is held by more than a quarter turn; equal ones make the whole.

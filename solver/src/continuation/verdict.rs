@@ -6,6 +6,7 @@ use crate::flutter;
 use crate::history::{Growth, Note, Status, StepHistory};
 use crate::newton::Start;
 use crate::structure::Dimension;
+use crate::system::Spins;
 
 impl<const D: usize> Continuation<'_, D> {
     /// Takes back the verdict on the end of a step where rounding hides the sign of the lowest stiffness.
@@ -52,10 +53,31 @@ impl<const D: usize> Continuation<'_, D> {
         if !flutter::may_judge(&self.system) {
             return;
         }
-        record.vibration = self.vibration.and_then(|judge| judge(&self.system, record.stability));
+        record.vibration = self.judges.and_then(|judges| (judges.vibration)(&self.system, record.stability));
         record.stable = record.vibration.map(|vibration| vibration.growth == Growth::None);
         if record.vibration.is_none() {
             record.notes.push(Note::VibrationsUnknown);
+        }
+    }
+
+    /// Takes back the verdict on the end of a step where bars would turn about themselves, had they not been kept from it.
+    pub(super) fn judge_spins(&mut self, record: &mut StepHistory) {
+        let Some(judges) = self.judges else { return };
+        let may_judge = self.base.potential && record.stable == Some(true) && record.status == Status::Converged;
+        if !may_judge || self.options.rough || record.increments.is_empty() {
+            return;
+        }
+        match (judges.spins)(&self.system, record.stability) {
+            None => {
+                record.stable = None;
+                record.notes.push(Note::SpinsUnknown);
+            }
+            Some(Spins { motions: 0, .. }) => {}
+            Some(Spins { motions, members }) => {
+                record.stable = Some(false);
+                record.negative_pivots += motions;
+                record.notes.push(Note::WouldTurn { members });
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use pennate_elements::small::{V3, cross, norm};
 
 use super::topology::{Attached, EndKind, Topology};
 use super::{Held, HeldKind, PARALLEL};
-use crate::structure::Structure;
+use crate::structure::{MemberId, Structure};
 
 /// Motions of a joint that no force belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,24 @@ impl Idle {
             Self::Spins(axes) => axes,
         }
     }
+}
+
+/// Where a straight line of bars is kept from spinning about itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kept {
+    /// At the released end of a bar: the bar, and which of its ends.
+    End(MemberId, usize),
+    /// At a joint of the line.
+    Joint(usize),
+}
+
+/// A straight line of bars that nothing keeps from spinning about itself.
+#[derive(Debug)]
+pub(crate) struct Line {
+    /// Its bars, one at least.
+    pub bars: Vec<MemberId>,
+    /// Where it is kept from that.
+    pub kept: Kept,
 }
 
 fn parallel(a: V3<f64>, b: V3<f64>) -> bool {
@@ -88,10 +106,64 @@ impl Topology {
     }
 
     /// A straight line of bars that nothing keeps from spinning about itself is kept from it at one end.
+    fn remove_idle_spins(&mut self, structure: &Structure, attached: &Attached, engaged: &[bool]) {
+        let mut kept = Vec::new();
+        self.spinning_lines(structure, attached, engaged, |bars, at| kept.push((bars[0], at)));
+        for (bar, at) in kept {
+            let axis = structure.members[bar].axes[0];
+            match at {
+                Kept::End(bar, end) => match &mut self.ends[bar][end] {
+                    EndKind::Free { spin_removed } => *spin_removed = true,
+                    EndKind::Axes { axes, kept } => *kept = axes.iter().position(|a| parallel(*a, axis)),
+                    EndKind::Welded => {}
+                },
+                Kept::Joint(joint) => self.idle[joint] = Idle::Spin(axis),
+            }
+        }
+    }
+
+    /// The lines of bars that are kept from spinning about themselves at present.
+    pub(crate) fn kept_lines(&self, structure: &Structure) -> Vec<Line> {
+        let mut lines = Vec::new();
+        let keeps =
+            |kind: &EndKind| matches!(kind, EndKind::Free { spin_removed: true } | EndKind::Axes { kept: Some(_), .. });
+        if !self.ends.iter().flatten().any(keeps) && !self.idle.iter().any(|idle| matches!(idle, Idle::Spin(_))) {
+            return lines;
+        }
+        let mut free = self.clone();
+        let attached = Attached::of(structure, &free);
+        let engaged = free.rotation_engaged(structure);
+        free.idle.fill(Idle::None);
+        free.remove_idle_joints(&attached, &engaged);
+        free.spinning_lines(structure, &attached, &engaged, |bars, kept| {
+            lines.push(Line { bars: bars.to_vec(), kept })
+        });
+        lines
+    }
+
+    /// The same with these lines free to spin. What is idle stays as it is from here on.
+    pub(crate) fn let_spin(&self, lines: &[Line]) -> Self {
+        let mut after = Self { follows_rows: false, ..self.clone() };
+        for line in lines {
+            match line.kept {
+                Kept::End(bar, end) => after.ends[bar][end].release_spin(),
+                Kept::Joint(joint) => after.idle[joint] = Idle::None,
+            }
+        }
+        after
+    }
+
+    /// Finds the straight lines of bars that nothing keeps from spinning about themselves, and where they are to be kept from it.
     ///
     /// Bars of a line are joined rigidly, or at least about the line, at joints where nothing else takes a torque; at
     /// its ends stand released ends, or joints whose rotation is free.
-    fn remove_idle_spins(&mut self, structure: &Structure, attached: &Attached, engaged: &[bool]) {
+    fn spinning_lines(
+        &self,
+        structure: &Structure,
+        attached: &Attached,
+        engaged: &[bool],
+        mut found: impl FnMut(&[MemberId], Kept),
+    ) {
         let straight = |index: usize| structure.members[index].segments.iter().all(|s| s.initial_curvature == [0.0; 3]);
         let mut seen = vec![false; structure.members.len()];
         // The line that a bar was last put into, by its first bar.
@@ -147,14 +219,9 @@ impl Topology {
             if !spinning {
                 continue;
             }
-            if let Some(&(bar, end)) = free_ends.first() {
-                match &mut self.ends[bar][end] {
-                    EndKind::Free { spin_removed } => *spin_removed = true,
-                    EndKind::Axes { axes, kept } => *kept = axes.iter().position(|a| parallel(*a, axis)),
-                    EndKind::Welded => {}
-                }
-            } else if let Some(&joint) = free_joints.first() {
-                self.idle[joint] = Idle::Spin(axis);
+            let end = free_ends.first().map(|&(bar, end)| Kept::End(bar, end));
+            if let Some(kept) = end.or_else(|| free_joints.first().map(|&joint| Kept::Joint(joint))) {
+                found(&line, kept);
             }
         }
     }

@@ -14,6 +14,7 @@ mod turned;
 pub use equations::{Active, Basis, Equations, JointEquations, dot6};
 pub use held::{Held, HeldKind, JointState};
 pub use idle::Idle;
+pub(crate) use idle::{Kept, Line};
 pub use topology::{EndKind, Link, Topology};
 pub use turned::Turned;
 

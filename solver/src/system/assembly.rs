@@ -79,6 +79,7 @@ impl<const D: usize> System<D> {
         self.assemble_loads(pulled.as_deref_mut());
         self.assemble_dashpots(pulled.as_deref_mut());
         self.resist_turning();
+        self.add_spins_of_joints();
         if self.pattern.equations.has_general() {
             self.find_multipliers();
             self.add_constraint_stiffness(pulled);
@@ -226,6 +227,7 @@ impl<const D: usize> System<D> {
         let mut ends = self.members.condensed(index);
         if released {
             self.resist_turning_of_member(index, &mut ends);
+            self.add_spins_of_member(index, &mut ends);
         }
         // Few members have a factor, and those that have none should not pay for its copies.
         let mut factor = released.then(|| self.tangent.releases[index]);

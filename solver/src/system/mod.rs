@@ -1,5 +1,6 @@
 //! Residual and tangent of the joints; owns every large buffer.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,7 +8,7 @@ use pennate_elements::small::norm;
 
 use crate::chain::Pack;
 use crate::held::HeldForces;
-use crate::joints::{Active, Held, Topology};
+use crate::joints::{Active, Held, Kept, Topology};
 use crate::linear::Symmetric;
 use crate::structure::{MemberId, SectionLaw, SectionState, Structure};
 
@@ -35,6 +36,7 @@ mod renew;
 mod scatter;
 mod side;
 mod skew;
+mod spins;
 mod springs;
 mod states;
 mod symmetry;
@@ -53,6 +55,9 @@ pub use moves::Moves;
 pub use pattern::Pattern;
 pub use places::Places;
 use side::{Rows, Side};
+use spins::Spinning;
+pub use spins::Spins;
+pub(crate) use spins::spins_of;
 pub use states::State;
 pub(crate) use symmetry::{Holds, Turning};
 pub use tangent::{Inertia, Residual, Tangent};
@@ -84,6 +89,8 @@ pub struct System<const D: usize> {
     dashpots: Dashpots,
     /// The parts that may be turned in the present step without anything changing.
     pub(crate) turning: Vec<Turning>,
+    /// Lines of bars that are let spin about themselves against a weak spring, where it is asked whether they would: else none.
+    spinning: BTreeMap<Kept, Spinning>,
     /// Memory of what lies in rows.
     side_rows: Rows,
     /// Memory of a state that an iteration comes back to.
@@ -115,6 +122,7 @@ impl<const D: usize> System<D> {
             held_forces: HeldForces::default(),
             dashpots: Dashpots::default(),
             turning: Vec::new(),
+            spinning: BTreeMap::new(),
             side_rows: Rows::default(),
             aside: State::default(),
             stop: None,

@@ -34,11 +34,14 @@ impl<const D: usize> System<D> {
 
     /// The axis of a member that is straight and bends alike in all directions, in space.
     pub(super) fn round_axis(&self, index: usize) -> Option<V3<f64>> {
+        (D == 6 && self.bends_alike(index)).then_some(self.structure.members[index].axes[0])
+    }
+
+    /// Whether a member is straight and bends alike in all directions.
+    pub(super) fn bends_alike(&self, index: usize) -> bool {
         let member = &self.structure.members[index];
         let is_straight = |segment: usize| member.segments[segment].initial_curvature[1..] == [0.0; 2];
-        let alike =
-            (0..member.segments.len()).all(|segment| is_straight(segment) && is_round(&self.section(index, segment)));
-        (D == 6 && alike).then_some(member.axes[0])
+        (0..member.segments.len()).all(|segment| is_straight(segment) && is_round(&self.section(index, segment)))
     }
 
     /// Resists turning every part that has left its axis.
