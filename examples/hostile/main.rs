@@ -173,7 +173,8 @@ fn judge(seed: u64, most: usize, every: bool) -> Outcome {
 
 /// Whether the lowest modes about the last state, on two orders of elements, both say other than the verdict on it.
 fn contradicted(network: &Network, steps: &[Step], history: &History) -> Option<String> {
-    let stable = history.steps.last()?.stable?;
+    let last = history.steps.last()?;
+    let stable = last.stable.filter(|_| !verdict::is_on_spins(last))?;
     match verdict::confirm(&network.structure, steps, steps.len(), stable) {
         Verdict::Contradicted(lowest) => Some(format!("stable: {stable}, lowest eigenvalues {lowest:?}")),
         Verdict::Confirmed | Verdict::Unknown => None,

@@ -389,7 +389,9 @@ fn note_in_words(model: &Model, note: &Note) -> String {
         Note::WouldTurn { members } => {
             let names: Vec<String> = members.iter().map(|&member| shown(&model.members[member].name)).collect();
             format!(
-                "not stable: nothing keeps {} from turning about itself, which its loads want: it is bent about an axis about which it is                  stiffer than about others, and would turn until it is not. Hold that turn at a node, by \"rx\" in its axes or by                  welding an end, or turn the section.",
+                "not stable: nothing keeps {} from turning about itself, which its loads want: it is bent about an axis about \
+                 which it is stiffer than about others, and would turn until it is not. Hold that turn at a node, by \"rx\" in \
+                 its axes or by welding an end, or turn the section.",
                 list(&names, MEMBERS)
             )
         }

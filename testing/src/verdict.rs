@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::{Model, discretize};
-use pennate_solver::history::Status;
+use pennate_solver::history::{Note, Status, StepHistory};
 use pennate_solver::modes::{self, NoModes};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Drive, SectionLaw, SectionState, Step, Structure};
@@ -38,8 +38,13 @@ pub struct Verdicts {
     pub contradicted: Vec<(usize, bool, [f64; 2])>,
 }
 
+/// Whether a verdict is one on bars that are kept from turning about themselves, as they are where modes are looked for, too.
+pub fn is_on_spins(step: &StepHistory) -> bool {
+    step.notes.iter().any(|note| matches!(note, Note::WouldTurn { .. }))
+}
+
 /// Solves a network to 1e-6, and holds the verdict on every step against the lowest mode at its end; up to the first step that
-/// did not converge or has no verdict.
+/// did not converge or has no verdict that modes can tell.
 pub fn verdicts(model: Model) -> Verdicts {
     let options = Options { estimate: true, ..Options::default() };
     let mut verdicts = Verdicts::default();
@@ -47,6 +52,9 @@ pub fn verdicts(model: Model) -> Verdicts {
     let (structure, steps) = discretize(&solution.model, &solution.mesh);
     for (index, step) in solution.history.steps.iter().enumerate() {
         let (Status::Converged, Some(stable), true) = (step.status, step.stable, index < steps.len()) else { break };
+        if is_on_spins(step) {
+            break;
+        }
         match confirm(&structure, &steps, index + 1, stable) {
             Verdict::Confirmed => verdicts.confirmed += 1,
             Verdict::Contradicted(lowest) => verdicts.contradicted.push((index, stable, lowest)),

@@ -28,7 +28,7 @@ pub(super) struct Root {
     slope: Option<f64>,
     /// Negative pivots right before it and right beyond it, where they are known.
     before: Option<usize>,
-    beyond: Option<usize>,
+    pub beyond: Option<usize>,
 }
 
 /// Whether a point is still on the near side of a singular point, and the value of a test function.

@@ -72,8 +72,6 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let Untaken { bars: members, nodes } = self.system.untaken();
         if !members.is_empty() {
-            // What is held by nothing is no equilibrium, and has no stability either.
-            record.stable = record.stable.filter(|stable| !stable);
             record.notes.push(Note::TurnedAboutItself { members });
         }
         if !nodes.is_empty() {

@@ -9,7 +9,7 @@
 
 use super::Continuation;
 use super::follow::Run;
-use super::locate::Value;
+use super::locate::{Root, Value};
 use crate::history::Note;
 use crate::newton::Start;
 use crate::system::{Answer, System};
@@ -67,12 +67,19 @@ impl<const D: usize> Continuation<'_, D> {
         let beyond = answers[1];
         let softness = |system: &mut System<D>| system.answer().map(|answer| 1.0 / answer.like(beyond));
         let mut locator = self.locator(run.ramp);
-        let root = locator.root(ends, None, Value::Smooth, &mut |system, _| {
+        let mut most = 0;
+        let root = locator.root(ends, None, Value::Smooth, &mut |system, point| {
+            most = point.inertia.negative.max(most);
             let softness = softness(system);
             (softness.is_none_or(|softness| softness < 0.0), softness)
         });
         run.effort.factorizations += locator.factorizations;
-        let Some(root) = root else { return Between::Leapt(guess) };
+        // A path that loses its stability there, or on which the ramp turns back, comes to the second state by a longer way.
+        let beside = self.tuning.shortest * (ends[1] - ends[0]).abs();
+        let [low, high] = [ends[0].min(ends[1]) - beside, ends[0].max(ends[1]) + beside];
+        let own = self.base.own;
+        let goes_on = |root: &Root| (low..=high).contains(&root.fraction) && root.beyond.unwrap_or(most) <= own;
+        let Some(root) = root.filter(goes_on) else { return Between::Leapt(guess) };
         let [before, after] = answers.map(|answer| answer.like(beyond).abs());
         let is_finite = softness(&mut self.system).is_some_and(|soft| INFINITE * soft.abs() * before.min(after) > 1.0);
         if is_finite { Between::Leapt(root.fraction) } else { Between::Touched(root.fraction) }

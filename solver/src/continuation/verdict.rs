@@ -67,6 +67,11 @@ impl<const D: usize> Continuation<'_, D> {
         if !may_judge || self.options.rough || record.increments.is_empty() {
             return;
         }
+        // What is held by nothing is no equilibrium, and has no stability either.
+        if !self.system.untaken().bars.is_empty() {
+            record.stable = None;
+            return;
+        }
         match (judges.spins)(&self.system, record.stability) {
             None => {
                 record.stable = None;

@@ -55,7 +55,7 @@ impl<const D: usize> System<D> {
     }
 
     /// The springs that are bars, with their nodes.
-    fn bars(&self) -> impl Iterator<Item = (usize, [NodeId; 2])> {
+    pub(super) fn bars(&self) -> impl Iterator<Item = (usize, [NodeId; 2])> {
         let springs = self.structure.springs.iter().enumerate();
         springs.filter_map(|(index, spring)| spring.bar().map(|nodes| (index, nodes)))
     }
@@ -130,7 +130,7 @@ impl<const D: usize> System<D> {
     }
 
     /// From one node to another.
-    fn chord(&self, ends: [NodeId; 2], places: &Places) -> V3<f64> {
+    pub(super) fn chord(&self, ends: [NodeId; 2], places: &Places) -> V3<f64> {
         let [start, end] = ends.map(|node| places.pose(&self.topology.links[node]).displacement);
         let unloaded = sub(self.structure.nodes[ends[1]], self.structure.nodes[ends[0]]);
         std::array::from_fn(|c| unloaded[c] + end[c] - start[c])

@@ -2,17 +2,18 @@
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.11.
 
-use pennate_elements::small::{add, norm, scale, sub};
+use pennate_elements::small::{V3, norm, scale};
 
 use super::System;
 use crate::chain::MemberEnds;
+use crate::structure::NodeId;
 
 /// The answer of a network, in its present state, to forces that single out no motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Answer {
     /// The stiffness against them, with a sign: it passes zero where the tangent is singular.
     pub test: f64,
-    /// The axial forces by which members carry them, where members can turn against each other; else none.
+    /// The axial forces by which members, and after these bars, carry them, where members can turn against each other; else none.
     ///
     /// They pass infinity, from one sign to the other, where members come to lie so that they can carry nothing, as the bars of a
     /// linkage in one line.
@@ -36,25 +37,18 @@ impl<const D: usize> System<D> {
     pub(crate) fn answer(&mut self) -> Option<Answer> {
         let (test, solution) = self.tangent.answer_to_all(&self.pattern, self.size)?;
         // What members carry can be opposite where there are two of them at least.
-        let hinged = self.members.count() > 1 && (!self.structure.is_welded() || !self.structure.springs.is_empty());
+        let several = self.members.count() + self.bars().count() > 1;
+        let hinged = several && (!self.structure.is_welded() || !self.structure.springs.is_empty());
         Some(Answer { test, thrusts: if hinged { self.thrusts_by(&solution) } else { Vec::new() } })
     }
 
-    /// The axial forces that members have from a solution of the equations of the joints.
+    /// The axial forces that members, and springs that are bars, have from a solution of the equations of the joints.
     fn thrusts_by(&self, solution: &[f64]) -> Vec<f64> {
         let motions = self.pattern.motions_of(solution);
         let rest = vec![[0.0; 6]; motions.len()];
         let active = &self.pattern.equations.active;
         let axial = |member: usize| {
-            let nodes = self.structure.members[member].nodes;
-            let places = nodes
-                .map(|node| add(self.structure.nodes[node], self.places.pose(&self.topology.links[node]).displacement));
-            let chord = sub(places[1], places[0]);
-            let length = norm(chord);
-            if length == 0.0 {
-                return 0.0;
-            }
-            let along = scale(1.0 / length, chord);
+            let Some(along) = self.along(self.structure.members[member].nodes) else { return 0.0 };
             // What a released end would still move at rest is no part of the answer.
             let ([moved, still], MemberEnds { k01, k11, .. }) =
                 ([&motions, &rest].map(|motions| self.end_motions(member, motions).0), self.members.condensed(member));
@@ -67,6 +61,19 @@ impl<const D: usize> System<D> {
             });
             force.sum()
         };
-        (0..self.members.count()).map(axial).collect()
+        let of_bar = |(spring, nodes): (usize, [NodeId; 2])| {
+            let stiffness = self.structure.springs[spring].line_stiffness().unwrap_or(0.0);
+            let [start, end] = nodes.map(|node| self.places.motion_of(&self.topology.links[node], &motions));
+            let stretched = |along: V3<f64>| (0..3).map(|c| along[c] * (end[c] - start[c])).sum::<f64>();
+            stiffness * self.along(nodes).map_or(0.0, stretched)
+        };
+        (0..self.members.count()).map(axial).chain(self.bars().map(of_bar)).collect()
+    }
+
+    /// The direction from one node to another, where they are apart.
+    fn along(&self, nodes: [NodeId; 2]) -> Option<V3<f64>> {
+        let chord = self.chord(nodes, &self.places);
+        let length = norm(chord);
+        (length > 0.0).then(|| scale(1.0 / length, chord))
     }
 }
