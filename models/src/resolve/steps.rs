@@ -286,8 +286,18 @@ impl StepReader<'_, '_> {
                 self.cx.vector(&named.value, kind, what)
             };
             let (Some(node), Some(vector)) = (node, vector) else { continue };
+            let is_follower = matches!(target(node, 0), Target::FollowerForce(..));
             if kind == Kind::Moment {
                 self.check_moment(node, vector, what, named.value.span);
+            } else if is_follower && vector != [0.0; 3] && self.actors.rotations[node] == JointRotation::None {
+                self.cx.warn(
+                    InputError::new(format!(
+                        "{what} keeps its direction: all ends there are released, so the node does not turn"
+                    ))
+                    .at(named.value.span)
+                    .label("follows nothing")
+                    .help("weld the member that it is to follow to the node, or write it under force"),
+                );
             }
             self.targets.extend((0..3).map(|component| (target(node, component), vector[component])));
         }

@@ -490,3 +490,24 @@ actuation = { helix = 1 }
     let moved = text.replace("30.4779255139", "30.479");
     assert!(read_text("net.toml", &moved, &[]).unwrap_err().errors[0].message.contains("does not meet its end node"));
 }
+
+/// A node whose ends are all released has no rotation that a force could follow.
+#[test]
+fn a_follower_force_that_follows_nothing_is_told_of() {
+    let read = |release: &str| {
+        let text = format!(
+            "format = \"pennate/1\"\nnodes = {{ A = [-100, 0], B = [100, 0], J = [0, 60] }}\n\
+            sections.r.stiffness = {{ EA = 1e3, EI3 = 1e5 }}\n\
+            members.a = {{ nodes = [\"A\", \"J\"], section = \"r\", release = {{ end = \"pin\" }} }}\n\
+            members.b = {{ nodes = [\"B\", \"J\"], section = \"r\"{release} }}\n\
+            supports = {{ A = \"clamped\", B = \"clamped\" }}\nsteps = [{{ follower_force = {{ J = [0, -50] }} }}]\n"
+        );
+        pennate_models::read_text("follower.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors}")).warnings
+    };
+    assert_eq!(read(""), []);
+    let [warning] = &read(", release = { end = \"pin\" }")[..] else { panic!("one warning") };
+    assert_eq!(
+        warning.message,
+        "follower_force on node 'J' keeps its direction: all ends there are released, so the node does not turn"
+    );
+}
