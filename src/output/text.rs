@@ -5,7 +5,8 @@ use unicode_width::UnicodeWidthStr;
 
 /// What a table, a sweep and the results say of the end of a step without a verdict on its stability though its loads have a potential.
 pub fn undecided(step: &StepHistory) -> Option<&'static str> {
-    step.notes.iter().find_map(|note| match note {
+    let notes = step.stable.is_none().then_some(&step.notes);
+    notes.into_iter().flatten().find_map(|note| match note {
         Note::WithinRounding => Some("within rounding of a singular state"),
         Note::VibrationsUnknown => Some("small vibrations about it are not known"),
         Note::TurnedAboutItself { .. } => Some("where nothing keeps a bar from turning about itself"),

@@ -268,3 +268,53 @@ fn columns_apart_bend_in_planes_of_their_own() {
     let [x, _, z] = end(step).nodes[index].displacement;
     assert!(x.abs() > 10.0 && z.abs() < 1e-3 * x.abs(), "{x} {z}");
 }
+
+/// A round strut whose ends are released, all about or about both axes across it, turns freely about the line between fixed ends, by one
+/// motion: resisted twice it would be stiffer. It goes the way of one that cannot leave its plane.
+#[test]
+fn a_round_strut_between_released_ends_buckles_as_in_the_plane() {
+    let network = |dimension: &str, release: &str, step: &str| {
+        format!(
+            "format = 'pennate/1'\ndimension = '{dimension}'\nnodes = {{ A = [0, 0], B = [100, 0] }}\n\
+             materials.m = {{ youngs_modulus = 2000, poissons_ratio = 0.3 }}\nsections.s = {{ circle = {{ radius = 1 }} }}\n\
+             members.b = {{ nodes = ['A', 'B'], section = 's', material = 'm', release = {{ start = {release}, end = {release} }} }}\n\
+             supports = {{ A = 'clamped', B = ['uy', 'uz', 'rx', 'ry', 'rz'] }}\nsteps = [{step}]\n"
+        )
+    };
+    for step in ["{ force = { B = [-1.86, 0] } }", "{ displacement = { B = { ux = -0.5 } } }"] {
+        let plane = solve(&network("plane", "['rz']", step));
+        for release in ["'pin'", "['ry', 'rz']", "['rx', 'ry', 'rz']"] {
+            let space = solve(&network("space", release, step));
+            let found = &space.history.steps[0];
+            assert_eq!((found.status, found.stable), (Status::Converged, Some(true)), "{release} {step}");
+            assert_eq!(found.critical_points.len(), 1, "{release} {step}");
+            let [free, held] = [&space, &plane].map(|solution| moved(solution, 0, "B"));
+            assert!((free[1] / held[1] - 1.0).abs() < 1e-5, "{release} {step}: {free:?} {held:?}");
+            let [free, held] = [&space, &plane].map(|solution| end(&solution.history.steps[0]).energy);
+            assert!((free / held - 1.0).abs() < 1e-5, "{release} {step}: {free} {held}");
+        }
+    }
+}
+
+/// Two legs between pins, of which the second buckles soon after the first: the elastica of both, and a spring, bear the load.
+#[test]
+fn legs_that_buckle_one_after_the_other_go_on() {
+    let solution = solve(
+        "format = 'pennate/1'\ndimension = 'space'\n\
+         nodes = { C = [0, 0, 100], P = [40, 0, 0], Q = [-20, 34.64101615137755, 0] }\n\
+         materials.m = { youngs_modulus = 2000, poissons_ratio = 0.3 }\n\
+         sections.p = { circle = { radius = 0.6746166958506707 }, shear = false, stretch = false }\n\
+         sections.q = { circle = { radius = 0.6952537918363026 }, shear = false, stretch = false }\n\
+         members.p = { nodes = ['P', 'C'], section = 'p', material = 'm', release = { start = 'pin', end = 'pin' } }\n\
+         members.q = { nodes = ['Q', 'C'], section = 'q', material = 'm', release = { start = 'pin', end = 'pin' } }\n\
+         supports = { C = ['ux', 'uy', 'rx', 'ry', 'rz'], P = 'clamped', Q = 'clamped' }\n\
+         springs.k = { node = 'C', stiffness = { uz = 0.04202331385020206 } }\n\
+         steps = [{ force = { C = [0, 0, -1.406408242897443] } }]\n",
+    );
+    let step = &solution.history.steps[0];
+    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{:?}", step.critical_points);
+    assert!(!step.critical_points.is_empty());
+    // N = 4 K(p)² EI / L² in a leg whose chord is L (2 E(p) / K(p) - 1).
+    let [_, _, z] = end(step).nodes[0].displacement;
+    assert!((z + 19.760_778_702).abs() < 2e-6, "{z}");
+}

@@ -280,7 +280,8 @@ impl<const D: usize> Continuation<'_, D> {
         mut point_at: impl FnMut(&mut Self, &mut Run<'_>, f64) -> Option<(f64, Count)>,
     ) -> Option<f64> {
         let tuning = self.tuning;
-        for factor in [1.0, 1.0 / tuning.longer, tuning.longer] {
+        // Where something else gives way soon after, as the other one of two struts, the branch is stable right beside the point alone.
+        for factor in [1.0, 1.0 / tuning.longer, tuning.longer, tuning.longer.powi(-2)] {
             for sign in [1.0, -1.0] {
                 let amplitude = sign * factor * tuning.amplitude;
                 // A branch that first turns back is reached by a snap alone.

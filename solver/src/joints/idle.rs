@@ -164,14 +164,18 @@ impl Topology {
         engaged: &[bool],
         mut found: impl FnMut(&[MemberId], Kept),
     ) {
-        let straight = |index: usize| structure.members[index].segments.iter().all(|s| s.initial_curvature == [0.0; 3]);
+        // A twisted bar is straight, too.
+        let is_straight = |index: usize| {
+            let segments = &structure.members[index].segments;
+            segments.iter().all(|segment| segment.initial_curvature[1..] == [0.0; 2])
+        };
         let mut seen = vec![false; structure.members.len()];
         // The line that a bar was last put into, by its first bar.
         let mut line_of = vec![usize::MAX; structure.members.len()];
         // Bars of the line; ends at which the spin is free, and joints that spin with it.
         let (mut line, mut free_ends, mut free_joints) = (Vec::new(), Vec::new(), Vec::new());
         for index in 0..structure.members.len() {
-            if seen[index] || !straight(index) {
+            if seen[index] || !is_straight(index) {
                 continue;
             }
             let axis = structure.members[index].axes[0];
@@ -197,7 +201,7 @@ impl Topology {
                     }
                     let joint = self.links[structure.members[bar].nodes[end]].joint;
                     let taking = attached.at(joint).iter().filter(|&&(m, e)| !spins(&self.ends[m][e]));
-                    let in_line = |m: usize| straight(m) && parallel(structure.members[m].axes[0], axis);
+                    let in_line = |m: usize| is_straight(m) && parallel(structure.members[m].axes[0], axis);
                     if engaged[joint]
                         || self.turned[self.references[joint]].acts_about(axis)
                         || !taking.clone().all(|&(member, _)| in_line(member))

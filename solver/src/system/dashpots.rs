@@ -121,8 +121,10 @@ impl<const D: usize> System<D> {
         if self.turning.is_empty() {
             return;
         }
-        let turned: Vec<(Inner, f64)> =
-            self.turned_inside().into_iter().filter_map(|part| self.turned_most_inside(part)).collect();
+        // Released ends of a part are resisted there: a second spring on the same motion would resist others.
+        let by_ends = |part: &Turning| part.members.iter().any(|&own| self.end_turned_most(own, part.axis).is_some());
+        let parts = self.turned_inside().into_iter().filter(|part| !by_ends(part));
+        let turned: Vec<(Inner, f64)> = parts.filter_map(|part| self.turned_most_inside(part)).collect();
         for (inner, moved) in turned {
             let stiffness = TURN * self.bending_of(inner.member) * (inner.length / moved).powi(2);
             let slot = &self.members.slots[inner.member];

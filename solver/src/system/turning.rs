@@ -144,20 +144,36 @@ impl<const D: usize> System<D> {
     }
 
     /// The released end of a member that spins most where it is turned about an axis, and its spin for a radian; nothing where none does.
-    fn end_turned_most(&self, index: usize, axis: V3<f64>) -> Option<(usize, V3<f64>)> {
+    pub(super) fn end_turned_most(&self, index: usize, axis: V3<f64>) -> Option<(usize, V3<f64>)> {
         let spin = |end: usize| {
             let rotation = self.places.releases[index][end].rotation;
             (end, sub(axis, turn(rotation, self.members.slots[index].tangents[end])))
         };
-        let is_free = |end: &usize| matches!(self.topology.ends[index][*end], EndKind::Free { .. });
-        let most = (0..2).filter(is_free).map(spin).max_by(|(_, a), (_, b)| norm(*a).total_cmp(&norm(*b)));
+        let most = (0..2)
+            .filter(|&end| self.turns_alike(index, end, axis))
+            .map(spin)
+            .max_by(|(_, a), (_, b)| norm(*a).total_cmp(&norm(*b)));
         most.filter(|(_, spin)| norm(*spin) > IN_LINE)
+    }
+
+    /// Whether an end turns alike about all axes across this one: it is released, or hinged about two of them.
+    fn turns_alike(&self, index: usize, end: usize, axis: V3<f64>) -> bool {
+        match &self.topology.ends[index][end] {
+            EndKind::Welded => false,
+            EndKind::Free { .. } => true,
+            EndKind::Axes { axes, kept } => {
+                let [first, second] = axes[..] else { return false };
+                let link = &self.topology.links[self.structure.members[index].nodes[end]];
+                let normal = turn(self.places.joints[link.joint].place.rotation, cross(first, second));
+                kept.is_none() && lies_along(axis, normal)
+            }
+        }
     }
 
     /// The line between the ends of a member about which it may be turned with nothing else moving, and EI/L.
     fn turning_of_member(&self, index: usize) -> Option<(V3<f64>, f64)> {
         let member = &self.structure.members[index];
-        if !self.topology.ends[index].iter().all(|end| matches!(end, EndKind::Free { .. })) {
+        if self.topology.ends[index].contains(&EndKind::Welded) {
             return None;
         }
         let places = member
@@ -165,6 +181,9 @@ impl<const D: usize> System<D> {
             .map(|node| add(self.structure.nodes[node], self.places.pose(&self.topology.links[node]).displacement));
         let chord = sub(places[1], places[0]);
         let axis = scale(1.0 / norm(chord), chord);
+        if !(0..2).all(|end| self.turns_alike(index, end, axis)) {
+            return None;
+        }
         let (pack, lane) = self.members.chain(index);
         let own = |segment: usize| self.section(index, segment);
         let turns = (0..member.segments.len()).all(|segment| {
