@@ -296,25 +296,29 @@ fn a_round_strut_between_released_ends_buckles_as_in_the_plane() {
     }
 }
 
-/// Two legs between pins, of which the second buckles soon after the first: the elastica of both, and a spring, bear the load.
+/// Two legs between pins, or hinges that lie askew, of which the second buckles soon after the first: the elastica of both, and a
+/// spring, bear the load.
 #[test]
 fn legs_that_buckle_one_after_the_other_go_on() {
-    let solution = solve(
-        "format = 'pennate/1'\ndimension = 'space'\n\
-         nodes = { C = [0, 0, 100], P = [40, 0, 0], Q = [-20, 34.64101615137755, 0] }\n\
-         materials.m = { youngs_modulus = 2000, poissons_ratio = 0.3 }\n\
-         sections.p = { circle = { radius = 0.6746166958506707 }, shear = false, stretch = false }\n\
-         sections.q = { circle = { radius = 0.6952537918363026 }, shear = false, stretch = false }\n\
-         members.p = { nodes = ['P', 'C'], section = 'p', material = 'm', release = { start = 'pin', end = 'pin' } }\n\
-         members.q = { nodes = ['Q', 'C'], section = 'q', material = 'm', release = { start = 'pin', end = 'pin' } }\n\
-         supports = { C = ['ux', 'uy', 'rx', 'ry', 'rz'], P = 'clamped', Q = 'clamped' }\n\
-         springs.k = { node = 'C', stiffness = { uz = 0.04202331385020206 } }\n\
-         steps = [{ force = { C = [0, 0, -1.406408242897443] } }]\n",
-    );
-    let step = &solution.history.steps[0];
-    assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{:?}", step.critical_points);
-    assert!(!step.critical_points.is_empty());
-    // N = 4 K(p)² EI / L² in a leg whose chord is L (2 E(p) / K(p) - 1).
-    let [_, _, z] = end(step).nodes[0].displacement;
-    assert!((z + 19.760_778_702).abs() < 2e-6, "{z}");
+    for start in ["'pin'", "['ry', 'rz']"] {
+        let release = format!("release = {{ start = {start}, end = 'pin' }}");
+        let solution = solve(&format!(
+            "format = 'pennate/1'\ndimension = 'space'\n\
+             nodes = {{ C = [0, 0, 100], P = [40, 0, 0], Q = [-20, 34.64101615137755, 0] }}\n\
+             materials.m = {{ youngs_modulus = 2000, poissons_ratio = 0.3 }}\n\
+             sections.p = {{ circle = {{ radius = 0.6746166958506707 }}, shear = false, stretch = false }}\n\
+             sections.q = {{ circle = {{ radius = 0.6952537918363026 }}, shear = false, stretch = false }}\n\
+             members.p = {{ nodes = ['P', 'C'], section = 'p', material = 'm', {release} }}\n\
+             members.q = {{ nodes = ['Q', 'C'], section = 'q', material = 'm', {release} }}\n\
+             supports = {{ C = ['ux', 'uy', 'rx', 'ry', 'rz'], P = 'clamped', Q = 'clamped' }}\n\
+             springs.k = {{ node = 'C', stiffness = {{ uz = 0.04202331385020206 }} }}\n\
+             steps = [{{ force = {{ C = [0, 0, -1.406408242897443] }} }}]\n",
+        ));
+        let step = &solution.history.steps[0];
+        assert_eq!((step.status, step.stable), (Status::Converged, Some(true)), "{start} {:?}", step.critical_points);
+        assert!(!step.critical_points.is_empty(), "{start}");
+        // N = 4 K(p)² EI / L² in a leg whose chord is L (2 E(p) / K(p) - 1).
+        let [_, _, z] = end(step).nodes[0].displacement;
+        assert!((z + 19.760_778_702).abs() < 2e-6, "{start} {z}");
+    }
 }

@@ -143,11 +143,12 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// The released end of a member that spins most where it is turned about an axis, and its spin for a radian; nothing where none does.
+    /// The released end of a member that leans most from an axis that it is turned about, and the part across it of its spin for a
+    /// radian, whatever it spins about itself; nothing where none leans.
     pub(super) fn end_turned_most(&self, index: usize, axis: V3<f64>) -> Option<(usize, V3<f64>)> {
         let spin = |end: usize| {
-            let rotation = self.places.releases[index][end].rotation;
-            (end, sub(axis, turn(rotation, self.members.slots[index].tangents[end])))
+            let tangent = turn(self.places.releases[index][end].rotation, self.members.slots[index].tangents[end]);
+            (end, sub(axis, scale(dot(axis, tangent), tangent)))
         };
         let most = (0..2)
             .filter(|&end| self.turns_alike(index, end, axis))
@@ -156,16 +157,19 @@ impl<const D: usize> System<D> {
         most.filter(|(_, spin)| norm(*spin) > IN_LINE)
     }
 
-    /// Whether an end turns alike about all axes across this one: it is released, or hinged about two of them.
+    /// Whether an end lets a round member bend alike about all axes across this one: it is released, or hinged about two axes. Where the other
+    /// end keeps the member from twisting these have to be across, too; else it spins about itself by as much as hinges ask for.
     fn turns_alike(&self, index: usize, end: usize, axis: V3<f64>) -> bool {
-        match &self.topology.ends[index][end] {
+        let ends = &self.topology.ends[index];
+        match &ends[end] {
             EndKind::Welded => false,
             EndKind::Free { .. } => true,
             EndKind::Axes { axes, kept } => {
                 let [first, second] = axes[..] else { return false };
                 let link = &self.topology.links[self.structure.members[index].nodes[end]];
                 let normal = turn(self.places.joints[link.joint].place.rotation, cross(first, second));
-                kept.is_none() && lies_along(axis, normal)
+                let spins = matches!(ends[1 - end], EndKind::Free { .. });
+                kept.is_none() && (spins || lies_along(axis, normal))
             }
         }
     }
