@@ -115,8 +115,8 @@ pub fn vibrations_tell<const D: usize>(system: &System<D>) -> bool {
 pub struct Judges<const D: usize> {
     /// What small vibrations about a state do, where its loads have no potential; nothing where that cannot be said.
     pub vibration: fn(&System<D>, Dimension) -> Option<Vibration>,
-    /// What bars that are kept from turning about themselves would do at a state that is stable otherwise; nothing where that cannot
-    /// be said.
+    /// What bars that are kept from turning about themselves would do at a state that is stable otherwise, and at which some may
+    /// ([`System::may_spin`]); nothing where that cannot be said.
     pub spins: fn(&System<D>, Dimension) -> Option<Spins>,
 }
 
@@ -125,10 +125,7 @@ pub const JUDGES_IN_SPACE: Judges<6> = Judges {
     vibration: |space, _| {
         vibrations_tell(space).then(|| flutter::judge(&space.structure, &|enrich| of_space(space, enrich)))?
     },
-    spins: |space, _| {
-        let may_spin = space.may_spin();
-        if may_spin { of_space(space, 0).map(spins_about) } else { Some(Spins::default()) }
-    },
+    spins: |space, _| of_space(space, 0).map(spins_about),
 };
 
 /// Those of a path in the plane.
@@ -137,9 +134,9 @@ pub const JUDGES_IN_PLANE: Judges<3> = Judges {
         let state = |enrich| of_plane(plane, stability, enrich);
         vibrations_tell(plane).then(|| flutter::judge(&plane.structure, &state))?
     },
-    spins: |plane, stability| {
-        let may_spin = stability == Dimension::Space && plane.may_spin();
-        if may_spin { of_plane(plane, stability, 0).map(spins_about) } else { Some(Spins::default()) }
+    spins: |plane, stability| match stability {
+        Dimension::Plane => Some(Spins::default()),
+        Dimension::Space => of_plane(plane, stability, 0).map(spins_about),
     },
 };
 

@@ -29,7 +29,7 @@ pub(super) struct Track<const D: usize> {
     /// Those of the present state.
     steps: Vec<Step>,
     verdict: Verdict,
-    /// Whether small vibrations about the present state stay small, once that was asked for.
+    /// Whether the present state is stable where more than its tangent tells (small vibrations, spins of bars), once that was asked for.
     looked: Option<Option<bool>>,
 }
 
@@ -191,7 +191,7 @@ impl<const D: usize> Track<D> {
             let space = if self.lateral.is_some() || D == 6 { Dimension::Space } else { Dimension::Plane };
             let Judges { vibration, spins } = self.kind.judges;
             let found = if self.verdict.potential {
-                spins(&self.system, space).map(|spins| spins.members.is_empty())
+                spins(&self.system, space).map(|spins| spins.motions == 0)
             } else {
                 vibration(&self.system, space).map(|vibration| vibration.growth == Growth::None)
             };

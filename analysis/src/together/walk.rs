@@ -515,7 +515,8 @@ impl<const D: usize> Walk<D> {
         if doubtful || aside || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;
         }
-        if system.may_spin() {
+        // Whether a bar turns about itself is judged out of the plane, by the ordinary solver.
+        if (D == 6 || self.lateral.is_some()) && system.may_spin() {
             return None;
         }
         self.missed = predicted.then_some(system.moves.first_own);

@@ -64,7 +64,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn judge_spins(&mut self, record: &mut StepHistory) {
         let Some(judges) = self.judges else { return };
         let may_judge = self.base.potential && record.stable == Some(true) && record.status == Status::Converged;
-        if !may_judge || self.options.rough || record.increments.is_empty() {
+        if !may_judge || self.options.rough || record.increments.is_empty() || !self.system.may_spin() {
             return;
         }
         // What is held by nothing is no equilibrium, and has no stability either.

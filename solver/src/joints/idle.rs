@@ -125,9 +125,9 @@ impl Topology {
     /// The lines of bars that are kept from spinning about themselves at present.
     pub(crate) fn kept_lines(&self, structure: &Structure) -> Vec<Line> {
         let mut lines = Vec::new();
-        let keeps =
-            |kind: &EndKind| matches!(kind, EndKind::Free { spin_removed: true } | EndKind::Axes { kept: Some(_), .. });
-        if !self.ends.iter().flatten().any(keeps) && !self.idle.iter().any(|idle| matches!(idle, Idle::Spin(_))) {
+        if !self.ends.iter().flatten().any(EndKind::keeps_spin)
+            && !self.idle.iter().any(|idle| matches!(idle, Idle::Spin(_)))
+        {
             return lines;
         }
         let mut free = self.clone();

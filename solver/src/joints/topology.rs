@@ -44,6 +44,11 @@ pub enum EndKind {
 }
 
 impl EndKind {
+    /// Whether the end is kept from turning about the member itself.
+    pub(crate) fn keeps_spin(&self) -> bool {
+        matches!(self, Self::Free { spin_removed: true } | Self::Axes { kept: Some(_), .. })
+    }
+
     /// Lets the end turn about the member itself, where it was kept from that.
     pub(super) fn release_spin(&mut self) {
         match self {

@@ -62,12 +62,12 @@ impl<const D: usize> System<D> {
         let (pack, lane) = self.members.chain(index);
         let most = STRAIGHT * self.bending_of(index) * member.length() * member.length();
         let moments = if D == 3 { 2..3 } else { 4..6 };
-        let elements = 0..member.segments.iter().map(|segment| segment.elements.max(1)).sum();
+        let mut elements = 0..member.segments.iter().map(|segment| segment.elements.max(1)).sum();
         let bends = |element: usize| {
             let stress = pack.stress(lane, element);
             stress.iter().flat_map(|node| &node[moments.clone()]).any(|moment| moment.abs() > most)
         };
-        elements.into_iter().any(bends)
+        elements.any(bends)
     }
 
     /// Puts weak springs against the spins of bars that may turn about themselves in place of what keeps them.

@@ -104,15 +104,13 @@ impl<const D: usize> System<D> {
 
     /// Moments about themselves of bars one end of which is kept from turning.
     fn kept_ends(&self) -> impl Iterator<Item = Torque> {
-        let kept =
-            |kind: &EndKind| matches!(kind, EndKind::Free { spin_removed: true } | EndKind::Axes { kept: Some(_), .. });
         let bars = self
             .topology
             .ends
             .iter()
             .enumerate()
             .filter(move |_| D != 3)
-            .filter(move |(_, ends)| ends.iter().any(kept));
+            .filter(|(_, ends)| ends.iter().any(EndKind::keeps_spin));
         bars.map(|(index, _)| {
             let ends = self.end_info(index, &self.tangent.ends[index]);
             let of = |end| kept_spin(&end).map_or(0.0, |axis| dot(end.moment, axis).abs());
