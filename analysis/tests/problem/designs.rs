@@ -222,6 +222,39 @@ fn stability_out_of_the_plane_is_that_of_designs_one_by_one() {
     assert_eq!(found.reasons.iter().map(Option::is_some).collect::<Vec<_>>(), [false, true, false, true]);
 }
 
+/// A strip between pins that its load bends about its stiffer axis would turn about itself: side by side, alone and followed.
+#[test]
+fn strips_that_would_turn_about_themselves_are_not_stable() {
+    for coordinates in [["0, 0", "100, 0", "0, -0.01"], ["0, 0, 0", "100, 0, 0", "0, -0.01, 0"]] {
+        let [start, end, load] = coordinates;
+        let text = format!(
+            r#"
+            format = "pennate/1"
+            parameters = {{ height = 10 }}
+            nodes = {{ A = [{start}], B = [{end}] }}
+            materials = {{ m = {{ youngs_modulus = 100, poissons_ratio = 0.3 }} }}
+            sections = {{ s = {{ rectangle = {{ width = 2, height = "= height" }} }} }}
+            supports = {{ A = "clamped", B = "clamped" }}
+            members.bar = {{ nodes = ["A", "B"], section = "s", material = "m", release = {{ start = "pin", end = "pin" }} }}
+            steps = [{{ distributed = {{ bar = [{load}] }} }}]
+            probes = {{ push = {{ member = "bar", moment = "max" }} }}
+            "#
+        );
+        let document = Document::from_text("strip.toml", &text);
+        let problem = Problem::new(&document, &[], &["height"], &["push"], 1e-6).unwrap();
+        let heights = [10.0, 1.0, 9.0, 1.5, 8.0, 1.2, 10.0, 10.0];
+        let right = heights.map(|height| Some(height < 2.0));
+        assert_eq!(problem.evaluate(&heights).stable, right, "{start}");
+        let alone: Vec<_> = heights.iter().flat_map(|&height| problem.evaluate(&[height]).stable).collect();
+        assert_eq!(alone, right, "{start}");
+        let mut live = problem.live().unwrap();
+        assert_eq!(live.stable(), Some(false), "{start}");
+        live.set(0, 9.5);
+        live.solve().unwrap();
+        assert_eq!(live.stable(), Some(false), "{start}");
+    }
+}
+
 /// Stiffnesses are found of all designs at once: also of a node that is held along what is asked for, and of strains that are held.
 #[test]
 fn stiffnesses_side_by_side_are_those_of_each_design_alone() {
