@@ -139,7 +139,7 @@ fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
     system.structure.sections.iter().map(along).collect()
 }
 
-/// Sum of all external forces over the largest of them.
+/// Sum of all external forces over the largest of them; zero where these are what the residual leaves on all joints together.
 fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
     let mut sum = [0.0; 3];
     let mut largest: f64 = 0.0;
@@ -165,7 +165,8 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
             count(force);
         }
     }
-    if largest > system.loading.rounding() { norm(sum) / largest } else { 0.0 }
+    let left = system.forces_left().max(system.loading.rounding());
+    if largest > left { norm(sum) / largest } else { 0.0 }
 }
 
 /// Shapes of all members, in the members' own axes.

@@ -195,11 +195,14 @@ fn kinds_of_nodes(dimension: Dimension, steps: &[StepHistory]) -> Kinds {
 }
 
 fn take_nodes(kinds: &mut Kinds, state: &Equilibrium) {
+    // Increments on the way are solved for less: reactions that their residual explains are none.
+    let beyond = |value: f64, largest: f64| if value > state.residual * largest { value } else { 0.0 };
+    let (force, moment) = (largest_force(state), largest_moment(state));
     for node in &state.nodes {
         kinds.displacement.take(norm(node.displacement), None);
         kinds.rotation.take(norm(node.rotation).max(node.rotation_total.abs()), None);
-        kinds.force.take(norm(node.reaction_force), None);
-        kinds.moment.take(norm(node.reaction_moment), None);
+        kinds.force.take(beyond(norm(node.reaction_force), force), None);
+        kinds.moment.take(beyond(norm(node.reaction_moment), moment), None);
     }
 }
 
@@ -228,7 +231,7 @@ impl Noise {
 
 #[cfg(test)]
 mod tests {
-    use pennate_solver::history::{Increment, NodeState, Status};
+    use pennate_solver::history::{Increment, MemberState, NodeState, Status};
 
     use super::*;
 
@@ -262,6 +265,22 @@ mod tests {
         assert_eq!(kind.stated(5e-4, 3.0), 5e-4);
         assert_eq!(kind.stated(1e-9, 1e-9), 1e-9);
         assert_eq!(kind.stated(0.0, 3.0), 0.0);
+    }
+
+    /// What the residual explains of reactions, and of moments apart, is left out; what members carry is the measure.
+    #[test]
+    fn reactions_that_are_left_over_are_none() {
+        let node =
+            NodeState { reaction_force: [3e-8, 0.0, 0.0], reaction_moment: [0.0, 0.0, 5.0], ..NodeState::default() };
+        let member = MemberState { end_forces: [[10.0, 0.0, 0.0]; 2], ..MemberState::default() };
+        let state =
+            |residual| Equilibrium { residual, nodes: vec![node], members: vec![member], ..Equilibrium::default() };
+        let largest = |residual| {
+            let mut kinds = Kinds::default();
+            take_nodes(&mut kinds, &state(residual));
+            [kinds.force.value, kinds.moment.value]
+        };
+        assert_eq!([largest(1e-8), largest(1e-9)], [[0.0, 5.0], [3e-8, 5.0]]);
     }
 
     /// A state whose second node has moved by this part of a length and turned by seven times that.

@@ -112,6 +112,12 @@ impl<const D: usize> System<D> {
         self.tangent.residual(&self.pattern, &self.loading, self.size)
     }
 
+    /// The force that the residual of the last assembly may add up to over all joints.
+    pub(crate) fn forces_left(&self) -> f64 {
+        let (scale, _) = self.tangent.scales(&self.loading, self.size);
+        self.residual().force * scale * self.tangent.forces.len() as f64
+    }
+
     /// Brings the equations up to date with the state, with `pending` what is held and not there yet, and empties matrix and forces before an assembly.
     pub(crate) fn begin(&mut self, pending: bool) {
         self.pattern.equations.update(&self.topology, &self.places.joints, self.loading.fraction, pending);
