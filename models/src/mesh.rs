@@ -20,6 +20,11 @@ pub struct Mesh {
     pub grading: BTreeMap<MemberId, Vec<Stretch>>,
 }
 
+/// Whether the file leaves order and number of the elements of a member to choose.
+fn is_plain(member: &Member) -> bool {
+    member.segments.iter().all(|segment| segment.elements.is_none()) && member.order(2) == 2 && member.order(4) == 4
+}
+
 /// A part of a segment with elements of one length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
@@ -65,18 +70,23 @@ impl Mesh {
     /// The mesh on elements of order 2 that finds the way of a large network; another follows it for the accuracy, see
     /// [`Mesh::raised`].
     pub fn of_the_way(&self, model: &Model, accuracy: f64) -> Option<Self> {
-        let free = |segment: &Segment| segment.elements.is_none();
-        let plain = |member: &Member| member.segments.iter().all(free) && member.order(2) == 2 && member.order(4) == 4;
         let large = model.members.len() > LARGE && self.order == 3 && accuracy < 1e-5;
-        (large && model.members.iter().all(plain)).then(|| Self { order: 2, ..self.clone() })
+        (large && model.members.iter().all(is_plain)).then(|| Self { order: 2, ..self.clone() })
     }
 
-    /// The order that follows on such a mesh for an accuracy, and the error that is expected to be left by it; where its
-    /// error is not known, the way was short.
-    pub fn raised(&self, accuracy: f64, error: Option<f64>) -> Option<(usize, f64)> {
-        // Twice the order squares an error, times a factor that was a hundredth or less.
-        let next = error.map_or((3, accuracy), |error| (4, 0.01 * error * error));
-        (self.order == 2 && accuracy < 1e-5).then_some(next)
+    /// The order that follows on a mesh of order 2 that does not reach an accuracy, and the error that is expected to be left by it;
+    /// where its error is not known, the way was short. Nothing where the file asks for elements.
+    pub fn raised(&self, model: &Model, accuracy: f64, error: Option<f64>) -> Option<(usize, f64)> {
+        let of_the_way = accuracy < 1e-5;
+        let misses = of_the_way || error.is_some_and(|error| error > accuracy);
+        let plain = || model.members.iter().all(is_plain);
+        // Twice the order squares an error, times a factor that was a hundredth or less; half as much again has the root of that.
+        let next = match error {
+            None => (3, accuracy),
+            Some(error) if of_the_way => (4, 0.01 * error * error),
+            Some(error) => (3, 0.1 * error.powf(1.5)),
+        };
+        (self.order == 2 && misses && plain()).then_some(next)
     }
 
     /// The mesh with the elements of each member multiplied by its factor; counts forced by the file stay.

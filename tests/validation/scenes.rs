@@ -135,6 +135,26 @@ fn a_long_spiral_takes_few_increments() {
     assert!(factorizations <= 50 && increments <= 7, "{factorizations} in {increments}");
 }
 
+/// Elements half as long where they lack most took twice the time, for an error four times as large.
+#[test]
+fn a_stack_that_misses_an_accuracy_takes_a_higher_order() {
+    let solution = solve("spiral", &set(&[("cells", "36")]), 1e-4).unwrap_or_else(|why| panic!("{why}"));
+    assert_eq!((solution.mesh.order, solution.accuracy.rounds), (3, 2));
+    assert!(solution.accuracy.estimated.is_some_and(|error| error < 1e-5), "{:?}", solution.accuracy);
+}
+
+/// Nothing loads the stack, so its reactions are what the residuals leave: what two meshes differ by there is no error of its motions.
+#[test]
+fn a_free_stack_has_the_errors_of_its_motions() {
+    for cells in ["8", "12"] {
+        let solution = solve("spiral", &set(&[("cells", cells)]), 1e-6).unwrap_or_else(|why| panic!("{why}"));
+        let errors = solution.probes.steps[0].errors().unwrap();
+        // 170 mm were stated of 8 cells, 2.3 mm of 12.
+        assert!(errors.iter().all(|&error| error < 1e-3), "{cells} cells: {errors:?}");
+        assert!(solution.history.steps[0].increments.iter().all(|increment| increment.state.balance < 1e-6));
+    }
+}
+
 /// Nothing loads the stack, so each cell moves as one alone does: the last ring is moved by the product of the cells.
 #[test]
 fn a_spiral_is_the_product_of_its_cells() {

@@ -39,8 +39,8 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
             return if open { Next::Refine(finer) } else { Next::End(Verdict::PathLost) };
         }
     }
-    // What found the way of a large network is not near its end.
-    if let (Some((order, left)), false) = (mesh.raised(asked, error), interrupted) {
+    // What found the way of a large network is not near its end, and a higher order takes away more than elements half as long.
+    if let (Some((order, left)), false) = (mesh.raised(model, asked, error), interrupted) {
         if let Some(finer) = &grading.finer {
             return Next::Refine(Mesh { order, ..finer.clone() });
         }
