@@ -336,10 +336,12 @@ pub struct Jump {
     pub fraction: f64,
     /// Strain energy and potential of the loads that were set free.
     pub released: f64,
-    /// The farthest displacement of a node, and that node.
+    /// The farthest displacement of a node, or of the middle of a member.
     pub moved: f64,
-    /// The node that moves most.
+    /// The node that moves most, or one of the member.
     pub node: NodeId,
+    /// The member whose middle that is, where it moves far more than any node.
+    pub member: Option<MemberId>,
 }
 
 /// What a path meets at a singular point.

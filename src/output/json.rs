@@ -140,6 +140,8 @@ struct Jump<'a> {
     energy_released: f64,
     moved: f64,
     node: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    member: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -318,6 +320,7 @@ fn jumps<'a>(model: &'a Model, step: &StepHistory) -> Vec<Jump<'a>> {
         energy_released: jump.released,
         moved: jump.moved,
         node: &model.nodes[jump.node].name,
+        member: jump.member.map(|member| model.members[member].name.as_str()),
     };
     step.jumps.iter().map(entry).collect()
 }

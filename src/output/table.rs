@@ -11,7 +11,7 @@ use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{
     CriticalKind, CriticalPoint, Equilibrium, Growth, Jump, Note, Status, StepHistory, Vibration,
 };
-use pennate_solver::structure::Dimension;
+use pennate_solver::structure::{Dimension, MemberId, NodeId};
 
 use super::text::{Align, columns, duration, estimate, list, number, percent, shown, undecided};
 use crate::explain::{force_unit, moment_unit};
@@ -289,10 +289,7 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
         CriticalKind::Bifurcation => "bifurcation",
     };
     let sideways = if point.sideways { " out of the plane" } else { "" };
-    let place = match point.member {
-        Some(member) => format!("member {}", shown(&model.members[member].name)),
-        None => format!("node {}", shown(&model.nodes[point.node].name)),
-    };
+    let place = place(model, point.node, point.member);
     let error = point.error.map_or_else(|| "not known".to_owned(), estimate);
     let of = if point.in_prestress { " of the prestress" } else { "" };
     // What lies at the beginning by rounding lies there, without a sign.
@@ -300,12 +297,20 @@ fn critical_point(model: &Model, point: &CriticalPoint) -> String {
     format!("{kind}{sideways} at fraction {fraction:.9}{of} (error {error}), where {place} moves most.")
 }
 
+/// The member that something is said of, or else the node.
+fn place(model: &Model, node: NodeId, member: Option<MemberId>) -> String {
+    match member {
+        Some(member) => format!("member {}", shown(&model.members[member].name)),
+        None => format!("node {}", shown(&model.nodes[node].name)),
+    }
+}
+
 fn jump_in_words(model: &Model, jump: &Jump) -> String {
     let [length, force] = [model.units.symbols()[0], model.units.symbols()[1]];
     format!(
-        "snapped at {} to the next stable equilibrium: node {} moved by {} {length}, {} {force} {length} of energy were released.",
+        "snapped at {} to the next stable equilibrium: {} moved by {} {length}, {} {force} {length} of energy were released.",
         percent(jump.fraction),
-        shown(&model.nodes[jump.node].name),
+        place(model, jump.node, jump.member),
         number(jump.moved),
         number(jump.released),
     )

@@ -58,7 +58,7 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// The state beside `last`, a singular point at this fraction, to which any small forces on all nodes move it by the amplitude
     /// of a branch, and the node between the ends of members that goes farthest; `None` where nothing does.
-    fn push_aside(&mut self, run: &mut Run<'_>, at: f64) -> Option<(State, Inner)> {
+    pub(super) fn push_aside(&mut self, run: &mut Run<'_>, at: f64) -> Option<(State, Inner)> {
         let tuning = self.tuning;
         let system = &mut self.system;
         let softest =
@@ -107,7 +107,7 @@ impl<const D: usize> Continuation<'_, D> {
     }
 
     /// Whether joints hardly move against a node between the ends of a member, since the state `last`.
-    fn joints_stay(&self, inner: &Inner) -> bool {
+    pub(super) fn joints_stay(&self, inner: &Inner) -> bool {
         let far = |m: &[f64; 6]| norm([m[0], m[1], m[2]]) / self.system.size;
         let farthest = self.system.motions_since(&self.last).iter().map(far).fold(0.0, f64::max);
         self.tuning.longer * farthest <= inner.moved()

@@ -11,6 +11,8 @@ use super::follow::Run;
 use super::{Continuation, Count, Tuning};
 use crate::history::{CriticalKind, CriticalPoint, Jump};
 use crate::newton::{Newton, Start};
+use crate::structure::{MemberId, NodeId};
+use crate::system::between;
 use pennate_elements::small::norm;
 
 /// How a jump ends.
@@ -39,9 +41,7 @@ impl<const D: usize> Continuation<'_, D> {
         let beyond = (beside * point.fraction.abs()).clamp(self.tuning.tolerance(), self.tuning.bracket);
         let fraction = (point.fraction + beyond).min(1.0);
         if point.kind == CriticalKind::Bifurcation {
-            let amplitude = self.tuning.miss * self.tuning.amplitude;
-            let push: Vec<f64> = self.critical_motion(run).iter().map(|x| amplitude * x).collect();
-            self.system.move_by(&push, false);
+            self.step_aside(run, point.fraction);
         }
         run.ramp.apply(&mut self.system, fraction);
         let landing = self.flow(run, f64::INFINITY);
@@ -56,13 +56,27 @@ impl<const D: usize> Continuation<'_, D> {
                     self.base = base;
                     return Release::Lost;
                 }
-                let (node, moved) = self.farthest();
-                let jump = Jump { fraction, released: before - after, moved, node };
+                let released = if (before - after).abs() > rounding { before - after } else { 0.0 };
+                let (node, member, moved) = self.farthest();
+                let jump = Jump { fraction, released, moved, node, member };
                 Release::Stable { fraction, jump }
             }
             Some(false) => Release::Endless,
             None => Release::Lost,
         }
+    }
+
+    /// From a bifurcation, the state `last` at this fraction, a little along the motion that nothing resists there: that of joints, or
+    /// that of a member between joints that stay.
+    fn step_aside(&mut self, run: &mut Run<'_>, fraction: f64) {
+        let inside = self.push_aside(run, fraction);
+        if inside.is_some_and(|(_, inner)| self.joints_stay(&inner)) {
+            return;
+        }
+        self.back_to_last(run.ramp, fraction);
+        let amplitude = self.tuning.miss * self.tuning.amplitude;
+        let push: Vec<f64> = self.critical_motion(run).iter().map(|x| amplitude * x).collect();
+        self.system.move_by(&push, false);
     }
 
     /// Turns parts that nothing resisted turning, at the beginning of a step, to where the first loads of its ramp want them; the fraction
@@ -169,16 +183,24 @@ impl<const D: usize> Continuation<'_, D> {
         self.tuning.beside() * rest / self.system.size
     }
 
-    /// The node that moved farthest since the state `last`, and how far; of a member between joints that do not move its first node,
-    /// with the motion of its middle.
-    fn farthest(&mut self) -> (usize, f64) {
+    /// The node that moved farthest since the state `last`, and how far; where the middle of a member moved far more than any node, one
+    /// of its nodes and that member.
+    fn farthest(&mut self) -> (NodeId, Option<MemberId>, f64) {
         let system = &mut self.system;
-        let motions = system.seen_since(&self.last);
         let far = |m: &[f64; 6]| norm([m[0], m[1], m[2]]);
+        let most = |lengths: &mut dyn Iterator<Item = f64>| {
+            lengths.enumerate().fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+        };
+        let motions = system.motions_since(&self.last);
         let links = system.topology.links.iter();
-        let nodes = links.map(|link| far(&system.places.motion_of(link, &motions))).enumerate();
-        let middles = motions[system.places.joints.len()..].iter().map(far);
-        let members = system.out_of_sight().into_iter().map(|member| system.structure.members[member].nodes[0]);
-        nodes.chain(members.zip(middles)).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+        let (node, moved) = most(&mut links.map(|link| far(&system.places.motion_of(link, &motions))));
+        let members: Vec<MemberId> = (0..system.members.count()).collect();
+        let (now, then) = (system.middles(&members), system.middles_at(&members, &self.last));
+        let (member, bent) = most(&mut between(&then, &now).map(|motion| far(&motion)));
+        if bent > self.tuning.longer * moved {
+            (system.structure.members[member].nodes[0], Some(member), bent)
+        } else {
+            (node, None, moved)
+        }
     }
 }

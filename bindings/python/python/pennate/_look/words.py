@@ -42,15 +42,20 @@ def critical(step: Mapping[str, Any], units: str) -> list[str]:
         f"{point['kind'].replace('_', ' ').capitalize()} at {100 * point['fraction']:.5g} % of "
         + ("the prestress before " if point.get("prestress") else "")
         + f"step '{step['name']}'"
-        + (f", where node {point['node']} moves most." if point.get("node") else ".")
+        + (f", where {_place(point)} moves most." if point.get("node") else ".")
         for point in step["critical_points"]
     ]
     for jump in step.get("jumps", []):
         found.append(
-            f"At {100 * jump['fraction']:.5g} % of step '{step['name']}' it snaps to the next stable equilibrium: node "
-            f"{jump['node']} moves by {jump['moved']:.6g} {length}, {jump['energy_released']:.6g} {force} {length} of energy are released."
+            f"At {100 * jump['fraction']:.5g} % of step '{step['name']}' it snaps to the next stable equilibrium: "
+            f"{_place(jump)} moves by {jump['moved']:.6g} {length}, {jump['energy_released']:.6g} {force} {length} of energy are released."
         )
     return found
+
+
+def _place(of: Mapping[str, Any]) -> str:
+    """The member that a point or a snap is of, or else the node."""
+    return f"member {of['member']}" if "member" in of else f"node {of['node']}"
 
 
 def findings(solution: Solution) -> list[tuple[str, str, list[str], str]]:
