@@ -74,19 +74,23 @@ impl Mesh {
         (large && model.members.iter().all(is_plain)).then(|| Self { order: 2, ..self.clone() })
     }
 
-    /// The order that follows on a mesh of order 2 that does not reach an accuracy, and the error that is expected to be left by it;
-    /// where its error is not known, the way was short. Nothing where the file asks for elements.
-    pub fn raised(&self, model: &Model, accuracy: f64, error: Option<f64>) -> Option<(usize, f64)> {
-        let of_the_way = accuracy < 1e-5;
-        let misses = of_the_way || error.is_some_and(|error| error > accuracy);
-        let plain = || model.members.iter().all(is_plain);
-        // Twice the order squares an error, times a factor that was a hundredth or less; half as much again has the root of that.
-        let next = match error {
-            None => (3, accuracy),
-            Some(error) if of_the_way => (4, 0.01 * error * error),
-            Some(error) => (3, 0.1 * error.powf(1.5)),
-        };
-        (self.order == 2 && misses && plain()).then_some(next)
+    /// Whether this found the way of a large network alone.
+    pub fn is_of_the_way(&self, accuracy: f64) -> bool {
+        self.order == 2 && accuracy < 1e-5
+    }
+
+    /// The order that follows on a mesh of the way for an accuracy, and the error that is expected to be left by it; where its
+    /// error is not known, the way was short.
+    pub fn raised(&self, accuracy: f64, error: Option<f64>) -> (usize, f64) {
+        // Twice the order squares an error, times a factor that was a hundredth or less.
+        error.map_or((3, accuracy), |error| (4, 0.01 * error * error))
+    }
+
+    /// The same for a mesh of order 2 whose error is too large; nothing where the file asks for elements.
+    pub fn higher(&self, model: &Model, accuracy: f64, error: Option<f64>) -> Option<(usize, f64)> {
+        let error = error.filter(|error| self.order == 2 && *error > accuracy)?;
+        // Half as much order again has the root of what twice of it has.
+        model.members.iter().all(is_plain).then_some((3, 0.1 * error.powf(1.5)))
     }
 
     /// The mesh with the elements of each member multiplied by its factor; counts forced by the file stay.

@@ -39,8 +39,14 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
             return if open { Next::Refine(finer) } else { Next::End(Verdict::PathLost) };
         }
     }
-    // What found the way of a large network is not near its end, and a higher order takes away more than elements half as long.
-    if let (Some((order, left)), false) = (mesh.raised(model, asked, error), interrupted) {
+    // What found the way of a large network is not near its end; and a higher order takes away more than elements half as long, but
+    // tells less of singular points than more elements of the same order.
+    let of_states = error.filter(|_| history.steps.iter().all(|step| step.critical_points.is_empty()));
+    let raised = match mesh.is_of_the_way(asked) {
+        true => Some(mesh.raised(asked, error)),
+        false => mesh.higher(model, asked, of_states),
+    };
+    if let (Some((order, left)), false) = (raised, interrupted) {
         if let Some(finer) = &grading.finer {
             return Next::Refine(Mesh { order, ..finer.clone() });
         }
