@@ -164,6 +164,7 @@ impl<const D: usize> Continuation<'_, D> {
             run.effort.factorizations += settled.as_ref().map_or_else(|lost| lost.iterations, |found| found.iterations);
             if let Ok(settled) = settled
                 && self.system.distance(&self.next).largest() <= near
+                && self.system.distance(&self.last).largest() <= reach
             {
                 let count = self.count(&settled.inertia);
                 // Out of a plane network's plane there is nowhere to go: what is lost there is said.
