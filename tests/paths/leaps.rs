@@ -28,6 +28,8 @@ fn no_increment_leaps_a_limit_point_in_a_later_step() {
         "rods_that_push",
         "fan_that_turns_little",
         "fan_foretold_by_chance",
+        "toggle_on_torsion_springs",
+        "body_let_back_over_a_fold",
     ];
     for name in names {
         let [chosen, short] = [None, Some(60)].map(|increments| solve(name, increments));

@@ -454,9 +454,17 @@ impl<const D: usize> Continuation<'_, D> {
             came_aside(&mut self.system, states, sizes, (found, trial.target, step), &mut apply, &tuning)
         };
         let ratio = predicted.then_some(step / by.last_length);
-        let steady = conservative && count.own == self.base.own && count.lateral == self.base.lateral;
+        let same_aside =
+            count.lateral == self.base.lateral || !(count.lateral_potential && self.base.lateral_potential);
+        let steady = conservative && count.own == self.base.own && same_aside;
         let quick = is_quick((&moved, foreseen), found, &tuning);
+        let was_nearly_symmetric = run.is_nearly_symmetric;
         let met = if steady { self.meeting(run, ends, (count, ratio, quick)) } else { None };
+        if run.is_nearly_symmetric && !was_nearly_symmetric && step > bracket {
+            // Followed back, what it came to folds on the way: the last state lies on another path, and that may end.
+            run.is_nearly_symmetric = false;
+            return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
+        }
         let met = match met {
             Some(met) if !met.is_behind() && step > bracket => {
                 return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
