@@ -237,6 +237,7 @@ impl Lateral {
             let reduced = reduce::reduce(&ends, &[2, 3, 4], &info, Some(&mut factor));
             system.add_member(index, &reduced);
         }
+        plane.find_multipliers();
         system.add_springs_and_loads(Some(plane));
         system.resist_turning();
         let inertia = system.finish(inertia);

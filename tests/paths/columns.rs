@@ -22,6 +22,45 @@ fn a_twisted_rod_buckles_between_its_ends() {
     }
 }
 
+/// The moment that turns the tip of a flat rod turns with it: of the rod bent to a circle and linearized, the first tilt sideways is at
+/// 0.0646115952 of a right angle, the next at 0.0667776413.
+#[test]
+fn a_rod_whose_tip_is_turned_tilts_sideways_in_the_plane_as_in_space() {
+    for dimension in ["", "dimension = \"space\""] {
+        for increments in [1, 2, 10] {
+            let text = format!(
+                r#"
+                format = "pennate/1"
+                {dimension}
+                [nodes]
+                a = [0, 0]
+                b = [100, 0]
+                [sections]
+                s = {{ stiffness = {{ EA = 1e5, GJ = 10, EI2 = 100, EI3 = 1000 }} }}
+                [members]
+                m = {{ nodes = ["a", "b"], section = "s" }}
+                [supports]
+                a = "clamped"
+                [[steps]]
+                rotation = {{ b = {{ rz = 90 }} }}
+                increments = {increments}
+                "#
+            );
+            let model = read_text("turned.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+            let options = Options { estimate: true, ..Options::default() };
+            let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).expect("no mechanism");
+            let step = &solution.history.steps[0];
+            let point = step.critical_points.first().expect("a bifurcation");
+            assert_eq!((point.kind, point.sideways), (CriticalKind::Bifurcation, dimension.is_empty()));
+            let error = (point.fraction - 0.064_611_595_2).abs();
+            assert!(
+                error < 1e-8 && point.error.is_some_and(|stated| stated < 1e-7),
+                "{dimension} {increments}: {point:?}"
+            );
+        }
+    }
+}
+
 /// The straight column stays an equilibrium; the way on is the buckled one, in the plane and in space.
 #[test]
 fn a_perfect_column_follows_its_stable_branch() {

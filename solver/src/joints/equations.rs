@@ -566,19 +566,21 @@ impl<const D: usize> Equations<D> {
         fraction: f64,
     ) -> M3<f64> {
         let mut stiffness = zeros();
-        let equations = &self.joints[joint];
-        if let Basis::Columns(_) = equations.basis {
-            for &index in self.rows_of(joint) {
-                let held = &self.held[index];
-                let row = row(held, fraction, state, topology.links[held.node].arm);
-                for i in 0..3 {
-                    for j in 0..3 {
-                        stiffness[i][j] -= self.multipliers[index] * row.hessian[i][j];
-                    }
+        for &index in self.rows_of(joint) {
+            let held = &self.held[index];
+            let row = row(held, fraction, state, topology.links[held.node].arm);
+            for i in 0..3 {
+                for j in 0..3 {
+                    stiffness[i][j] -= self.multipliers[index] * row.hessian[i][j];
                 }
             }
         }
         stiffness
+    }
+
+    /// Whether a rotation of a joint is held.
+    pub(crate) fn holds_a_rotation(&self, joint: usize) -> bool {
+        self.rows_of(joint).iter().any(|&index| matches!(self.held[index].kind, HeldKind::Rotation { .. }))
     }
 
     /// Whether the free motions of a joint are no components of their own.

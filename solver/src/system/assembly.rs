@@ -155,7 +155,9 @@ impl<const D: usize> System<D> {
         self.assemble_loads(None);
         let Some(plane) = plane else { return };
         let equations = &plane.pattern.equations;
-        for joint in (0..equations.joints.len()).filter(|&joint| equations.is_general(joint)) {
+        // In the plane an angle is a component of its own; out of it, the moment that holds one turns with the joint.
+        let is_curved = |joint: &usize| equations.is_general(*joint) || equations.holds_a_rotation(*joint);
+        for joint in (0..equations.joints.len()).filter(is_curved) {
             let state = &plane.places.joints[joint];
             let extra = equations.constraint_stiffness(&plane.topology, joint, state, plane.loading.fraction);
             self.add_joint_block(joint, &spin_block(&extra), None);
