@@ -3,7 +3,8 @@
 use pennate_models::Model;
 use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{Equilibrium, History, NodeState, StepHistory};
-use pennate_solver::structure::{Dimension, Structure};
+use pennate_solver::packs::AUXILIARY;
+use pennate_solver::structure::{Dimension, Segment, Structure};
 
 use crate::solution::{NodeError, ProbeSteps, ProbeTable, diagonal, largest_force, largest_moment, last_state, norm};
 
@@ -11,6 +12,8 @@ use crate::solution::{NodeError, ProbeSteps, ProbeTable, diagonal, largest_force
 const ROUNDING: f64 = 1e-9;
 /// The same for forces against the axial stiffness of the members.
 const FORCE_ROUNDING: f64 = 1e-13;
+/// The same against the auxiliary stiffness of stretches that are held.
+const HELD_ROUNDING: f64 = 1e-14;
 /// Rotations below this part of displacement over size are what is left of a symmetry.
 const TURN_ROUNDING: f64 = 1e-6;
 /// Part of the network's size or forces below which an error is nothing.
@@ -220,11 +223,19 @@ impl Noise {
     fn of(structure: &Structure, history: &History) -> Self {
         let size = diagonal(structure.nodes.iter().copied());
         let largest_force = history.steps.iter().filter_map(last_state).map(largest_force).fold(0.0, f64::max);
-        let axial = structure.laws.iter().map(|law| law.at(0.0).section.ea).filter(|ea| ea.is_finite());
+        let stiff = structure.members.iter().flat_map(|member| {
+            let length = member.length();
+            let rounding = move |segment: &Segment| {
+                let section = structure.laws[segment.law].at(0.0).section;
+                let held = AUXILIARY.member * section.ei2.max(section.ei3) / (length * length);
+                if section.ea.is_finite() { FORCE_ROUNDING * section.ea } else { HELD_ROUNDING * held }
+            };
+            member.segments.iter().map(rounding)
+        });
         // What bends by moments alone has no forces but rounding.
         let moments = history.steps.iter().filter_map(last_state).map(largest_moment).fold(0.0, f64::max);
         let scale = if size > 0.0 { largest_force.max(moments / size) } else { largest_force };
-        let force = (ROUNDING * scale).max(FORCE_ROUNDING * axial.fold(0.0, f64::max));
+        let force = stiff.filter(|rounding| rounding.is_finite()).fold(ROUNDING * scale, f64::max);
         Self { size, largest_force, force }
     }
 }
