@@ -15,7 +15,7 @@ use sprs::CsMat;
 
 use crate::base::{Base, Reach};
 use crate::continuation::mesh_size;
-use crate::history::{Growth, MOST_THAT_VIBRATE, Vibration};
+use crate::history::{Growth, Vibration};
 use crate::modes::Shifted;
 use crate::packs::HIGHEST;
 use crate::spectral::eigen;
@@ -26,6 +26,8 @@ use crate::spectral::unknowns::{Family, Unknowns};
 use crate::structure::Structure;
 use crate::system::System;
 
+/// Unknowns of a mesh up to which vibrations are looked at: those of 5,000 take two seconds.
+const MOST: usize = 5000;
 /// By how much the orders of elements are raised; those beyond the highest are that.
 const RAISED: usize = 4;
 /// Modes of the symmetric part in the space, and in the smaller one.
@@ -71,7 +73,7 @@ pub(crate) fn known_mass(structure: &Structure) -> Option<f64> {
 
 /// Whether vibrations about a state are looked at: masses are known, and unknowns not too many.
 pub(crate) fn may_judge<const D: usize>(system: &System<D>) -> bool {
-    known_mass(&system.structure).is_some() && mesh_size(system).unknowns <= MOST_THAT_VIBRATE
+    known_mass(&system.structure).is_some() && mesh_size(system).unknowns <= MOST
 }
 
 /// What the vibrations about a state do; nothing where that cannot be said.

@@ -20,9 +20,6 @@ pub struct History {
     pub estimate: Duration,
 }
 
-/// Unknowns of a mesh up to which vibrations are looked at: those of 5,000 take two seconds.
-pub const MOST_THAT_VIBRATE: usize = 5000;
-
 /// Size of the discretization.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshSize {

@@ -1,7 +1,7 @@
 //! What a mesh is worth: whether it is fine enough, whether a finer one would help, and which.
 
 use pennate_models::{Mesh, Model};
-use pennate_solver::history::{History, MOST_THAT_VIBRATE, Note, Status};
+use pennate_solver::history::{History, Note, Status};
 
 use super::points::{are_located, has_unknown_points};
 use super::refine::{halved, is_at_limit, is_finer_everywhere, member_factors, missing, shortened};
@@ -122,14 +122,9 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     if rounds >= most { Next::End(Verdict::TooFine) } else { Next::Refine(finer) }
 }
 
-/// Whether elements of the next order have another verdict on the end of a step, or other vibrations about it, which are still looked at
-/// on elements half as long.
+/// Whether elements of the next order have another verdict on the end of a step, or other vibrations about it.
 fn is_too_coarse(history: &History) -> bool {
-    let tells = |note: &Note| match note {
-        Note::TooCoarse => true,
-        Note::VibrationsUnknown => 2 * history.mesh.unknowns <= MOST_THAT_VIBRATE,
-        _ => false,
-    };
+    let tells = |note: &Note| matches!(note, Note::TooCoarse | Note::VibrationsUnknown);
     history.steps.iter().any(|step| step.notes.iter().any(tells))
 }
 
