@@ -20,11 +20,6 @@ pub struct Mesh {
     pub grading: BTreeMap<MemberId, Vec<Stretch>>,
 }
 
-/// Whether the file leaves order and number of the elements of a member to choose.
-fn is_plain(member: &Member) -> bool {
-    member.segments.iter().all(|segment| segment.elements.is_none()) && member.order(2) == 2 && member.order(4) == 4
-}
-
 /// A part of a segment with elements of one length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
@@ -173,6 +168,11 @@ impl Mesh {
             }
         }
     }
+}
+
+/// Whether the file leaves order and number of the elements of a member to choose.
+fn is_plain(member: &Member) -> bool {
+    member.segments.iter().all(|segment| segment.elements.is_none()) && member.order(2) == 2 && member.order(4) == 4
 }
 
 /// Members that a network may have to count as small.

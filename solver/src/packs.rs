@@ -50,8 +50,8 @@ impl Auxiliary {
         self.of_bending(ei, lengths).max(self.carried * force)
     }
 
-    /// The part of it that follows from bending.
-    fn of_bending(self, ei: f64, [element_length, member_length]: [f64; 2]) -> f64 {
+    /// The part of it that follows from a bending stiffness EI, with the lengths of the element and of the member: a force.
+    pub fn of_bending(self, ei: f64, [element_length, member_length]: [f64; 2]) -> f64 {
         let over = |length: f64| 1.0 / (length * length);
         ei * (self.member * over(member_length)).max(self.element * over(element_length))
     }

@@ -323,8 +323,8 @@ fn legs_that_buckle_one_after_the_other_go_on() {
     }
 }
 
-/// What buckled upwards has no weight of its own to say so: the first part of it that comes turns the brace to where it hangs down,
-/// with no energy released. Drawn bent downwards by a hundred-thousandth of its length, and held aside by a spring of 1e-7 N/mm,
+/// A brace that buckled upwards in the prestress stands there until weight comes: the first part of that swings it to where it hangs
+/// down, with no energy released. Drawn bent downwards by a hundred-thousandth of its length, and held aside by a spring of 1e-7 N/mm,
 /// it moves B by 7.607922 and -0.5142628 without a jump.
 #[test]
 fn a_brace_that_buckled_upwards_swings_down_by_a_jump() {

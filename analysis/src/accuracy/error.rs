@@ -224,11 +224,13 @@ impl Noise {
         let size = diagonal(structure.nodes.iter().copied());
         let largest_force = history.steps.iter().filter_map(last_state).map(largest_force).fold(0.0, f64::max);
         let stiff = structure.members.iter().flat_map(|member| {
-            let length = member.length();
+            let lengths = [member.length(); 2];
             let rounding = move |segment: &Segment| {
                 let section = structure.laws[segment.law].at(0.0).section;
-                let held = AUXILIARY.member * section.ei2.max(section.ei3) / (length * length);
-                if section.ea.is_finite() { FORCE_ROUNDING * section.ea } else { HELD_ROUNDING * held }
+                match section.ea.is_finite() {
+                    true => FORCE_ROUNDING * section.ea,
+                    false => HELD_ROUNDING * AUXILIARY.of_bending(section.ei2.max(section.ei3), lengths),
+                }
             };
             member.segments.iter().map(rounding)
         });

@@ -425,13 +425,14 @@ impl<const D: usize> Continuation<'_, D> {
         let first_moves = self.system.moves.first_by_part.clone();
         let foreseen = if predicted { &trial.foreseen } else { &first_moves };
         let mut answer = if trial.target < 1.0 { self.system.answer() } else { None };
+        let shorter = |floor: f64| Judged::TooLong((tuning.shorter * step).max(0.9 * floor));
         // So near to a singular point the sign of its stiffness is noise, and which of the branches that meet there the iteration
         // came out on is chance: no place to end an increment at.
         if let Some((here, last)) = answer.as_ref().zip(by.answer.as_ref())
             && here.stiffness() < tuning.bracket * last.stiffness()
             && step > bracket
         {
-            return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
+            return shorter(bracket);
         }
         let mut count = self.count(&found.inertia);
         if count.neutral
@@ -463,11 +464,11 @@ impl<const D: usize> Continuation<'_, D> {
         if run.is_nearly_symmetric && !was_nearly_symmetric && step > bracket {
             // Followed back, what it came to folds on the way: the last state lies on another path, and that may end.
             run.is_nearly_symmetric = false;
-            return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
+            return shorter(bracket);
         }
         let met = match met {
             Some(met) if !met.is_behind() && step > bracket => {
-                return Judged::TooLong((tuning.shorter * step).max(0.9 * bracket));
+                return shorter(bracket);
             }
             Some(met) => met.is_plain().then_some(met),
             None => None,
@@ -500,7 +501,6 @@ impl<const D: usize> Continuation<'_, D> {
             passed = self.locate_changes(run, &count, ends);
             torn = passed.as_ref().is_some_and(Vec::is_empty);
         }
-        let shorter = |floor: f64| Judged::TooLong((tuning.shorter * step).max(0.9 * floor));
         if torn && (far || step > shortest) {
             return shorter(shortest);
         }
