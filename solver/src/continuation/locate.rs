@@ -557,10 +557,12 @@ impl<const D: usize> Continuation<'_, D> {
         let turned = self.tuning.near * rates[0];
         let turns = |root: &Root| !events.limit && root.point.rate_of_fraction().abs() < turned;
         let found = found.filter(|root| wanted != Wanted::Bifurcation || !turns(root));
-        // One point makes of the count before it what the count is right beyond: where that is another one at the far end, the
-        // increment went over to another path behind the point.
+        // One point makes of the count right before it what the count is right beyond: where those are others at the ends, the
+        // increment went over to another path before the point, or behind it.
         let one = conservative && events.number() == 1 && wanted == Wanted::Limit;
-        let found = found.filter(|root| !one || root.beyond.is_none_or(|beyond| beyond == far));
+        let is_before = |before: usize| before + count.own == far + base.own;
+        let is_one = |root: &Root| root.before.is_none_or(is_before) && root.beyond.is_none_or(|beyond| beyond == far);
+        let found = found.filter(|root| !one || is_one(root));
         let found = found.filter(|root| wanted == Wanted::Limit || self.lies_between(root.point.distance));
         // Along the ramp itself the fraction does not turn back: what lies outside of the bracket is of another path.
         let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
