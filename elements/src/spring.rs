@@ -92,35 +92,76 @@ fn quadratic(energy: Jet<12>, stiffness: f64, component: Jet<12>) -> Jet<12> {
     if stiffness == 0.0 { energy } else { energy + (component * component).scaled(0.5 * stiffness) }
 }
 
+/// Half the stiffness times the square of every strain, added up.
+fn respond(stiffness: &[f64; 6], strains: &[Jet<12>; 6]) -> SpringResponse {
+    let parts = stiffness.iter().zip(strains);
+    SpringResponse::of(&parts.fold(Jet::constant(0.0), |energy, (&k, &strain)| quadratic(energy, k, strain)))
+}
+
+/// What changes of the forces of a spring add to its gradient and Hessian at a fixed shape: those of Σ f q, q its strains and
+/// f = k ∂q·m the changes that a motion m of its nodes makes. The energy is none.
+fn change<'a>(strains: impl Iterator<Item = (f64, &'a Jet<12>)>, motion: &[f64; 12]) -> SpringResponse {
+    let force = |k: f64, strain: &Jet<12>| k * strain.gradient.iter().zip(motion).map(|(g, m)| g * m).sum::<f64>();
+    let sum = strains.fold(Jet::constant(0.0), |sum, (k, strain)| sum + strain.scaled(force(k, strain)));
+    SpringResponse { energy: 0.0, ..SpringResponse::of(&sum) }
+}
+
+fn ground_strains(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> [Jet<12>; 6] {
+    let [x, y, z] = std::array::from_fn(|i| Jet::variable(pose.displacement[i], i));
+    // Where no rotation is resisted none has to be known.
+    let turns = stiffness[3..].iter().any(|&k| k != 0.0);
+    let theta = || rotation_vector(product(small_spin(3), constant(pose.rotation)), theta);
+    let [a, b, c] = if turns { theta() } else { [Jet::constant(0.0); 3] };
+    [x, y, z, a, b, c]
+}
+
 /// Six components from a node to the ground; `theta` is the node's rotation vector, whole turns included.
 pub fn ground(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> SpringResponse {
-    let mut energy = Jet::constant(0.0);
-    for i in 0..3 {
-        energy = quadratic(energy, stiffness[i], Jet::variable(pose.displacement[i], i));
-    }
-    if stiffness[3..].iter().any(|&k| k != 0.0) {
-        let theta = rotation_vector(product(small_spin(3), constant(pose.rotation)), theta);
-        for i in 0..3 {
-            energy = quadratic(energy, stiffness[3 + i], theta[i]);
-        }
-    }
-    SpringResponse::of(&energy)
+    respond(stiffness, &ground_strains(stiffness, pose, theta))
+}
+
+/// What the changes of its forces by a motion (displacement and spin) add to gradient and Hessian of the same at a fixed shape.
+pub fn ground_change(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>, motion: &[f64; 12]) -> SpringResponse {
+    let strains = ground_strains(stiffness, pose, theta);
+    change(stiffness.iter().copied().zip(&strains), motion)
 }
 
 /// Six components between two nodes, in axes that turn with the first; `arm` is X₂ − X₁ unloaded.
 pub fn coupling(stiffness: &[f64; 6], arm: V3<f64>, poses: [&Pose<f64>; 2]) -> SpringResponse {
+    respond(stiffness, &coupling_strains(arm, poses))
+}
+
+/// What the changes of its forces by a motion of both nodes add to gradient and Hessian of the same at a fixed shape.
+pub fn coupling_change(
+    stiffness: &[f64; 6],
+    arm: V3<f64>,
+    poses: [&Pose<f64>; 2],
+    motion: &[f64; 12],
+) -> SpringResponse {
+    let strains = coupling_strains(arm, poses);
+    change(stiffness.iter().copied().zip(&strains), motion)
+}
+
+fn coupling_strains(arm: V3<f64>, poses: [&Pose<f64>; 2]) -> [Jet<12>; 6] {
     let first = product(small_spin(3), constant(poses[0].rotation));
     let back = conjugate(first);
     let apart = sub(poses[1].displacement, poses[0].displacement);
     let chord: [Jet<12>; 3] = std::array::from_fn(|i| Jet::variable(apart[i] + arm[i], 6 + i) - Jet::variable(0.0, i));
     let turned = product(product(back, [Jet::constant(0.0), chord[0], chord[1], chord[2]]), first);
     let theta = rotation_vector(product(back, product(small_spin(9), constant(poses[1].rotation))), [0.0; 3]);
-    let mut energy = Jet::constant(0.0);
-    for i in 0..3 {
-        energy = quadratic(energy, stiffness[i], turned[1 + i] - Jet::constant(arm[i]));
-        energy = quadratic(energy, stiffness[3 + i], theta[i]);
-    }
-    SpringResponse::of(&energy)
+    let [x, y, z] = std::array::from_fn(|i| turned[1 + i] - Jet::constant(arm[i]));
+    [x, y, z, theta[0], theta[1], theta[2]]
+}
+
+/// What the change of its force by a motion of both nodes adds to gradient and Hessian of a spring along their line at a fixed
+/// shape.
+pub fn axial_change(stiffness: f64, arm: V3<f64>, poses: [&Pose<f64>; 2], motion: &[f64; 12]) -> SpringResponse {
+    let apart = add(arm, sub(poses[1].displacement, poses[0].displacement));
+    let chord: [Jet<12>; 3] = std::array::from_fn(|i| Jet::variable(apart[i], 6 + i) - Jet::variable(0.0, i));
+    let square = chord[0] * chord[0] + chord[1] * chord[1] + chord[2] * chord[2];
+    let length = square.value.sqrt();
+    let strain = square.mapped(length, 0.5 / length, -0.25 / (length * square.value));
+    change(std::iter::once((stiffness, &strain)), motion)
 }
 
 /// Along the line between two nodes; also gives the force, positive in tension.

@@ -192,6 +192,16 @@ impl Spring {
         }
     }
 
+    /// What the changes of its forces by a motion of its nodes add to gradient and tangent at a fixed shape.
+    pub(crate) fn change(&self, at: &Placed, motion: &[f64; 12]) -> SpringResponse {
+        let [first, second] = &at.poses;
+        match self {
+            Self::Ground { stiffness, .. } => spring::ground_change(stiffness, first, at.theta, motion),
+            Self::Axial { stiffness, .. } => spring::axial_change(*stiffness, at.arm(), [first, second], motion),
+            Self::Coupling { stiffness, .. } => spring::coupling_change(stiffness, at.arm(), [first, second], motion),
+        }
+    }
+
     /// Force and moment on each of its nodes by rounding, of signs that are drawn, in units of the last place of one; `force`
     /// is that of the results.
     pub(crate) fn rounded(&self, at: &Placed, force: f64, draw: &mut impl FnMut() -> f64) -> [[V3<f64>; 2]; 2] {

@@ -195,6 +195,51 @@ fn a_force_on_a_lever_is_critical_at_the_same_value_whatever_the_ramp() {
     }
 }
 
+/// Rigid pendulums that stand on their springs, askew in space, fall at their stiffness against turning over their height.
+#[test]
+fn pendulums_fall_at_what_the_springs_at_their_feet_bear() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let foot = "stiffness = { ux = 1e6, uy = 1e6, uz = 1e6, rx = 100, ry = 100, rz = 100 }";
+    let body = |reference: &str| {
+        format!(
+            "rigid_bodies.R = {{ nodes = [\"T\", \"F\"], reference = \"{reference}\" }}\n\
+             springs.foot = {{ node = \"F\", {foot} }}\n"
+        )
+    };
+    let joint = format!("supports.F = \"clamped\"\nsprings.foot = {{ nodes = [\"T\", \"F\"], {foot} }}\n");
+    let top = [20.0, -10.0, 20.0].map(|x| x / 3.0);
+    let push = top.map(|x| -0.1 * x);
+    for text in [body("T"), body("F"), joint] {
+        let path = directory.path().join("pendulum.toml");
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"space\"\nnodes = {{ T = {top:?}, F = [0, 0, 0] }}\n\
+             {text}[[steps]]\nforce = {{ T = {push:?} }}\n"
+        );
+        std::fs::write(&path, text).expect("a file");
+        // The shape is frozen: up to there the foot gives by a millionth of the height.
+        assert_near(factors(&buckling(&path, &[]))[0], 10.0, 1.1e-6);
+    }
+}
+
+/// A column with a joint of springs in its middle: what does not give before it buckles buckles where its path forks.
+#[test]
+fn a_column_with_a_joint_of_springs_buckles_where_its_path_forks() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("column.toml");
+    let text = "format = \"pennate/1\"\ndimension = \"space\"\n\
+        nodes = { A = [0, 0, 0], B = [60, 80, 0], C = [66, 88, 0], D = [126, 168, 0] }\n\
+        [sections]\nx = { stiffness = { EI2 = 1e4, EI3 = 2e4, GJ = 1e4 }, shear = false, stretch = false }\n\
+        [members]\nm = { nodes = [\"A\", \"B\"], section = \"x\" }\nn = { nodes = [\"C\", \"D\"], section = \"x\" }\n\
+        [supports]\nA = \"clamped\"\n\
+        [springs]\ng = { nodes = [\"B\", \"C\"], stiffness = { ux = 1e6, uy = 1e6, uz = 50, rx = 1e3, ry = 1e3, rz = 1e3 } }\n\
+        [[steps]]\nforce = { D = [-0.6, -0.8, 0] }\n";
+    std::fs::write(&path, text).expect("a file");
+    let output = pennate(&["solve", path.to_str().expect("a path in letters"), "--json"]);
+    let results: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let fork = results["steps"][0]["critical_points"][0]["fraction"].as_f64().expect("a bifurcation");
+    assert_near(factors(&buckling(&path, &[]))[0], fork, 1e-5);
+}
+
 /// A round column that has buckled may turn about its ends: whatever rounding makes of that is no loss of stability.
 #[test]
 fn a_buckled_round_column_is_neutral_out_of_its_plane() {

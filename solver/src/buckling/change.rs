@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use pennate_elements::small::{V3, add, cross, norm, scale, sub};
+use pennate_elements::small::{add, cross, norm, scale, sub};
 
 use super::Beginning;
 use crate::chain;
@@ -56,16 +56,9 @@ impl Beginning {
             end_curvature(system, unknowns, member, ends, &mut |i, j, value| entries.push((i, j, value)));
             add_end_forces(system, member, ends, &mut forces);
         }
-        let moved = |node: usize| -> V3<f64> {
-            let link = &system.topology.links[node];
-            let m = response.motions[link.joint];
-            let lever = pennate_elements::rotation::turn(system.places.joints[link.joint].place.rotation, link.arm);
-            add([m[0], m[1], m[2]], cross([m[3], m[4], m[5]], lever))
-        };
-        spring_change(system, &moved, &mut entries);
+        spring_change(system, &response.motions, &mut entries, &mut forces);
 
-        // Loads on levers and followers, and constraints whose direction turns with the joint. Forces of springs on a
-        // joint with such constraints are left out of the change of its reactions.
+        // Loads on levers and followers, and constraints whose direction turns with the joint.
         let internal = system.tangent.forces.clone();
         let before = system.remainder();
         let loads = system.tangent.forces.clone();

@@ -8,8 +8,8 @@ use pennate_elements::beam::At;
 use pennate_elements::interpolation::Table;
 use pennate_elements::laws::{LocalLaw, WithLaw};
 use pennate_elements::mass::{self, Inertia};
-use pennate_elements::rotation::turn;
-use pennate_elements::small::{V3, add, scale, sub};
+use pennate_elements::rotation::second_variation;
+use pennate_elements::small::{M3, V3, cross, scale};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
 use pennate_elements::{beam::Beam, beam::Moduli};
@@ -482,50 +482,44 @@ impl WithLaw for OfLaw<'_> {
     }
 }
 
-/// Geometric stiffness of axial springs for changes of the displacement of their ends.
-///
-/// With F the change of the force: F/l (I − n nᵀ). The other springs have no stresses to change: their tangent follows
-/// their shape, which is frozen.
-pub(crate) fn spring_change(system: &System<6>, moved: &dyn Fn(usize) -> V3<f64>, entries: &mut Entries) {
-    for spring in &system.structure.springs {
-        let Some(nodes) = spring.pair() else { continue };
-        let place = |node: usize| {
-            let link = &system.topology.links[node];
-            add(system.structure.nodes[node], system.places.joints[link.joint].point(link.arm))
-        };
-        let apart = sub(place(nodes[1]), place(nodes[0]));
-        let length = pennate_elements::small::norm(apart);
-        let Some(stiffness) = spring.line_stiffness() else { continue };
-        let axis = scale(1.0 / length, apart);
-        let stretch = pennate_elements::small::dot(axis, sub(moved(nodes[1]), moved(nodes[0])));
-        let force = stiffness * stretch;
-        let columns = nodes.map(|node| network_node(system, node));
-        let mut own = vec![vec![0.0; 12]; 12];
-        for i in 0..3 {
-            for j in 0..3 {
-                let k = force / length * (f64::from(u8::from(i == j)) - axis[i] * axis[j]);
-                own[i][j] = k;
-                own[6 + i][6 + j] = k;
-                own[i][6 + j] = -k;
-                own[6 + i][j] = -k;
+/// What springs add to the tangent, and to the forces on the joints, where the forces in them change with motions of the joints and
+/// the shape is frozen.
+pub(crate) fn spring_change(system: &System<6>, motions: &[[f64; 6]], entries: &mut Entries, forces: &mut [[f64; 6]]) {
+    for (index, spring) in system.structure.springs.iter().enumerate() {
+        let nodes = spring.nodes();
+        let link = |node: usize| &system.topology.links[node];
+        let mut motion = [0.0; 12];
+        for (own, &node) in motion.chunks_exact_mut(6).zip(nodes) {
+            own.copy_from_slice(&system.places.motion_of(link(node), motions));
+        }
+        let change = spring.change(&system.placed(index), &motion);
+        let columns: Vec<_> = nodes.iter().map(|&node| network_node(system, node)).collect();
+        let size = 6 * nodes.len();
+        let tangent: Vec<Vec<f64>> = change.tangent[..size].iter().map(|row| row[..size].to_vec()).collect();
+        scatter(&tangent, &columns, entries);
+        for (&node, change) in nodes.iter().zip(change.gradient.chunks_exact(6)) {
+            let (link, lever) = (link(node), system.places.lever(link(node)));
+            let force: V3<f64> = std::array::from_fn(|c| change[c]);
+            let moment = cross(lever, force);
+            for c in 0..3 {
+                forces[link.joint][c] += change[c];
+                forces[link.joint][3 + c] += change[3 + c] + moment[c];
+            }
+            if link.has_arm() {
+                add_to_spins(system, link.joint, &second_variation(force, lever), entries);
             }
         }
-        scatter(&own, &columns, entries);
-        // A force on a lever has a second variation too.
-        for (end, sign) in [(0, -force), (1, force)] {
-            let link = &system.topology.links[nodes[end]];
-            if link.has_arm() {
-                let lever = turn(system.places.joints[link.joint].place.rotation, link.arm);
-                let geometric = pennate_elements::rotation::second_variation(scale(sign, axis), lever);
-                let first = system.pattern.equations.joints[link.joint].first;
-                let motions = system.pattern.joint_motions(link.joint);
-                for (a, l) in motions.iter().enumerate() {
-                    for (b, r) in motions.iter().enumerate() {
-                        let sum: f64 = (0..9).map(|k| l[3 + k / 3] * geometric[k / 3][k % 3] * r[3 + k % 3]).sum();
-                        entries.push((first + a, first + b, sum));
-                    }
-                }
-            }
+    }
+}
+
+/// Adds a form of the spins of a joint.
+fn add_to_spins(system: &System<6>, joint: usize, form: &M3<f64>, entries: &mut Entries) {
+    let first = system.pattern.equations.joints[joint].first;
+    let motions = system.pattern.joint_motions(joint);
+    for (a, left) in motions.iter().enumerate() {
+        for (b, right) in motions.iter().enumerate() {
+            let sum: f64 = (0..9).map(|k| left[3 + k / 3] * form[k / 3][k % 3] * right[3 + k % 3]).sum();
+            entries.push((first + a, first + b, sum));
         }
     }
 }
