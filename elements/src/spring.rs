@@ -106,6 +106,7 @@ fn change<'a>(strains: impl Iterator<Item = (f64, &'a Jet<12>)>, motion: &[f64; 
     SpringResponse { energy: 0.0, ..SpringResponse::of(&sum) }
 }
 
+/// Displacement and rotation vector of the node.
 fn ground_strains(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> [Jet<12>; 6] {
     let [x, y, z] = std::array::from_fn(|i| Jet::variable(pose.displacement[i], i));
     // Where no rotation is resisted none has to be known.
@@ -120,7 +121,8 @@ pub fn ground(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> SpringR
     respond(stiffness, &ground_strains(stiffness, pose, theta))
 }
 
-/// What the changes of its forces by a motion (displacement and spin) add to gradient and Hessian of the same at a fixed shape.
+/// What the changes of its forces by a motion add to gradient and Hessian of a spring to the ground at a fixed shape; `motion` is
+/// the displacement and the spin of the node, and six unused components.
 pub fn ground_change(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>, motion: &[f64; 12]) -> SpringResponse {
     let strains = ground_strains(stiffness, pose, theta);
     change(stiffness.iter().copied().zip(&strains), motion)
@@ -131,7 +133,8 @@ pub fn coupling(stiffness: &[f64; 6], arm: V3<f64>, poses: [&Pose<f64>; 2]) -> S
     respond(stiffness, &coupling_strains(arm, poses))
 }
 
-/// What the changes of its forces by a motion of both nodes add to gradient and Hessian of the same at a fixed shape.
+/// What the changes of its forces by a motion add to gradient and Hessian of a spring of six components at a fixed shape; `motion`
+/// is the displacement and the spin of the first node, then of the second.
 pub fn coupling_change(
     stiffness: &[f64; 6],
     arm: V3<f64>,
@@ -142,6 +145,7 @@ pub fn coupling_change(
     change(stiffness.iter().copied().zip(&strains), motion)
 }
 
+/// d and ϑ of the second node seen from the first.
 fn coupling_strains(arm: V3<f64>, poses: [&Pose<f64>; 2]) -> [Jet<12>; 6] {
     let first = product(small_spin(3), constant(poses[0].rotation));
     let back = conjugate(first);
@@ -153,8 +157,8 @@ fn coupling_strains(arm: V3<f64>, poses: [&Pose<f64>; 2]) -> [Jet<12>; 6] {
     [x, y, z, theta[0], theta[1], theta[2]]
 }
 
-/// What the change of its force by a motion of both nodes adds to gradient and Hessian of a spring along their line at a fixed
-/// shape.
+/// What the change of its force by a motion adds to gradient and Hessian of a spring along a line at a fixed shape; `motion` as in
+/// [`coupling_change`].
 pub fn axial_change(stiffness: f64, arm: V3<f64>, poses: [&Pose<f64>; 2], motion: &[f64; 12]) -> SpringResponse {
     let apart = add(arm, sub(poses[1].displacement, poses[0].displacement));
     let chord: [Jet<12>; 3] = std::array::from_fn(|i| Jet::variable(apart[i], 6 + i) - Jet::variable(0.0, i));

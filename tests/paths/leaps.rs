@@ -7,12 +7,13 @@ use pennate_models::read_text;
 use pennate_solver::history::{CriticalKind, History, Status};
 use pennate_solver::options::Options;
 
-/// A network of `tests/cases`, with so many increments in each of its steps, or with those that are chosen.
+/// A network of `tests/cases`, with so many increments of the ramp in each of its steps, or with those that are chosen.
 fn solve(name: &str, increments: Option<usize>) -> History {
     let file = format!("{name}.toml");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(&file);
     let mut text = std::fs::read_to_string(path).expect("a file");
     if let Some(count) = increments {
+        text = text.replace("method = \"arc_length\"", "");
         text = text.replace("[[steps]]", &format!("[[steps]]\nincrements = {count}"));
     }
     let model = read_text(&file, &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
@@ -102,5 +103,27 @@ fn no_increment_leaps_two_bifurcations_at_once() {
         assert_eq!([a.kind, b.kind], [CriticalKind::Bifurcation; 2]);
         let error = a.error.expect("an error") + b.error.expect("an error");
         assert!((a.fraction - b.fraction).abs() <= 10.0 * error, "{} and {}, {error}", a.fraction, b.fraction);
+    }
+}
+
+#[test]
+fn no_increment_along_the_arc_goes_over_to_the_branch_of_the_other_side() {
+    let [chosen, short] = [None, Some(60)].map(|increments| solve("bars_drawn_taut_along_the_arc", increments));
+    let ends = [&chosen, &short].map(|history| {
+        let [step] = history.steps.as_slice() else { panic!("one step") };
+        assert_eq!(step.status, Status::Converged);
+        assert!(step.critical_points.is_empty(), "{:?}", step.critical_points);
+        step.increments
+            .last()
+            .expect("an increment")
+            .state
+            .nodes
+            .iter()
+            .map(|node| node.displacement)
+            .collect::<Vec<_>>()
+    });
+    for (along, by_ramp) in ends[0].iter().zip(&ends[1]) {
+        let apart = (0..3).map(|c| (along[c] - by_ramp[c]).abs()).fold(0.0, f64::max);
+        assert!(apart <= 1e-7, "{along:?} instead of {by_ramp:?} mm");
     }
 }

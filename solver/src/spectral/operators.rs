@@ -8,14 +8,13 @@ use pennate_elements::beam::At;
 use pennate_elements::interpolation::Table;
 use pennate_elements::laws::{LocalLaw, WithLaw};
 use pennate_elements::mass::{self, Inertia};
-use pennate_elements::rotation::second_variation;
-use pennate_elements::small::{M3, V3, cross, scale};
+use pennate_elements::small::{V3, cross, scale};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
 use pennate_elements::{beam::Beam, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
-use super::unknowns::{Column, Unknowns, end_curvature, network_node};
+use super::unknowns::{Column, Unknowns, end_curvature, lever_curvature, network_node};
 use crate::chain::{self, ElementState};
 use crate::packs::Turn;
 use crate::system::{MemberSlot, System};
@@ -505,21 +504,9 @@ pub(crate) fn spring_change(system: &System<6>, motions: &[[f64; 6]], entries: &
                 forces[link.joint][c] += change[c];
                 forces[link.joint][3 + c] += change[3 + c] + moment[c];
             }
-            if link.has_arm() {
-                add_to_spins(system, link.joint, &second_variation(force, lever), entries);
-            }
-        }
-    }
-}
-
-/// Adds a form of the spins of a joint.
-fn add_to_spins(system: &System<6>, joint: usize, form: &M3<f64>, entries: &mut Entries) {
-    let first = system.pattern.equations.joints[joint].first;
-    let motions = system.pattern.joint_motions(joint);
-    for (a, left) in motions.iter().enumerate() {
-        for (b, right) in motions.iter().enumerate() {
-            let sum: f64 = (0..9).map(|k| left[3 + k / 3] * form[k / 3][k % 3] * right[3 + k % 3]).sum();
-            entries.push((first + a, first + b, sum));
+            let first = system.pattern.equations.joints[link.joint].first;
+            let motions = system.pattern.joint_motions(link.joint);
+            lever_curvature(first, &motions, (force, lever), &mut |i, j, value| entries.push((i, j, value)));
         }
     }
 }

@@ -3,7 +3,7 @@
 //! First the equations of the joints, in which supports and rigid bodies are met by transformation as in a solve for
 //! equilibrium; then the turns of released ends; then six components of every node between the ends of a member.
 
-use pennate_elements::rotation::turn;
+use pennate_elements::rotation::second_variation;
 use pennate_elements::small::{V3, add, cross, scale};
 
 use crate::joints::EndKind;
@@ -147,8 +147,7 @@ impl Unknowns {
 /// Motions of a node of the network.
 pub(crate) fn network_node(system: &System<6>, node: usize) -> Vec<Column> {
     let link = &system.topology.links[node];
-    let rotation = system.places.joints[link.joint].place.rotation;
-    let lever = if link.has_arm() { turn(rotation, link.arm) } else { [0.0; 3] };
+    let lever = system.places.lever(link);
     let first = system.pattern.equations.joints[link.joint].first;
     let motions = system.pattern.joint_motions(link.joint);
     let moved = motions.into_iter().map(|mut motion| {
@@ -174,19 +173,29 @@ pub(crate) fn end_curvature(
         let node = system.structure.members[member].nodes[end];
         let joint = system.topology.links[node].joint;
         let first = system.pattern.equations.joints[joint].first;
-        let spin = |m: &[f64; 6]| [m[3], m[4], m[5]];
         let motions = system.pattern.joint_motions(joint);
-        if info.lever != [0.0; 3] {
-            let geometric = pennate_elements::rotation::second_variation(info.force, info.lever);
-            for (a, left) in motions.iter().enumerate() {
-                for (b, right) in motions.iter().enumerate() {
-                    let (l, r) = (spin(left), spin(right));
-                    let sum: f64 = (0..9).map(|k| l[k / 3] * geometric[k / 3][k % 3] * r[k % 3]).sum();
-                    add_entry(first + a, first + b, sum);
-                }
-            }
-        }
+        lever_curvature(first, &motions, (info.force, info.lever), add_entry);
         add_release_curvature(unknowns.release(member, end), info, first, &motions, add_entry);
+    }
+}
+
+/// Second variation of a force on a lever of a joint, whose `motions` are the unknowns from `first` on: pairs of unknowns with their
+/// stiffness.
+pub(super) fn lever_curvature(
+    first: usize,
+    motions: &[[f64; 6]],
+    (force, lever): (V3<f64>, V3<f64>),
+    add_entry: &mut impl FnMut(usize, usize, f64),
+) {
+    if lever == [0.0; 3] {
+        return;
+    }
+    let geometric = second_variation(force, lever);
+    for (a, left) in motions.iter().enumerate() {
+        for (b, right) in motions.iter().enumerate() {
+            let sum: f64 = (0..9).map(|k| left[3 + k / 3] * geometric[k / 3][k % 3] * right[3 + k % 3]).sum();
+            add_entry(first + a, first + b, sum);
+        }
     }
 }
 
