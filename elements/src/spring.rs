@@ -98,16 +98,33 @@ fn respond(stiffness: &[f64; 6], strains: &[Jet<12>; 6]) -> SpringResponse {
     SpringResponse::of(&parts.fold(Jet::constant(0.0), |energy, (&k, &strain)| quadratic(energy, k, strain)))
 }
 
-/// What changes of the forces of a spring add to its gradient and Hessian at a fixed shape: those of Σ f q, q its strains and
-/// f = k ∂q·m the changes that a motion m of its nodes makes. The energy is none.
-fn change<'a>(strains: impl Iterator<Item = (f64, &'a Jet<12>)>, motion: &[f64; 12]) -> SpringResponse {
-    let force = |k: f64, strain: &Jet<12>| k * strain.gradient.iter().zip(motion).map(|(g, m)| g * m).sum::<f64>();
-    let sum = strains.fold(Jet::constant(0.0), |sum, (k, strain)| sum + strain.scaled(force(k, strain)));
-    SpringResponse { energy: 0.0, ..SpringResponse::of(&sum) }
+/// One of the strains q of a spring, whose energy is the sum of ½ k q².
+#[derive(Clone, Copy, Debug)]
+pub struct SpringStrain {
+    /// k
+    pub stiffness: f64,
+    /// The force that works on the strain, k q.
+    pub force: f64,
+    /// The derivatives of q by displacements and spins of the first node, then of the second; by those of the only one first.
+    pub gradient: [f64; 12],
+    /// Its second derivatives by the same.
+    pub curvature: [[f64; 12]; 12],
+}
+
+/// Strains that there is a stiffness against.
+fn resisted(stiffness: &[f64; 6], strains: &[Jet<12>; 6]) -> Vec<SpringStrain> {
+    let parts = stiffness.iter().zip(strains).filter(|(k, _)| **k != 0.0);
+    let strain = |(&stiffness, strain): (&f64, &Jet<12>)| SpringStrain {
+        stiffness,
+        force: stiffness * strain.value,
+        gradient: strain.gradient,
+        curvature: strain.hessian,
+    };
+    parts.map(strain).collect()
 }
 
 /// Displacement and rotation vector of the node.
-fn ground_strains(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> [Jet<12>; 6] {
+fn ground_jets(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> [Jet<12>; 6] {
     let [x, y, z] = std::array::from_fn(|i| Jet::variable(pose.displacement[i], i));
     // Where no rotation is resisted none has to be known.
     let turns = stiffness[3..].iter().any(|&k| k != 0.0);
@@ -118,35 +135,26 @@ fn ground_strains(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> [Je
 
 /// Six components from a node to the ground; `theta` is the node's rotation vector, whole turns included.
 pub fn ground(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> SpringResponse {
-    respond(stiffness, &ground_strains(stiffness, pose, theta))
+    respond(stiffness, &ground_jets(stiffness, pose, theta))
 }
 
-/// What the changes of its forces by a motion add to gradient and Hessian of a spring to the ground at a fixed shape; `motion` is
-/// the displacement and the spin of the node, and six unused components.
-pub fn ground_change(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>, motion: &[f64; 12]) -> SpringResponse {
-    let strains = ground_strains(stiffness, pose, theta);
-    change(stiffness.iter().copied().zip(&strains), motion)
+/// The strains of the same.
+pub fn ground_strains(stiffness: &[f64; 6], pose: &Pose<f64>, theta: V3<f64>) -> Vec<SpringStrain> {
+    resisted(stiffness, &ground_jets(stiffness, pose, theta))
 }
 
 /// Six components between two nodes, in axes that turn with the first; `arm` is X₂ − X₁ unloaded.
 pub fn coupling(stiffness: &[f64; 6], arm: V3<f64>, poses: [&Pose<f64>; 2]) -> SpringResponse {
-    respond(stiffness, &coupling_strains(arm, poses))
+    respond(stiffness, &coupling_jets(arm, poses))
 }
 
-/// What the changes of its forces by a motion add to gradient and Hessian of a spring of six components at a fixed shape; `motion`
-/// is the displacement and the spin of the first node, then of the second.
-pub fn coupling_change(
-    stiffness: &[f64; 6],
-    arm: V3<f64>,
-    poses: [&Pose<f64>; 2],
-    motion: &[f64; 12],
-) -> SpringResponse {
-    let strains = coupling_strains(arm, poses);
-    change(stiffness.iter().copied().zip(&strains), motion)
+/// The strains of the same.
+pub fn coupling_strains(stiffness: &[f64; 6], arm: V3<f64>, poses: [&Pose<f64>; 2]) -> Vec<SpringStrain> {
+    resisted(stiffness, &coupling_jets(arm, poses))
 }
 
 /// d and ϑ of the second node seen from the first.
-fn coupling_strains(arm: V3<f64>, poses: [&Pose<f64>; 2]) -> [Jet<12>; 6] {
+fn coupling_jets(arm: V3<f64>, poses: [&Pose<f64>; 2]) -> [Jet<12>; 6] {
     let first = product(small_spin(3), constant(poses[0].rotation));
     let back = conjugate(first);
     let apart = sub(poses[1].displacement, poses[0].displacement);
@@ -155,17 +163,6 @@ fn coupling_strains(arm: V3<f64>, poses: [&Pose<f64>; 2]) -> [Jet<12>; 6] {
     let theta = rotation_vector(product(back, product(small_spin(9), constant(poses[1].rotation))), [0.0; 3]);
     let [x, y, z] = std::array::from_fn(|i| turned[1 + i] - Jet::constant(arm[i]));
     [x, y, z, theta[0], theta[1], theta[2]]
-}
-
-/// What the change of its force by a motion adds to gradient and Hessian of a spring along a line at a fixed shape; `motion` as in
-/// [`coupling_change`].
-pub fn axial_change(stiffness: f64, arm: V3<f64>, poses: [&Pose<f64>; 2], motion: &[f64; 12]) -> SpringResponse {
-    let apart = add(arm, sub(poses[1].displacement, poses[0].displacement));
-    let chord: [Jet<12>; 3] = std::array::from_fn(|i| Jet::variable(apart[i], 6 + i) - Jet::variable(0.0, i));
-    let square = chord[0] * chord[0] + chord[1] * chord[1] + chord[2] * chord[2];
-    let length = square.value.sqrt();
-    let strain = square.mapped(length, 0.5 / length, -0.25 / (length * square.value));
-    change(std::iter::once((stiffness, &strain)), motion)
 }
 
 /// Along the line between two nodes; also gives the force, positive in tension.
@@ -193,4 +190,15 @@ pub fn axial(stiffness: f64, natural_length: f64, arm: V3<f64>, poses: [&Pose<f6
         }
     }
     (response, force)
+}
+
+/// The strain of the same.
+pub fn axial_strain(stiffness: f64, natural_length: f64, arm: V3<f64>, poses: [&Pose<f64>; 2]) -> SpringStrain {
+    let apart = add(arm, sub(poses[1].displacement, poses[0].displacement));
+    let chord: [Jet<12>; 3] = std::array::from_fn(|i| Jet::variable(apart[i], 6 + i) - Jet::variable(0.0, i));
+    let square = chord[0] * chord[0] + chord[1] * chord[1] + chord[2] * chord[2];
+    let length = norm(apart);
+    let strain = square.mapped(length, 0.5 / length, -0.25 / (length * square.value));
+    let force = stiffness * (length - natural_length);
+    SpringStrain { stiffness, force, gradient: strain.gradient, curvature: strain.hessian }
 }

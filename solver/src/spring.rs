@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use pennate_elements::rotation::{log, turn};
 use pennate_elements::small::{V3, add, norm, scale, sub};
 use pennate_elements::space::Pose;
-use pennate_elements::spring::{self, SpringResponse};
+use pennate_elements::spring::{self, SpringResponse, SpringStrain};
 
 use crate::structure::NodeId;
 
@@ -192,13 +192,15 @@ impl Spring {
         }
     }
 
-    /// What the changes of its forces by a motion of its nodes add to gradient and tangent at a fixed shape.
-    pub(crate) fn change(&self, at: &Placed, motion: &[f64; 12]) -> SpringResponse {
+    /// Its strains, by displacements and spins of its nodes.
+    pub(crate) fn strains(&self, at: &Placed) -> Vec<SpringStrain> {
         let [first, second] = &at.poses;
         match self {
-            Self::Ground { stiffness, .. } => spring::ground_change(stiffness, first, at.theta, motion),
-            Self::Axial { stiffness, .. } => spring::axial_change(*stiffness, at.arm(), [first, second], motion),
-            Self::Coupling { stiffness, .. } => spring::coupling_change(stiffness, at.arm(), [first, second], motion),
+            Self::Ground { stiffness, .. } => spring::ground_strains(stiffness, first, at.theta),
+            Self::Axial { stiffness, .. } => {
+                vec![spring::axial_strain(*stiffness, at.natural_length, at.arm(), [first, second])]
+            }
+            Self::Coupling { stiffness, .. } => spring::coupling_strains(stiffness, at.arm(), [first, second]),
         }
     }
 

@@ -4,7 +4,7 @@ use pennate_elements::check::{Answer, contract};
 use pennate_elements::rotation;
 use pennate_elements::small::{add, scale};
 use pennate_elements::space::Pose;
-use pennate_elements::spring::{self, SpringResponse};
+use pennate_elements::spring::{self, SpringResponse, SpringStrain};
 
 fn answer(response: &SpringResponse) -> Answer {
     let g = response.gradient;
@@ -69,46 +69,46 @@ fn moved(pose: &Pose<f64>, by: &[f64]) -> Pose<f64> {
     }
 }
 
-/// What the change of a force adds at a fixed shape is that change, k ∂q·m, times the first and second derivatives of its strain q.
+/// Of every strain q the energy is ½ k q², so that its root tells q, along a way, up to the sign.
 #[test]
-fn changes_of_forces_act_along_the_derivatives_of_strains() {
+fn strains_have_the_derivatives_that_energies_have() {
     type Respond<'a> = Box<dyn Fn(&[Pose<f64>; 2]) -> SpringResponse + 'a>;
     let (arm, k) = ([4.0, 1.0, -2.0], 3.0);
-    let motion: [f64; 12] = [0.3, -0.2, 0.5, 0.1, 0.4, -0.6, -0.7, 0.2, 0.1, -0.3, 0.8, 0.2];
     let way: [f64; 12] = [-0.4, 0.1, 0.2, 0.6, -0.2, 0.3, 0.5, 0.9, -0.1, 0.2, 0.4, -0.5];
     let start = poses(1.0);
     let along = |direction: &[f64; 12], h: f64| {
         let by = direction.map(|x| h * x);
         [moved(&start[0], &by[..6]), moved(&start[1], &by[6..])]
     };
-    let mut springs: Vec<(Respond<'_>, SpringResponse)> = Vec::new();
+    let mut springs: Vec<(Respond<'_>, SpringStrain)> = Vec::new();
     for component in 0..6 {
         let mut stiffness = [0.0; 6];
         stiffness[component] = k;
         let theta = rotation::log(start[0].rotation);
         springs.push((
             Box::new(move |p| spring::ground(&stiffness, &p[0], theta)),
-            spring::ground_change(&stiffness, &start[0], theta, &motion),
+            spring::ground_strains(&stiffness, &start[0], theta)[0],
         ));
         springs.push((
             Box::new(move |p| spring::coupling(&stiffness, arm, [&p[0], &p[1]])),
-            spring::coupling_change(&stiffness, arm, [&start[0], &start[1]], &motion),
+            spring::coupling_strains(&stiffness, arm, [&start[0], &start[1]])[0],
         ));
     }
     springs.push((
         Box::new(|p| spring::axial(k, 0.0, arm, [&p[0], &p[1]]).0),
-        spring::axial_change(k, arm, [&start[0], &start[1]], &motion),
+        spring::axial_strain(k, 0.0, arm, [&start[0], &start[1]]),
     ));
     let h = 1e-4;
-    for (index, (respond, change)) in springs.iter().enumerate() {
-        // The strain without its sign, which is in all of these twice or not at all.
-        let strain = |direction: &[f64; 12], h: f64| (2.0 * respond(&along(direction, h)).energy / k).sqrt();
-        let slope = |direction| (strain(direction, h) - strain(direction, -h)) / (2.0 * h);
-        let bend = (strain(&way, h) - 2.0 * strain(&way, 0.0) + strain(&way, -h)) / (h * h);
-        let force = k * slope(&motion);
-        let gradient: f64 = (0..12).map(|i| change.gradient[i] * way[i]).sum();
-        let tangent: f64 = (0..144).map(|i| way[i / 12] * change.tangent[i / 12][i % 12] * way[i % 12]).sum();
-        assert!((gradient - force * slope(&way)).abs() < 1e-6, "{index}: {gradient}");
-        assert!((tangent - force * bend).abs() < 1e-6, "{index}: {tangent} instead of {}", force * bend);
+    for (index, (respond, found)) in springs.iter().enumerate() {
+        // The strain without its sign.
+        let strain = |h: f64| (2.0 * respond(&along(&way, h)).energy / k).sqrt();
+        let slope = (strain(h) - strain(-h)) / (2.0 * h);
+        let bend = (strain(h) - 2.0 * strain(0.0) + strain(-h)) / (h * h);
+        let sign = found.force.signum();
+        let gradient: f64 = (0..12).map(|i| found.gradient[i] * way[i]).sum();
+        let curvature: f64 = (0..144).map(|i| way[i / 12] * found.curvature[i / 12][i % 12] * way[i % 12]).sum();
+        assert!((found.force - sign * k * strain(0.0)).abs() < 1e-12, "{index}: {}", found.force);
+        assert!((gradient - sign * slope).abs() < 1e-6, "{index}: {gradient} instead of {slope}");
+        assert!((curvature - sign * bend).abs() < 1e-6, "{index}: {curvature} instead of {bend}");
     }
 }

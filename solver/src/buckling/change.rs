@@ -9,7 +9,8 @@ use pennate_elements::small::{add, cross, norm, scale, sub};
 use super::Beginning;
 use crate::chain;
 use crate::joints::EndKind;
-use crate::spectral::operators::{self, Entries, Evaluated, element_columns, mirror, scatter, spring_change};
+use crate::spectral::operators::{self, Entries, Evaluated, element_columns, mirror, scatter};
+use crate::spectral::springs;
 use crate::spectral::unknowns::{Unknowns, end_curvature};
 use crate::system::System;
 
@@ -56,7 +57,7 @@ impl Beginning {
             end_curvature(system, unknowns, member, ends, &mut |i, j, value| entries.push((i, j, value)));
             add_end_forces(system, member, ends, &mut forces);
         }
-        spring_change(system, &response.motions, &mut entries, &mut forces);
+        springs::add_change(system, &response.motions, &mut entries, &mut forces);
 
         // Loads on levers and followers, and constraints whose direction turns with the joint.
         let internal = system.tangent.forces.clone();

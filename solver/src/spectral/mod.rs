@@ -7,4 +7,5 @@ pub(crate) mod operators;
 pub(crate) mod pencil;
 pub(crate) mod prolong;
 pub mod shape;
+pub(crate) mod springs;
 pub mod unknowns;

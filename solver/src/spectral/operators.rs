@@ -1,6 +1,6 @@
 //! Stiffness, mass and constraints of a network as sparse matrices over all its nodes.
 //!
-//! The stiffness is Eᵀ E of the rows by which elastic strains change, and a rest of what stresses, springs and loads add. A
+//! The stiffness is Eᵀ E of the rows by which elastic strains change, those of springs too, and a rest of what stresses and loads add. A
 //! rigid component of a rod (no shear, no stretch) is a constraint: the stiffness holds an auxiliary term Gᵀ G in its
 //! place, and motions are looked for among those with G x = 0.
 
@@ -8,13 +8,14 @@ use pennate_elements::beam::At;
 use pennate_elements::interpolation::Table;
 use pennate_elements::laws::{LocalLaw, WithLaw};
 use pennate_elements::mass::{self, Inertia};
-use pennate_elements::small::{V3, cross, scale};
+use pennate_elements::small::{V3, scale};
 use pennate_elements::space::{Pose, Space};
 use pennate_elements::whole::{self, Nodes, Rows, StrainRows};
 use pennate_elements::{beam::Beam, beam::Moduli};
 use sprs::{CsMat, TriMat};
 
-use super::unknowns::{Column, Unknowns, end_curvature, lever_curvature, network_node};
+use super::springs;
+use super::unknowns::{Column, Unknowns, end_curvature, network_node};
 use crate::chain::{self, ElementState};
 use crate::packs::Turn;
 use crate::system::{MemberSlot, System};
@@ -187,7 +188,7 @@ pub(crate) struct Assembled {
 }
 
 /// Columns and values of a row.
-type SparseRow = Vec<(usize, f64)>;
+pub(super) type SparseRow = Vec<(usize, f64)>;
 
 impl Assembled {
     /// Assembles a network at its equilibrium.
@@ -229,6 +230,7 @@ impl Assembled {
             let entries = &mut all.rest;
             end_curvature(system, unknowns, member, &ends, &mut |i, j, value| entries.push((i, j, value)));
         }
+        springs::add_present(system, &mut all);
         for body in system.structure.bodies.iter().filter(|_| has_mass) {
             let columns = network_node(system, body.reference);
             for (i, left) in &columns {
@@ -385,7 +387,7 @@ fn are_components(columns: &[Column]) -> bool {
     columns.len() == 6 && columns.iter().map(|column| &column.1).enumerate().all(is_unit)
 }
 
-fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> Vec<(usize, f64)> {
+pub(super) fn scatter_row(row: &[f64], columns: &[Vec<Column>]) -> SparseRow {
     let node = |(a, columns): (usize, &Vec<Column>)| {
         let own: [f64; 6] = std::array::from_fn(|c| row[6 * a + c]);
         columns.iter().map(|(i, column)| (*i, (0..6).map(|c| own[c] * column[c]).sum())).collect::<Vec<_>>()
@@ -477,36 +479,6 @@ impl WithLaw for OfLaw<'_> {
             3 => Evaluated::of_order::<L, 3>(state, stressing, part),
             4 => Evaluated::of_order::<L, 4>(state, stressing, part),
             _ => Evaluated::of_order::<L, 5>(state, stressing, part),
-        }
-    }
-}
-
-/// What springs add to the tangent, and to the forces on the joints, where the forces in them change with motions of the joints and
-/// the shape is frozen.
-pub(crate) fn spring_change(system: &System<6>, motions: &[[f64; 6]], entries: &mut Entries, forces: &mut [[f64; 6]]) {
-    for (index, spring) in system.structure.springs.iter().enumerate() {
-        let nodes = spring.nodes();
-        let link = |node: usize| &system.topology.links[node];
-        let mut motion = [0.0; 12];
-        for (own, &node) in motion.chunks_exact_mut(6).zip(nodes) {
-            own.copy_from_slice(&system.places.motion_of(link(node), motions));
-        }
-        let change = spring.change(&system.placed(index), &motion);
-        let columns: Vec<_> = nodes.iter().map(|&node| network_node(system, node)).collect();
-        let size = 6 * nodes.len();
-        let tangent: Vec<Vec<f64>> = change.tangent[..size].iter().map(|row| row[..size].to_vec()).collect();
-        scatter(&tangent, &columns, entries);
-        for (&node, change) in nodes.iter().zip(change.gradient.chunks_exact(6)) {
-            let (link, lever) = (link(node), system.places.lever(link(node)));
-            let force: V3<f64> = std::array::from_fn(|c| change[c]);
-            let moment = cross(lever, force);
-            for c in 0..3 {
-                forces[link.joint][c] += change[c];
-                forces[link.joint][3 + c] += change[3 + c] + moment[c];
-            }
-            let first = system.pattern.equations.joints[link.joint].first;
-            let motions = system.pattern.joint_motions(link.joint);
-            lever_curvature(first, &motions, (force, lever), &mut |i, j, value| entries.push((i, j, value)));
         }
     }
 }
