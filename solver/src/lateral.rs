@@ -87,7 +87,7 @@ impl Lateral {
             // The highest order: a mesh that serves the plane may be coarse for Gibbs vectors.
             let packs = packs::space(&structure, 4);
             let mut space = System::new(structure, Arc::clone(&plane.topology), packs, [0, 1, 2, 3, 4, 5], false);
-            space.loading.auxiliary.eases = plane.loading.auxiliary.eases;
+            space.loading.auxiliary.eased_from = plane.loading.auxiliary.eased_from;
             space.apply_drives();
             space.hold(Vec::new());
             space.assemble(false);

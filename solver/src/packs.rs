@@ -29,20 +29,26 @@ pub struct Auxiliary {
     pub element: f64,
     /// Over the force that the member carries.
     pub carried: f64,
-    /// Whether strains that are not held, but stiffer than [`AUXILIARY`], have it in series and a stress of their own.
-    pub eases: bool,
+    /// Over EI per squared length of the member: strains that are not held, but stiffer than this, have it in series and a stress of
+    /// their own. Infinite where none do.
+    pub eased_from: f64,
 }
 
 impl Auxiliary {
     /// So many times the stiffness of the member, that of the element, and the force that the member carries.
     pub(crate) const fn new(member: f64, element: f64, carried: f64) -> Self {
-        Self { member, element, carried, eases: false }
+        Self { member, element, carried, eased_from: f64::INFINITY }
     }
 
     /// The same, in series with stiff strains too, whose stress is a number of its own then: what the tangent subtracts is no
     /// larger than for strains that are held, and keeps as many digits.
     pub(crate) const fn easing(self) -> Self {
-        Self { eases: true, ..self }
+        Self { eased_from: AUXILIARY.member, ..self }
+    }
+
+    /// Whether it is in series with strains that are not held.
+    pub(crate) fn eases(self) -> bool {
+        self.eased_from.is_finite()
     }
 
     /// The stiffness for a bending stiffness and a force; `lengths` are those of the element and of the member.
@@ -68,6 +74,10 @@ pub const AUXILIARY: Auxiliary = Auxiliary::new(1e8, 0.0, 1e4);
 pub const EXACTING: Auxiliary = Auxiliary::new(1e7, 0.0, 1e3);
 /// The other one.
 pub const MODERATE: Auxiliary = Auxiliary::new(1e6, 0.0, 1e2);
+
+/// What the response to a ramp is found with at a shape that is kept. Its forces are strains, known to rounding, times this: so
+/// it is small, and stands in series with what is so stiff that its forces would have no more digits.
+pub(crate) const SOFT: Auxiliary = Auxiliary { eased_from: 1e6, ..Auxiliary::new(1e3, 0.0, 1e2) };
 
 /// Order of the elements that converge fastest.
 pub const HIGHEST: usize = 5;
@@ -275,7 +285,7 @@ pub(crate) fn moduli(
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
     let bending = beside(ei2, ei3);
-    let stiff = |d: usize| if auxiliary.eases { AUXILIARY.of_bending(bending[d], lengths) } else { f64::INFINITY };
+    let stiff = |d: usize| Auxiliary::new(auxiliary.eased_from, 0.0, 0.0).of_bending(bending[d], lengths);
     let holding = |d: usize| auxiliary.stiffness(bending[if d < 3 { d } else { 0 }], lengths, carried);
     let [element_length, _] = lengths;
     let curvature = turn.vector(state.curvature);

@@ -442,3 +442,63 @@ fn a_higher_accuracy_is_no_larger_error() {
         }
     }
 }
+
+/// The first of two bars can hardly be stretched and sheared, or not at all; the stress of stiff strains was rounding once.
+#[test]
+fn strains_that_are_stiff_or_held_leave_the_digits_that_are_stated() {
+    let directory = tempfile::tempdir().unwrap();
+    let bending = "GJ = 2000, EI2 = 3000, EI3 = 5000";
+    let stiff = |ea: &str| format!("stiffness = {{ EA = {ea}, GA2 = {ea}, GA3 = {ea}, {bending} }}");
+    let soft = format!("stiffness = {{ EA = 2e4, GA2 = 1e4, GA3 = 1e4, {bending} }}");
+    let held = format!("{soft}, shear = false, stretch = false");
+    let [long, short] = ["", ", elements = 60"];
+    for (section, elements, expected) in [
+        (stiff("1e8"), long, 0.206_176_589_48),
+        (stiff("1e12"), long, 0.206_176_581_31),
+        (held.clone(), long, 0.206_176_581_31),
+        (held, short, 0.206_176_581_31),
+    ] {
+        let network = directory.path().join("bars.toml");
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"space\"\n\
+             [nodes]\na = [0, 0, 0]\nb = [30, 40, 20]\nc = [90, 20, 50]\n\
+             [sections]\ns = {{ {section} }}\nt = {{ {soft} }}\n\
+             [members]\nm0 = {{ nodes = [\"a\", \"b\"], section = \"s\", orientation = [0.1, 0.2, 1]{elements} }}\n\
+             m1 = {{ nodes = [\"b\", \"c\"], section = \"t\", orientation = [0.1, 0.2, 1] }}\n\
+             [supports]\na = \"clamped\"\nc = [\"ux\", \"uz\", \"ry\"]\n\
+             [[steps]]\nforce = {{ b = [1, -2, 0.5], c = [0, 1, 0] }}\n"
+        );
+        std::fs::write(&network, text).unwrap();
+        for accuracy in ["1e-4", "1e-6", "1e-8"] {
+            let found = buckling(&network, &["--accuracy", accuracy, "--count", "3"]);
+            let (factor, error) = (factors(&found)[0], errors(&found)[0]);
+            assert!(error < 1e-7, "{section}, {accuracy}: {error:e}");
+            assert_near(factor, expected, error + 5e-11);
+        }
+    }
+}
+
+/// A joint of springs in a column is the stiffer the nearer the column is to one without a joint, whatever the digits of a number.
+#[test]
+fn stiff_springs_leave_the_digits_that_are_stated() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let network = directory.path().join("column.toml");
+    // The last one is what these go to with one over the stiffness.
+    for (stiffness, expected) in [("1e7", 3.852_812_037_43), ("1e9", 3.852_812_178_47), ("1e11", 3.852_812_179_87)] {
+        let text = format!(
+            "format = \"pennate/1\"\n[nodes]\na = [0, 0]\nm = [3, 4]\nb = [30, 40]\nc = [33, 44]\n\
+             [sections]\nt = {{ stiffness = {{ EA = 2e4, GA2 = 1e4, GA3 = 1e4, GJ = 2000, EI2 = 3000, EI3 = 5000 }} }}\n\
+             [members]\nm0 = {{ nodes = [\"a\", \"m\"], section = \"t\" }}\n\
+             m1 = {{ nodes = [\"b\", \"c\"], section = \"t\" }}\n[supports]\na = \"clamped\"\n\
+             [springs]\nj = {{ nodes = [\"m\", \"b\"], stiffness = {{ ux = {stiffness}, uy = {stiffness}, rz = 1e4 }} }}\n\
+             [[steps]]\nforce = {{ c = [-3, -4, 0] }}\n"
+        );
+        std::fs::write(&network, text).expect("a file");
+        for accuracy in ["1e-4", "1e-8"] {
+            let found = buckling(&network, &["--accuracy", accuracy, "--count", "1"]);
+            let (factor, error) = (factors(&found)[0], errors(&found)[0]);
+            assert!(error < 1e-7, "{stiffness}, {accuracy}: {error:e}");
+            assert_near(factor, expected, error + 5e-11);
+        }
+    }
+}

@@ -5,13 +5,19 @@
 //! of proportion says what may be left, and how short a part has to be; a shorter one than that would have more rounding.
 //! Forces on joints alone have a response in exact proportion, on the whole ramp. Loads along members and on levers are in the tangent
 //! that they are answered with, and sections, held motions and held strains change it.
+//!
+//! Forces of held strains are what an auxiliary stiffness makes of the strains that are left, and those are differences of motions,
+//! known to their rounding. So that stiffness is a small one here ([`packs::SOFT`]), in series with strains that are stiff themselves.
+//! By how much the last correction still changed the stresses is what rounding makes of them.
 
 use pennate_elements::small::{add, norm, scale, sub};
 
 use super::Beginning;
 use crate::chain::{self, ElementState};
 use crate::held::HeldForces;
+use crate::packs;
 use crate::spectral::operators::Stressing;
+use crate::spectral::springs;
 use crate::structure::Drive;
 use crate::system::{State, System};
 
@@ -33,13 +39,17 @@ const HELD: f64 = 1e-11;
 /// The same at rest, where multipliers are what they are, and motions rounding.
 const AT_REST: usize = 4;
 const UNKNOWN: f64 = 1.0;
-/// They are corrected where a solve moves joints by no more than this beside the one before. What is below the other is no longer
-/// what they have to be corrected by, but rounding.
+/// They are corrected where a correction changes stresses by no more than this part of what the ramp makes of them. What is below the
+/// other is no longer what they have to be corrected by, but rounding, if it is more than this part of what the one before changed.
 const SAME: f64 = 1e-13;
 const FALLING: f64 = 1e-8;
-/// There, a difference that is more than this part of the one before does not fall any more.
-const FALLS: f64 = 0.1;
-/// Moments count no less than this part of forces times the size of the network, spins than this part of displacements over it.
+const FALLS: f64 = 0.5;
+/// So many corrections in a row that do not change less and less, of which none changes more than this part, are enough where axial
+/// forces are not told to be what they are; stresses may then be off by so many times what these changed.
+const STANDING: usize = 6;
+const STOOD: f64 = 1e-5;
+const UNSURE: f64 = 10.0;
+/// Moments count no less than this part of forces times the size of the network, and forces than this part of moments over it.
 const LEVER: f64 = 1e-3;
 
 /// The linear response to the beginning of a ramp, per unit of its fraction.
@@ -61,10 +71,10 @@ struct Stepped {
     states: Vec<Vec<ElementState<6>>>,
     ends: Vec<[[f64; 6]; 2]>,
     motions: Vec<[f64; 6]>,
-    /// Whether the multipliers of held strains have come to what they are.
+    /// Whether the stresses have come to what they are.
     is_settled: bool,
-    /// Part of the motions by which corrections differ that bring nothing new.
-    rounding: f64,
+    /// Forces and moments by which the last correction changed the stresses.
+    changed: [f64; 2],
 }
 
 impl Beginning {
@@ -80,6 +90,22 @@ impl Beginning {
 
     /// The response of the state; nothing where it has none.
     pub(super) fn response(&mut self) -> Option<Response> {
+        let auxiliary = std::mem::replace(&mut self.base.system.loading.auxiliary, packs::SOFT);
+        self.set(0.0);
+        let soft = states(&self.base.system);
+        let response = self.softly();
+        self.base.system.loading.auxiliary = auxiliary;
+        let response = response.map(|response| {
+            let error = response.error.max(self.rounding_of_springs(&response));
+            Response { error, ..self.with_stiffness(&soft, response) }
+        });
+        self.set(0.0);
+        self.base.system.assemble(false);
+        response
+    }
+
+    /// The response with held strains held softly.
+    fn softly(&mut self) -> Option<Response> {
         let system = &self.base.system;
         let start = system.snapshot();
         let ends = system.tangent.ends.clone();
@@ -88,11 +114,38 @@ impl Beginning {
         let moving = system.pattern.equations.held.iter().any(|row| row.from != row.to);
         let rigid = states(system).iter().flatten().any(|state| state.moduli.held != [0.0; 6]);
         let part = if sections || moving || rigid { BEGINNING } else { WHOLE };
-        let part = part.min(self.longest);
-        let response = self.beginning(&start, &ends, rigid, part)?;
-        self.set(0.0);
-        self.base.system.assemble(false);
-        Some(response)
+        self.beginning(&start, &ends, rigid, part.min(self.longest))
+    }
+
+    /// The same with the change of the stiffness of strains that were held softly and are not held, in the elements `soft`.
+    fn with_stiffness(&mut self, soft: &[Vec<ElementState<6>>], mut response: Response) -> Response {
+        let mut at = |times: f64| {
+            self.set(times * response.part);
+            states(&self.base.system)
+        };
+        let [rest, steps @ ..] = [0.0, 1.0, 2.0, 4.0].map(&mut at);
+        let weights = weights(response.part);
+        for (member, stressings) in response.stressings.iter_mut().enumerate() {
+            for (e, stressing) in stressings.iter_mut().enumerate() {
+                let (soft, rest) = (&soft[member][e].moduli, &rest[member][e].moduli);
+                for d in (0..6).filter(|&d| soft.held[d] != 0.0 && rest.held[d] == 0.0) {
+                    let by = |k: usize| steps[k][member][e].moduli.stiffness[d] - rest.stiffness[d];
+                    stressing.stiffness[d] = (0..3).map(|k| weights[k] * by(k)).sum();
+                }
+            }
+        }
+        response
+    }
+
+    /// Part of a response that rounding of the forces of springs may be.
+    fn rounding_of_springs(&self, response: &Response) -> f64 {
+        let system = &self.base.system;
+        let [mut changes, rounding] = springs::changed(system, &response.motions);
+        for stress in response.stressings.iter().flatten().flat_map(|stressing| &stressing.stress) {
+            let sizes = sizes(stress);
+            changes = [changes[0].max(sizes[0]), changes[1].max(sizes[1])];
+        }
+        beside(rounding, changes, system.size)
     }
 
     /// The response found on a part of the ramp that is short enough for it to be straight.
@@ -104,9 +157,9 @@ impl Beginning {
             let mut at = |times: f64| self.step(start, before, times * part, rigid);
             let steps = [at(1.0)?, at(2.0)?, at(4.0)?];
             let is_settled = steps.iter().all(|step| step.is_settled);
-            let rounding = steps.iter().fold(0.0f64, |most, step| most.max(step.rounding));
-            let error = if is_settled { left_out(&rest, &steps, size) } else { UNKNOWN };
-            Some((Response { error: error.max(rounding), ..Response::between(&rest, &steps, part) }, error))
+            let [bent, rounding] = left_out(&rest, &steps, size, part);
+            let bent = if is_settled { bent } else { UNKNOWN };
+            Some((Response { error: bent.max(rounding), ..Response::between(&rest, &steps, part) }, bent))
         };
         let mut found = on(part);
         for _ in 0..TIMES {
@@ -130,12 +183,14 @@ impl Beginning {
         let system = &mut self.base.system;
         // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
         // tangent, which is of second order in the fraction.
-        let mut motions: Vec<[f64; 6]> = Vec::new();
-        let (mut held, mut is_settled, mut rounding) = (HeldForces::default(), !rigid, 0.0f64);
-        let mut difference = f64::INFINITY;
+        let (mut held, mut is_settled, mut has_force) = (HeldForces::default(), !rigid, false);
+        let (mut motions, mut now) = (Vec::new(), states(system));
+        let (mut changed, mut difference) = ([0.0; 2], f64::INFINITY);
+        let mut stood: Option<(usize, Vec<Vec<ElementState<6>>>)> = None;
+        let (rest, size) = (states(system), system.size);
         held.begin(system);
         let most = if fraction > 0.0 { CORRECTIONS } else { AT_REST };
-        for _ in 0..if rigid { most } else { 1 } {
+        for correction in 0..if rigid { most } else { 1 } {
             system.assemble(true);
             system.advance(true)?;
             system.restore_shape(start, 1.0);
@@ -143,30 +198,43 @@ impl Beginning {
                 break;
             }
             let joints = 0..system.places.joints.len();
-            let moved = joints.map(|joint| system.pattern.equations.motion(joint, &system.tangent.rhs, true)).collect();
-            let last = std::mem::replace(&mut motions, moved);
-            is_settled |= rigid && held.are_settled(system, HELD);
-            let apart = apart(&last, &motions, system.size);
-            if apart <= FALLING {
-                rounding = rounding.max(apart);
+            motions = joints.map(|joint| system.pattern.equations.motion(joint, &system.tangent.rhs, true)).collect();
+            let last = std::mem::replace(&mut now, states(system));
+            has_force |= held.are_settled(system, HELD);
+            if correction == 0 {
+                continue;
             }
-            let stands = apart <= FALLING && apart > FALLS * difference;
+            changed = most_of(&last, &now);
+            let apart = beside(changed, most_of(&rest, &now), size);
+            let falls = apart <= FALLS * difference;
             difference = apart;
-            if is_settled && (apart <= SAME || stands) {
+            if has_force && (apart <= SAME || apart <= FALLING && !falls) {
+                is_settled = true;
                 break;
             }
+            // Rounding of what is stiffer than the auxiliary stiffness may be all that is left of an axial force.
+            match &stood {
+                _ if falls || apart > STOOD => stood = None,
+                None => stood = Some((correction, now.clone())),
+                Some((since, first)) if correction == since + STANDING => {
+                    let drift = most_of(first, &now);
+                    changed = [0, 1].map(|kind| UNSURE * changed[kind].max(drift[kind]));
+                    is_settled = true;
+                    break;
+                }
+                Some(_) => {}
+            }
         }
-        let states = states(system);
         let ends = before.iter().enumerate().map(|(member, before)| system.forces_after(member, before)).collect();
         system.restore(start);
-        Some(Stepped { states, ends, motions, is_settled, rounding })
+        Some(Stepped { states: now, ends, motions, is_settled, changed })
     }
 }
 
 impl Response {
     /// The rate at the state at rest, from the states at a part of the ramp, at twice and at four times as much.
     fn between(rest: &Stepped, steps: &[Stepped; 3], part: f64) -> Self {
-        let weights = [8.0 / 3.0, -1.0, 1.0 / 12.0].map(|weight| weight / part);
+        let weights = weights(part);
         let change = |rest: &ElementState<6>, steps: [&ElementState<6>; 3]| {
             let sum = |of: &dyn Fn(&ElementState<6>) -> f64| -> f64 {
                 (0..3).map(|k| weights[k] * (of(steps[k]) - of(rest))).sum()
@@ -198,42 +266,65 @@ impl Response {
     }
 }
 
-/// Part of motions by which they differ from those of a solve before; displacements beside displacements and spins beside spins.
-fn apart(before: &[[f64; 6]], now: &[[f64; 6]], size: f64) -> f64 {
-    let part = |motion: &[f64; 6], first: usize| norm([motion[first], motion[first + 1], motion[first + 2]]);
-    let off = |first| before.iter().zip(now).map(|(a, b)| part(&sub(*a, *b), first)).fold(0.0, f64::max);
-    let largest = |first| now.iter().map(|motion| part(motion, first)).fold(0.0, f64::max);
-    let (shift, spin) = (largest(0), largest(3));
-    let over = |off: f64, whole: f64| if off > 0.0 { off / whole } else { 0.0 };
-    let parts = [over(off(0), shift.max(LEVER * spin * size)), over(off(3), spin.max(LEVER * shift / size))];
-    if before.is_empty() { f64::INFINITY } else { parts[0].max(parts[1]) }
+/// Weights of the changes of a state on a part of a ramp, on twice and on four times as much in its rate.
+fn weights(part: f64) -> [f64; 3] {
+    [8.0 / 3.0, -1.0, 1.0 / 12.0].map(|weight| weight / part)
 }
 
-/// Part of the stresses' rates that higher orders may be, forces against forces and moments against moments.
+/// The largest force and the largest moment by which stresses of elements differ.
+fn most_of(before: &[Vec<ElementState<6>>], now: &[Vec<ElementState<6>>]) -> [f64; 2] {
+    let mut most = [0.0f64; 2];
+    for (before, now) in before.iter().flatten().zip(now.iter().flatten()) {
+        for (before, now) in before.stress.iter().zip(&now.stress) {
+            let sizes = sizes(&sub(*now, *before));
+            most = [most[0].max(sizes[0]), most[1].max(sizes[1])];
+        }
+    }
+    most
+}
+
+/// Sizes of a force and of a moment.
+fn sizes(stress: &[f64; 6]) -> [f64; 2] {
+    [0, 3].map(|first| norm([stress[first], stress[first + 1], stress[first + 2]]))
+}
+
+/// A force beside the largest one or a moment beside the largest one, where that is more, in a network of this size.
+fn beside(part: [f64; 2], whole: [f64; 2], size: f64) -> f64 {
+    let whole = [whole[0].max(LEVER * whole[1] / size), whole[1].max(LEVER * whole[0] * size)];
+    let over = |kind: usize| if part[kind] > 0.0 { part[kind] / whole[kind] } else { 0.0 };
+    over(0).max(over(1))
+}
+
+/// Part of the stresses' rates by `part` of the ramp that higher orders may be, and that rounding may be: forces against forces and
+/// moments against moments.
 ///
 /// With D(p) the rate by a part p, 2 D(p) − D(2p) is off by the second order. How far that is from the same of twice the part, times
 /// how far D(p) is from D(2p), is about what the third one leaves.
-fn left_out(rest: &Stepped, steps: &[Stepped; 3], size: f64) -> f64 {
-    let (mut off, mut changes) = ([[0.0f64; 2]; 2], [0.0f64; 2]);
+fn left_out(rest: &Stepped, steps: &[Stepped; 3], size: f64, part: f64) -> [f64; 2] {
+    let (mut off, mut rates) = ([[0.0f64; 2]; 2], [0.0f64; 2]);
     let all = |stepped: &'_ Stepped| -> Vec<[f64; 6]> {
         stepped.states.iter().flatten().flat_map(|state| state.stress.iter().copied()).collect()
     };
     let [first, second, third] = [0, 1, 2].map(|k| all(&steps[k]));
     for (((rest, first), second), third) in all(rest).iter().zip(first).zip(second).zip(third) {
-        let rates =
+        let [first, second, third] =
             [(first, 1.0), (second, 0.5), (third, 0.25)].map(|(stress, weight)| scale(weight, sub(stress, *rest)));
-        let bends = [sub(rates[1], rates[0]), sub(rates[2], rates[1])];
+        let bends = [sub(second, first), sub(third, second)];
+        let [first_order, second_order] = [sizes(&bends[0]), sizes(&sub(bends[1], scale(2.0, bends[0])))];
+        let first = sizes(&first);
         for kind in 0..2 {
-            let part = |of: &[f64; 6]| norm([of[3 * kind], of[3 * kind + 1], of[3 * kind + 2]]);
-            off[kind][0] = off[kind][0].max(part(&bends[0]));
-            off[kind][1] = off[kind][1].max(part(&sub(bends[1], scale(2.0, bends[0]))));
-            changes[kind] = changes[kind].max(part(&rates[0]));
+            off[0][kind] = off[0][kind].max(first_order[kind]);
+            off[1][kind] = off[1][kind].max(second_order[kind]);
+            rates[kind] = rates[kind].max(first[kind]);
         }
     }
-    let changes = [changes[0].max(LEVER * changes[1] / size), changes[1].max(LEVER * changes[0] * size)];
-    let over = |off: f64, change: f64| if off > 0.0 { off / change } else { 0.0 };
-    let orders = [0, 1].map(|order| over(off[0][order], changes[0]).max(over(off[1][order], changes[1])));
-    orders[1] * orders[0].max(orders[1])
+    let orders = off.map(|off| beside(off, rates, size));
+    let rounding = |kind: usize| -> f64 {
+        let weights = weights(part).map(f64::abs).into_iter();
+        let changed = |step: &Stepped| part * (step.changed[kind] + rest.changed[kind]);
+        weights.zip(steps).map(|(weight, step)| weight * changed(step)).sum()
+    };
+    [orders[1] * orders[0].max(orders[1]), beside([0, 1].map(rounding), rates, size)]
 }
 
 /// All elements of all members.

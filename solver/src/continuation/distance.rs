@@ -125,7 +125,7 @@ impl<const D: usize> Locator<'_, D> {
     /// Whether the tangent is that of eased strains, and tells another direction of the path: members between joints that do not move
     /// hang by the stretch that is eased, and a taut thread sags by its tangent 1.6 times as fast as in truth.
     fn is_misled(&self) -> bool {
-        self.system.loading.auxiliary.eases && !self.system.out_of_sight().is_empty()
+        self.system.loading.auxiliary.eases() && !self.system.out_of_sight().is_empty()
     }
 
     /// The path's direction by the tangent of strains as stiff as they are.

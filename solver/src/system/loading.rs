@@ -193,7 +193,7 @@ impl Loading {
 
     /// Takes another auxiliary stiffness; whether stiff strains are eased stays.
     pub(crate) fn set_auxiliary(&mut self, auxiliary: Auxiliary) {
-        self.auxiliary = Auxiliary { eases: self.auxiliary.eases, ..auxiliary };
+        self.auxiliary = Auxiliary { eased_from: self.auxiliary.eased_from, ..auxiliary };
     }
 
     /// Force and moment that rounding alone may leave.

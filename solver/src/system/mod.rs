@@ -235,10 +235,10 @@ impl<const D: usize> System<D> {
     /// Looks at the present state with strains as stiff as they are; it is linearized as it was again afterwards.
     pub(crate) fn uneased<R>(&mut self, look: impl FnOnce(&mut Self) -> R) -> R {
         let auxiliary = self.loading.auxiliary;
-        if !auxiliary.eases {
+        if !auxiliary.eases() {
             return look(self);
         }
-        self.loading.auxiliary.eases = false;
+        self.loading.auxiliary.eased_from = f64::INFINITY;
         self.apply_drives();
         self.assemble(false);
         let seen = look(self);
