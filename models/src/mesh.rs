@@ -116,15 +116,17 @@ impl Mesh {
         model.members[member].segments[self.stretch(model, member, index).segment].elements.is_none()
     }
 
-    /// Gives the shapes and section forces of a history the segments of the model, where those of the solver are stretches.
+    /// Gives the section forces of a state the segments of the model, where those of the solver are stretches.
+    pub fn name_sections(&self, model: &Model, state: &mut Equilibrium) {
+        for (member, along) in model.probes.sections().iter().zip(&mut state.sections) {
+            let Some(stretches) = self.grading.get(member) else { continue };
+            along.iter_mut().for_each(|at| at.segment = stretches[at.segment].segment);
+        }
+    }
+
+    /// The same of a history, and of its shapes.
     pub fn name_segments(&self, model: &Model, history: &mut History) {
-        let observed = model.probes.sections();
-        let name = |state: &mut Equilibrium| {
-            for (member, along) in observed.iter().zip(&mut state.sections) {
-                let Some(stretches) = self.grading.get(member) else { continue };
-                along.iter_mut().for_each(|at| at.segment = stretches[at.segment].segment);
-            }
-        };
+        let name = |state: &mut Equilibrium| self.name_sections(model, state);
         for step in &mut history.steps {
             step.refined.iter_mut().for_each(name);
             for increment in &mut step.increments {

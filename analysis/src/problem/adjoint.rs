@@ -329,9 +329,18 @@ impl Slopes<'_> {
 
     /// The probes whose derivatives are asked for at a step, or go into others that are.
     pub(super) fn needed(&self, index: usize) -> BTreeSet<usize> {
+        self.referred(index).0
+    }
+
+    /// The same, and those of them that are asked for at the step itself or go into expressions of later ones.
+    pub(super) fn referred(&self, index: usize) -> (BTreeSet<usize>, BTreeSet<usize>) {
         let probes = &self.design.model.probes;
         let mut open: Vec<(usize, usize)> =
             self.problem.outputs.iter().map(|output| (output.step, output.probe)).collect();
+        let at_the_step = |all: &[(usize, usize)]| -> BTreeSet<usize> {
+            all.iter().filter(|&&(step, _)| step == index).map(|&(_, probe)| probe).collect()
+        };
+        let mut asked = at_the_step(&open);
         let mut seen = BTreeSet::new();
         while let Some((step, probe)) = open.pop() {
             if !seen.insert((step, probe)) {
@@ -341,11 +350,16 @@ impl Slopes<'_> {
                 match *operand {
                     Operand::Parameter(_) => {}
                     Operand::Probe(other) => open.push((step, other)),
-                    Operand::After { probe: other, step: at } => open.push((at, other)),
+                    Operand::After { probe: other, step: at } => {
+                        open.push((at, other));
+                        if at == index && step > at {
+                            asked.insert(other);
+                        }
+                    }
                 }
             }
         }
-        seen.into_iter().filter(|&(step, _)| step == index).map(|(_, probe)| probe).collect()
+        (at_the_step(&seen.into_iter().collect::<Vec<_>>()), asked)
     }
 
     /// Adds what quantities change by where nothing moves: by their own numbers, and by those of arms of bodies.
@@ -366,7 +380,7 @@ impl Slopes<'_> {
         for Read { quantity, weights, .. } in read {
             let slope = &mut slopes[quantity * self.row.len() + input];
             if owned(*quantity) {
-                let values = |design: &Design| design.model.probes.evaluate(state, &[]);
+                let values = |design: &Design| self.probes(&design.model, state.clone(), &[]);
                 let around = around.get_or_insert_with(|| nearby.around().map(values));
                 *slope += nearby::change(around.each_ref().map(|values| values[*quantity])) / far;
             }

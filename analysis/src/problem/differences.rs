@@ -115,13 +115,15 @@ impl Slopes<'_> {
         let probes = &self.design.model.probes;
         let regular = exact.is_some_and(|exact| exact.regular);
         let refers = |quantity: usize| quantity < probes.len() && probes.operands(quantity).is_some();
+        let (_, asked) = self.referred(at.0);
+        let is_asked = |quantity: usize| quantity >= probes.len() || asked.contains(&quantity);
         for input in 0..inputs {
             let stated = |quantity: usize| exact.is_some_and(|exact| exact.states(quantity, input));
             let settled = |quantity: usize| exact.is_some_and(|exact| exact.is_near(quantity, input));
             // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near:
             // expressions follow what they refer to.
             let known = |quantity: usize| settled(quantity) && (regular || refers(quantity));
-            let counts = |quantity: usize| !known(quantity) && (stated(quantity) || self.counts(at.0, quantity));
+            let counts = |quantity: usize| !known(quantity) && (stated(quantity) || is_asked(quantity));
             if !(0..count).any(counts) {
                 continue;
             }
@@ -162,7 +164,7 @@ impl Slopes<'_> {
         for (round, part) in APART.into_iter().enumerate() {
             let last = round + 1 == APART.len();
             // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
-            let around = match self.around(path, packs, (index, record), (input, part * size, last), kept) {
+            let around = match self.around(path, packs, index, (input, part * size, last), kept) {
                 Ok(around) => around,
                 Err(Reason::Singular { .. }) if !last => continue,
                 Err(reason) => return Err(reason),
@@ -209,27 +211,21 @@ impl Slopes<'_> {
         &self,
         path: &mut Continuation<'static, D>,
         packs: Packs<D>,
-        at: (usize, &StepHistory),
+        index: usize,
         (input, apart, last): (usize, f64, bool),
         kept: &[Component],
     ) -> Result<Around, Reason> {
         let straight = CHANGED / (NEAR * size(self.row[input]));
         let mut pair = |by: f64| {
-            let mut neighbour = |by: f64| self.neighbour(path, packs, at, (input, by), kept);
+            let mut neighbour = |by: f64| self.neighbour(path, packs, index, (input, by), kept);
             let (ahead, behind) = (neighbour(by)?, neighbour(-by)?);
             let settled = last || ahead.settled && behind.settled;
             match settled && bend(&ahead.moved, &behind.moved) <= straight * by {
                 true => Ok([ahead.values, behind.values]),
-                false => Err(Reason::Singular { step: at.0 }),
+                false => Err(Reason::Singular { step: index }),
             }
         };
         Ok(Around { apart, near: pair(apart)?, far: pair(2.0 * apart)?, beyond: pair(4.0 * apart).ok() })
-    }
-
-    /// Whether the derivative of a probe, or of a component beyond them, is asked for.
-    fn counts(&self, index: usize, quantity: usize) -> bool {
-        let wanted = |output: &super::Output| output.probe == quantity && output.step == index;
-        quantity >= self.after[index].len() || self.problem.outputs.iter().any(wanted)
     }
 
     /// Why a derivative is not to be trusted: what is greatest somewhere, or made by an expression, may have a corner.
@@ -245,7 +241,7 @@ impl Slopes<'_> {
         &self,
         path: &mut Continuation<'static, D>,
         packs: Packs<D>,
-        (index, record): (usize, &StepHistory),
+        index: usize,
         (input, by): (usize, f64),
         kept: &[Component],
     ) -> Result<Neighbour, Reason> {
@@ -279,7 +275,7 @@ impl Slopes<'_> {
             values.iter().enumerate().map(|(probe, value)| value + by * rate(probe)).collect()
         };
         let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(later).collect();
-        let mut values = self.probes(&model, record, state, &after);
+        let mut values = self.probes(&model, state, &after);
         values.extend(kept.iter().map(|&(node, component)| together::present(&system, node, component)));
         Ok(Neighbour { values, moved, settled })
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use pennate_models::Model;
 use pennate_solver::continuation::Continuation;
-use pennate_solver::history::{Equilibrium, History, Status, StepHistory};
+use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::structure::Change;
 
 use super::adjoint::Exact;
@@ -160,7 +160,7 @@ impl<'a> Slopes<'a> {
             });
         }
         let Some(last) = record.increments.last() else { return Err(Reason::Interrupted) };
-        let values = self.probes(&self.design.model, record, last.state.clone(), &self.after);
+        let values = self.probes(&self.design.model, last.state.clone(), &self.after);
         self.note_holds(index);
         self.after.push(values);
         self.slopes.push(Vec::new());
@@ -204,19 +204,9 @@ impl<'a> Slopes<'a> {
     }
 
     /// Values of all probes in a state.
-    pub(super) fn probes(
-        &self,
-        model: &Model,
-        record: &StepHistory,
-        state: Equilibrium,
-        after: &[Vec<f64>],
-    ) -> Vec<f64> {
-        if self.problem.mesh.grading.is_empty() || state.sections.is_empty() {
-            return model.probes.evaluate(&state, after);
-        }
-        let mut history = neighbour::history_of(record, state);
-        self.problem.mesh.name_segments(model, &mut history);
-        model.probes.evaluate(&history.steps[0].increments[0].state, after)
+    pub(super) fn probes(&self, model: &Model, mut state: Equilibrium, after: &[Vec<f64>]) -> Vec<f64> {
+        self.problem.mesh.name_sections(model, &mut state);
+        model.probes.evaluate(&state, after)
     }
 
     /// Takes note of what a step changes about what is held; where components were is known from the step before.

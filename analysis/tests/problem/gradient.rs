@@ -617,3 +617,46 @@ fn axes_and_arms_of_what_is_held() {
         check(&text, &["y", "a", "arm", "by", "EI"], &["x", "turn", "root", "beside", "push"]);
     }
 }
+
+/// A place that a parameter moves, beside the largest moment of a member whose elements are graded into the layers at its ends.
+#[test]
+fn places_beside_a_largest_moment_on_a_graded_mesh() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { p = -22 }
+        nodes = { A = [-39.3, -73.1], B = [131.2, 0.83], C = [225.6, "= p"], D = [278.1, 9.34] }
+        materials = { m = { youngs_modulus = 2200, poissons_ratio = 0.3 } }
+        sections = { s = { rectangle = { width = 2.18, height = 1.46 } } }
+        members = { a = { nodes = ["A", "B"], section = "s", material = "m" },
+                    b = { nodes = ["B", "C"], section = "s", material = "m" },
+                    c = { nodes = ["C", "D"], section = "s", material = "m" } }
+        supports = { A = "clamped", D = "clamped" }
+        steps = [{ name = "s", displacement = { B = { uy = 22.4 } } }]
+        probes = { gap = { nodes = ["A", "C"], distance = true }, most = { member = "a", moment = "max" } }
+    "#;
+    let probes = ["gap", "most"];
+    let problem = Problem::new(&Document::from_text("bars.toml", text), &[], &["p"], &probes, 1e-5).unwrap();
+    // Exact bounds of the moment are those of four points.
+    check_within(&problem, &problem.middle(), &probes, 1e-5);
+}
+
+/// What an expression refers to at the end of a step before, in which a prescribed rotation follows a parameter.
+#[test]
+fn a_step_before_with_a_prescribed_rotation_in_space() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "space"
+        parameters = { p = 10 }
+        nodes = { A = [0, 0, 0], B = [100, 10, 0], C = [200, 0, 0] }
+        materials = { m = { youngs_modulus = 2200, poissons_ratio = 0.3 } }
+        sections = { s = { circle = { radius = 2 } } }
+        members = { a = { nodes = ["A", "B"], section = "s", material = "m" },
+                    b = { nodes = ["B", "C"], section = "s", material = "m" } }
+        supports = { A = "clamped", C = "pinned" }
+        steps = [{ name = "turn", rotation = { B = [-30, 12, "= p"] } }, { name = "push", force = { B = [0, 0.1, 0] } }]
+        probes = { d = { node = "B", displacement = "uy" }, before = "= 2 * d@turn", both = "= before + d" }
+    "#;
+    check(text, &["p"], &["before"]);
+    let problem = Problem::new(&Document::from_text("bars.toml", text), &[], &["p"], &["both"], 1e-6).unwrap();
+    check_within(&problem, &problem.middle(), &["both"], 1e-6);
+}
