@@ -19,7 +19,7 @@ use crate::adapt::{Adaptive, Next};
 /// Meshes that are tried at most, and those among them on which there may be no answer.
 const MAX_ROUNDS: usize = 6;
 const MAX_LOST: usize = 3;
-/// So many finer meshes in a row whose errors are larger than this part of the smallest before end the search,
+/// So many meshes in a row whose errors are larger than this part of the smallest before, or rounding, end the search,
 const STALLS: usize = 2;
 const STALLED: f64 = 0.5;
 /// if that was smaller than this.
@@ -145,6 +145,9 @@ impl Adaptive for Search<'_> {
         };
         // All nodes of all elements take part, and rounding grows with the fourth power of their number.
         let stalled = best.is_some_and(|before| before.worst < NEAR && worst > STALLED * before.worst);
+        // Nor does a finer mesh take away what rounding makes, or tell a response that is not known.
+        let by_rounding = |values: &Values| worst > self.request.accuracy && values.rounding >= worst;
+        let stalled = stalled || values.as_ref().is_some_and(by_rounding);
         self.stalls = if stalled { self.stalls + 1 } else { 0 };
         Ok(Round { mesh, values, worst, stalls: self.stalls, next: None })
     }

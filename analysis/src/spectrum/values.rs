@@ -41,6 +41,8 @@ pub(super) struct Values {
     pub raised: usize,
     /// Part of that error which is expected to be the one asked for.
     pub left: f64,
+    /// Of buckling: the largest part of a factor that rounding may be, and what the response to the ramp is known to.
+    pub rounding: f64,
     /// Of buckling: where the motions are on other elements.
     pub near: Near,
     /// Of buckling: factors on the highest order, and the one of the ramp the other way.
@@ -57,6 +59,7 @@ impl Default for Values {
             unknowns: 0,
             raised: 0,
             left: 1.0,
+            rounding: 0.0,
             near: Near::default(),
             known: Default::default(),
         }
@@ -108,6 +111,7 @@ impl Values {
         let size = diagonal(structure.nodes.iter().copied());
         let present = present(ramp);
         let none = fine.critical.is_empty();
+        let rounding = fine.critical.iter().map(|critical| critical.rounding).fold(0.0, f64::max);
         let entries = fine
             .critical
             .into_iter()
@@ -140,6 +144,7 @@ impl Values {
             unknowns: fine.unknowns,
             raised,
             left,
+            rounding,
             near: fine.near,
             known,
         }

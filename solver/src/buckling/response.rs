@@ -47,7 +47,7 @@ const FALLS: f64 = 0.5;
 /// So many corrections in a row that do not change less and less, of which none changes more than this part, are enough where axial
 /// forces are not told to be what they are; stresses may then be off by so many times what these changed.
 const STANDING: usize = 6;
-const STOOD: f64 = 1e-5;
+const STOOD: f64 = 1e-2;
 const UNSURE: f64 = 10.0;
 /// Moments count no less than this part of forces times the size of the network, and forces than this part of moments over it.
 const LEVER: f64 = 1e-3;
