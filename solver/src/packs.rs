@@ -46,6 +46,11 @@ impl Auxiliary {
         Self { eased_from: AUXILIARY.member, ..self }
     }
 
+    /// The stiffness from which a strain beside a bending stiffness has it in series.
+    fn eased(self, ei: f64, [_, member_length]: [f64; 2]) -> f64 {
+        ei * self.eased_from / (member_length * member_length)
+    }
+
     /// Whether it is in series with strains that are not held.
     pub(crate) fn eases(self) -> bool {
         self.eased_from.is_finite()
@@ -285,7 +290,7 @@ pub(crate) fn moduli(
     let (ei2, ei3) = turn.pair(section.ei2, section.ei3);
     let raw = [section.ea, ga2, ga3, section.gj, ei2, ei3];
     let bending = beside(ei2, ei3);
-    let stiff = |d: usize| Auxiliary::new(auxiliary.eased_from, 0.0, 0.0).of_bending(bending[d], lengths);
+    let stiff = |d: usize| auxiliary.eased(bending[d], lengths);
     let holding = |d: usize| auxiliary.stiffness(bending[if d < 3 { d } else { 0 }], lengths, carried);
     let [element_length, _] = lengths;
     let curvature = turn.vector(state.curvature);

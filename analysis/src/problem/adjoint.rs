@@ -337,10 +337,8 @@ impl Slopes<'_> {
         let probes = &self.design.model.probes;
         let mut open: Vec<(usize, usize)> =
             self.problem.outputs.iter().map(|output| (output.step, output.probe)).collect();
-        let at_the_step = |all: &[(usize, usize)]| -> BTreeSet<usize> {
-            all.iter().filter(|&&(step, _)| step == index).map(|&(_, probe)| probe).collect()
-        };
-        let mut asked = at_the_step(&open);
+        let here = |&(step, probe): &(usize, usize)| (step == index).then_some(probe);
+        let mut asked: BTreeSet<usize> = open.iter().filter_map(here).collect();
         let mut seen = BTreeSet::new();
         while let Some((step, probe)) = open.pop() {
             if !seen.insert((step, probe)) {
@@ -359,7 +357,7 @@ impl Slopes<'_> {
                 }
             }
         }
-        (at_the_step(&seen.into_iter().collect::<Vec<_>>()), asked)
+        (seen.iter().filter_map(here).collect(), asked)
     }
 
     /// Adds what quantities change by where nothing moves: by their own numbers, and by those of arms of bodies.
@@ -380,8 +378,12 @@ impl Slopes<'_> {
         for Read { quantity, weights, .. } in read {
             let slope = &mut slopes[quantity * self.row.len() + input];
             if owned(*quantity) {
-                let values = |design: &Design| self.probes(&design.model, state.clone(), &[]);
-                let around = around.get_or_insert_with(|| nearby.around().map(values));
+                let values = || {
+                    let mut named = state.clone();
+                    self.problem.mesh.name_sections(model, &mut named);
+                    nearby.around().map(|design: &Design| design.model.probes.evaluate(&named, &[]))
+                };
+                let around = around.get_or_insert_with(values);
                 *slope += nearby::change(around.each_ref().map(|values| values[*quantity])) / far;
             }
             for &(node, weight) in &weights.reactions {

@@ -119,6 +119,11 @@ impl Beginning {
 
     /// The same with the change of the stiffness of strains that were held softly and are not held, in the elements `soft`.
     fn with_stiffness(&mut self, soft: &[Vec<ElementState<6>>], mut response: Response) -> Response {
+        let is_soft = |(soft, own): (&ElementState<6>, &ElementState<6>)| soft.moduli.held != own.moduli.held;
+        self.set(0.0);
+        if !soft.iter().flatten().zip(states(&self.base.system).iter().flatten()).any(is_soft) {
+            return response;
+        }
         let mut at = |times: f64| {
             self.set(times * response.part);
             states(&self.base.system)
@@ -184,10 +189,10 @@ impl Beginning {
         // Multipliers of rigid components need more than one solve. Each takes the stresses of the last along in its
         // tangent, which is of second order in the fraction.
         let (mut held, mut is_settled, mut has_force) = (HeldForces::default(), !rigid, false);
-        let (mut motions, mut now) = (Vec::new(), states(system));
         let (mut changed, mut difference) = ([0.0; 2], f64::INFINITY);
         let mut stood: Option<(usize, Vec<Vec<ElementState<6>>>)> = None;
-        let (rest, size) = (states(system), system.size);
+        let (rest, size) = (if rigid { states(system) } else { Vec::new() }, system.size);
+        let (mut motions, mut now) = (Vec::new(), rest.clone());
         held.begin(system);
         let most = if fraction > 0.0 { CORRECTIONS } else { AT_REST };
         for correction in 0..if rigid { most } else { 1 } {
