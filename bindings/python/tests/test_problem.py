@@ -46,6 +46,24 @@ class Row:
         return np.array(self.values, dtype=dtype)
 
 
+class Labels:
+    """Names along an axis."""
+
+    def __init__(self, values: list[str]) -> None:
+        self.values = np.array(values)
+
+
+class Labelled:
+    """An array whose axes have names, as those of xarray have."""
+
+    def __init__(self, labels: list[str] | None, values: list[list[float]]) -> None:
+        self.dims, self.values = ("design", "parameter"), values
+        self.coords = {} if labels is None else {"parameter": Labels(labels)}
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return np.array(self.values, dtype=dtype)
+
+
 @pytest.fixture(scope="module")
 def problem(dyad: pennate.Network) -> pennate.Problem:
     return dyad.problem(["beta", "pressure"], PROBES)
@@ -203,6 +221,8 @@ X = [[22.0, 25.0], [30.0, 20.0]]
         ([[22.0, 25.0], [30.0]], ValueError, "x: rows of numbers expected, all of the same length"),
         (Row(["pressure", "beta"], X[0]), ValueError, "x has the columns pressure, beta, but beta, pressure are expected"),
         (Frame(["pressure", "beta"], X), ValueError, "x has the columns pressure, beta, but beta, pressure are expected"),
+        (Labelled(["pressure", "beta"], X), ValueError, "x has the columns pressure, beta, but beta, pressure are expected"),
+        ([[22.0, 10**400]], ValueError, "x: finite numbers expected, not 1000.* in row 0 for 'pressure'"),
     ],
 )
 def test_what_are_no_designs_is_refused_with_its_place(
@@ -221,7 +241,8 @@ def test_designs_may_be_arrays_of_any_kind(problem: pennate.Problem) -> None:
     fixed.flags.writeable = False
     for same in (fixed, x.astype(np.float32), x.astype(int), x.astype(">f8"), x.astype(object), x[::-1][::-1], tuple(map(tuple, X))):
         np.testing.assert_array_equal(problem(same), y)
-    for frame in (Frame(["beta", "pressure"], X), Frame([0, 1], X)):
+    named = (Frame(["beta", "pressure"], X), Labelled(["beta", "pressure"], X))
+    for frame in (*named, Frame([0, 1], X), Labelled(None, X)):
         np.testing.assert_array_equal(problem(frame), y)
     np.testing.assert_allclose(problem(Row(["beta", "pressure"], X[1])), y[1], rtol=ROUNDING)
     # What is masked is not a number, whatever lies below the mask.
@@ -262,6 +283,9 @@ def test_wrong_values_of_live_states_are_named(problem: pennate.Problem) -> None
     for value in ("30", 30j, [30.0], None):
         with pytest.raises(TypeError, match="parameter 'beta': a number expected, not"):
             live.set(beta=value)  # type: ignore[arg-type]
+    for value in (np.nan, -np.inf):
+        with pytest.raises(ValueError, match="parameter 'beta': a finite number expected, not"):
+            live.set(pressure=20, beta=value)
     with pytest.raises(TypeError, match="parameter 'beta': numbers expected, not 'x' at index 1"):
         lives.set(beta=[1, "x", 2])  # type: ignore[list-item]
     with pytest.raises(ValueError, match=r"parameter 'beta' has the shape \(2,\), but there are 3 states"):

@@ -139,10 +139,13 @@ def numbers(given: npt.ArrayLike, what: str, columns: Sequence[str] = ()) -> Arr
 
 
 def _check_columns(given: object, what: str, columns: Sequence[str]) -> None:
-    """A table that names its columns, or a row of one, must have them in order."""
+    """A table or a labelled array that names its columns, or a row of one, must have them in order."""
     heads = getattr(given, "columns", None)
     if heads is None:
         heads = getattr(given, "index", None)
+    if heads is None and hasattr(given, "dims") and hasattr(given, "coords"):
+        last = tuple(given.dims)[-1:]
+        heads = given.coords[last[0]].values if last and last[0] in given.coords else None
     if heads is None or callable(heads) or not columns:
         return
     have = [str(head) for head in heads]
@@ -164,6 +167,9 @@ def _converted(found: npt.NDArray[Any], what: str, columns: Sequence[str]) -> Ar
         except (TypeError, ValueError):
             where = placed(place, columns)
             raise TypeError(f"{what}: numbers expected, not {shown(value)}{where}") from None
+        except OverflowError:
+            where = placed(place, columns)
+            raise ValueError(f"{what}: finite numbers expected, not {shown(value)}{where}") from None
     return converted
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, overload
@@ -205,9 +206,16 @@ class Live:
         self._wanted = self._core.now()[1].tolist()
 
     def set(self, /, **parameters: float) -> Live:
-        """Sets parameters to values that the next `solve` goes to."""
+        """Sets parameters to values that the next `solve` goes to.
+
+        Raises:
+            ValueError: A value is no finite number; nothing is set.
+        """
         places = [_named(name, self.problem.parameters, "parameter") for name in parameters]
         values = [_arguments.real(value, f"parameter '{name}'") for name, value in parameters.items()]
+        for name, value in zip(parameters, values):
+            if not math.isfinite(value):
+                raise ValueError(f"parameter '{name}': a finite number expected, not {value}")
         for place, value in zip(places, values):
             self._wanted[place] = value
         return self
