@@ -5,6 +5,7 @@ use pennate_elements::rotation::tangent_map;
 use pennate_solver::history::Equilibrium;
 use pennate_solver::structure::NodeId;
 
+use crate::expression::Expression;
 use crate::probes::{Operand, Probe, Probes};
 
 /// The derivatives of a probe by what it is read from. Angles of the probe are degrees, spins are radians.
@@ -73,20 +74,14 @@ impl Probes {
 
     /// What an expression of probes refers to; `None` for any other probe.
     pub fn operands(&self, probe: usize) -> Option<&[Operand]> {
-        match &self.probes[probe] {
-            Probe::Expression { operands, .. } => Some(operands),
-            _ => None,
-        }
+        self.expression(probe).map(|(_, operands)| operands)
     }
 
-    /// The value of an expression of probes, with values of all probes now and after the steps before.
-    pub fn combine(&self, probe: usize, values: &[f64], after: &[Vec<f64>]) -> f64 {
+    /// An expression of probes, with what it refers to; `None` for any other probe.
+    pub fn expression(&self, probe: usize) -> Option<(&Expression, &[Operand])> {
         match &self.probes[probe] {
-            Probe::Expression { expression, operands } => {
-                let operands: Vec<f64> = operands.iter().map(|operand| operand.value(values, after)).collect();
-                expression.value(&operands)
-            }
-            _ => f64::NAN,
+            Probe::Expression { expression, operands } => Some((expression, operands)),
+            _ => None,
         }
     }
 

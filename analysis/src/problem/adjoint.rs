@@ -5,12 +5,8 @@
 //! what is free: one solve with the factors at hand. With μ = λ + w then dq/dp = μ · ∂F/∂p + (v + Kᵀ μ) · ∂d/∂p + ∂q/∂p.
 //! Of a parameter only ∂F/∂p is left to find: forces of the parts that it reaches, where the joints stay where they are.
 
-use std::collections::BTreeSet;
-
 use pennate_elements::rotation::{turn, turn_less_identity};
 use pennate_elements::small::{add, cross, dot, scale, sub};
-use pennate_models::Model;
-use pennate_models::probes::Operand;
 use pennate_models::slopes::Weights;
 use pennate_solver::compliance;
 use pennate_solver::history::Equilibrium;
@@ -34,12 +30,11 @@ use crate::together;
 /// distance of the part δ of a parameter, it changes by that part over 4 δ.
 const NEAR: f64 = 1e-4;
 const CHANGED: f64 = 0.1;
-/// A second difference larger than this part of the first one is a corner.
-const CORNER: f64 = 0.05;
-const ROUNDING: f64 = 1e-12;
 /// What extrapolation to no distance may change of a derivative, over the largest of its probe: its square is left, or less. Where it
 /// changes more, distances are shorter.
 const CORRECTED: f64 = 1e-5;
+/// Part of what derivatives of a quantity are measured by at least that rounding of the state leaves of each.
+const ROUNDED: f64 = 1e-9;
 /// Auxiliary stiffnesses that are tried at most: of what statics fixes, all of them leave rounding, which never agrees.
 const ENOUGH: usize = 6;
 /// Part of what forces do along motions, each taken by itself, that rounding leaves where they cancel: with an auxiliary stiffness up to this
@@ -47,7 +42,8 @@ const ENOUGH: usize = 6;
 const CANCELS: f64 = 3e-14;
 const UP_TO: f64 = packs::MODERATE.member;
 
-/// Derivatives that no distance goes into, of probes and of components beyond them; not a number where there are none.
+/// Derivatives that no distance goes into, of probes but for expressions, and of components beyond them; not a number where there are
+/// none.
 pub(super) struct Exact {
     /// By quantity and parameter.
     pub found: Vec<Estimate>,
@@ -64,11 +60,6 @@ impl Exact {
     /// Whether there is nothing left to find in another way.
     pub(super) fn serves(&self) -> bool {
         self.regular && self.whole && self.errors.iter().all(|&error| error <= WITHIN)
-    }
-
-    /// The derivatives alone.
-    pub(super) fn slopes(&self) -> Vec<f64> {
-        self.found.iter().map(|found| found.slope).collect()
     }
 
     /// Whether there is a derivative of a quantity.
@@ -117,7 +108,7 @@ impl Slopes<'_> {
         let needed = self.needed(index);
         let plain = |probe: &&usize| probes.operands(**probe).is_none();
         let mut read: Vec<Read> = Vec::new();
-        let mut missing = BTreeSet::new();
+        let mut misses = false;
         if needed.iter().any(|&probe| probes.is_stiffness(probe)) {
             system.assemble(false);
         }
@@ -131,14 +122,14 @@ impl Slopes<'_> {
             match found {
                 Some((weights, compliance)) => read.push(Read { quantity, weights, compliance }),
                 None if whole => return None,
-                None => _ = missing.insert(quantity),
+                None => misses = true,
             }
         }
         for (place, &component) in kept.iter().enumerate() {
             let (quantity, weights) = (probes.len() + place, weights_of(system, component));
             read.push(Read { quantity, weights, compliance: None });
         }
-        if read.is_empty() && !missing.is_empty() {
+        if read.is_empty() && misses {
             return None;
         }
         let all = self.nearby.take().unwrap_or_else(|| self.problem.nearby(self.row, self.design));
@@ -146,7 +137,7 @@ impl Slopes<'_> {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, (index, state), (&needed, &read, missing), (&all, kept), copies);
+        let found = self.slopes_of(system, (index, state), (&read, !misses), (&all, kept), copies);
         self.nearby = Some(Some(all));
         // Nobody goes on from the end of the last step, unless neighbours are looked at.
         let is_done = matches!(&found, Some(Ok(exact)) if exact.regular && exact.whole);
@@ -156,13 +147,13 @@ impl Slopes<'_> {
         found
     }
 
-    /// The same with what is read at hand, and what is to be found in another way; leaves the system with the auxiliary stiffness that was
+    /// The same with what is read at hand, and whether that is all; leaves the system with the auxiliary stiffness that was
     /// taken last.
     fn slopes_of<const D: usize>(
         &self,
         system: &mut System<D>,
         (index, state): (usize, &Equilibrium),
-        (needed, read, mut missing): (&BTreeSet<usize>, &[Read], BTreeSet<usize>),
+        (read, whole): (&[Read], bool),
         (all, kept): (&[Nearby], &[Component]),
         copies: &mut Kept<D>,
     ) -> Option<Result<Exact, Reason>> {
@@ -196,7 +187,7 @@ impl Slopes<'_> {
                 slopes[own.clone()].iter().zip(&sizes).map(|(slope, size)| (slope * size).abs()).fold(0.0, f64::max);
             let cancelled = &cancelled[count - 1][place * inputs..][..inputs];
             for ((error, size), cancelled) in errors[own].iter_mut().zip(&sizes).zip(cancelled) {
-                *error = off * largest / size + cancelled;
+                *error = off * largest / size + cancelled + ROUNDED * floors[place] / size;
             }
         }
         for nearby in all {
@@ -204,14 +195,13 @@ impl Slopes<'_> {
                 self.add_own(system, state, (read, kept), (nearby, input), &mut slopes);
             }
         }
-        self.combine(index, all, (needed, &mut missing), &mut slopes)?;
         let regular = system.pattern.equations.size == 0 || self.is_regular(system, index, &explicit);
         let estimate =
             |(slope, error): (f64, f64)| if slope.is_finite() { Estimate { slope, error } } else { Estimate::NONE };
-        let mut found: Vec<Estimate> = slopes.into_iter().zip(errors).map(estimate).collect();
-        let errors = self.relative(index, &greatest, needed, &mut found);
+        let found: Vec<Estimate> = slopes.into_iter().zip(errors).map(estimate).collect();
+        let errors = self.relative(index, &greatest, &found);
         // A singular point may be near, or wires so stiff that motions of second order count: neighbours tell the two apart.
-        Some(Ok(Exact { found, errors, inputs, regular, whole: missing.is_empty() }))
+        Some(Ok(Exact { found, errors, inputs, regular, whole }))
     }
 
     /// Derivatives with the auxiliary stiffness that the system has, of `count` quantities, some of which are read, each of them measured by
@@ -277,41 +267,16 @@ impl Slopes<'_> {
         Some(Ok(Round { slopes, cancelled, explicit }))
     }
 
-    /// By how much derivatives may be wrong, over the largest of their quantity; expressions by as much as what they refer to.
-    fn relative(
-        &self,
-        index: usize,
-        greatest: &Greatest,
-        needed: &BTreeSet<usize>,
-        found: &mut [Estimate],
-    ) -> Vec<f64> {
-        let (probes, inputs) = (&self.design.model.probes, self.row.len());
+    /// By how much derivatives may be wrong, over the largest of their quantity.
+    fn relative(&self, index: usize, greatest: &Greatest, found: &[Estimate]) -> Vec<f64> {
+        let inputs = self.row.len();
         let mut errors = vec![0.0; found.len()];
         for (quantity, own) in found.chunks_exact(inputs.max(1)).enumerate() {
-            let measure = self.measure(index, greatest, quantity, own);
+            let measure = self.measure(own, self.floor(index, greatest, quantity));
             for ((error, found), &value) in errors[quantity * inputs..].iter_mut().zip(own).zip(self.row) {
                 if found.slope.is_finite() && measure > 0.0 {
                     *error = found.error * size(value) / measure;
                 }
-            }
-        }
-        for &probe in probes.order().iter().filter(|&probe| needed.contains(probe)) {
-            for operand in probes.operands(probe).into_iter().flatten() {
-                let other = match *operand {
-                    Operand::Probe(other) => other,
-                    Operand::After { probe: other, step } if step == index => other,
-                    Operand::Parameter(_) | Operand::After { .. } => continue,
-                };
-                for input in 0..inputs {
-                    let error = errors[other * inputs + input];
-                    let own = &mut errors[probe * inputs + input];
-                    *own = own.max(error);
-                }
-            }
-            let own = probe * inputs..(probe + 1) * inputs;
-            let measure = self.measure(index, greatest, probe, &found[own.clone()]);
-            for ((found, error), &value) in found[own.clone()].iter_mut().zip(&errors[own]).zip(self.row) {
-                found.error = found.error.max(error * measure / size(value));
             }
         }
         errors
@@ -325,39 +290,6 @@ impl Slopes<'_> {
             D == 6 && general && matches!(held.kind, HeldKind::Rotation { .. })
         };
         !equations.held.iter().any(turns)
-    }
-
-    /// The probes whose derivatives are asked for at a step, or go into others that are.
-    pub(super) fn needed(&self, index: usize) -> BTreeSet<usize> {
-        self.referred(index).0
-    }
-
-    /// The same, and those of them that are asked for at the step itself or go into expressions of later ones.
-    pub(super) fn referred(&self, index: usize) -> (BTreeSet<usize>, BTreeSet<usize>) {
-        let probes = &self.design.model.probes;
-        let mut open: Vec<(usize, usize)> =
-            self.problem.outputs.iter().map(|output| (output.step, output.probe)).collect();
-        let here = |&(step, probe): &(usize, usize)| (step == index).then_some(probe);
-        let mut asked: BTreeSet<usize> = open.iter().filter_map(here).collect();
-        let mut seen = BTreeSet::new();
-        while let Some((step, probe)) = open.pop() {
-            if !seen.insert((step, probe)) {
-                continue;
-            }
-            for operand in probes.operands(probe).into_iter().flatten() {
-                match *operand {
-                    Operand::Parameter(_) => {}
-                    Operand::Probe(other) => open.push((step, other)),
-                    Operand::After { probe: other, step: at } => {
-                        open.push((at, other));
-                        if at == index && step > at {
-                            asked.insert(other);
-                        }
-                    }
-                }
-            }
-        }
-        (seen.iter().filter_map(here).collect(), asked)
     }
 
     /// Adds what quantities change by where nothing moves: by their own numbers, and by those of arms of bodies.
@@ -410,56 +342,6 @@ impl Slopes<'_> {
                 }
             }
         }
-    }
-
-    /// Derivatives of expressions by those of what they refer to, but for what is missing; `None` where one has a corner.
-    fn combine(
-        &self,
-        index: usize,
-        all: &[Nearby],
-        (needed, missing): (&BTreeSet<usize>, &mut BTreeSet<usize>),
-        slopes: &mut [f64],
-    ) -> Option<()> {
-        let (probes, inputs) = (&self.design.model.probes, self.row.len());
-        let values = &self.after[index];
-        for &probe in probes.order().iter().filter(|&probe| needed.contains(probe)) {
-            let Some(operands) = probes.operands(probe) else { continue };
-            let misses = |operand: &Operand| match *operand {
-                Operand::Parameter(_) => false,
-                Operand::Probe(other) => missing.contains(&other),
-                Operand::After { probe: other, step } => step == index && missing.contains(&other),
-            };
-            if operands.iter().any(misses) {
-                missing.insert(probe);
-                continue;
-            }
-            for (nearby, &input) in all.iter().flat_map(|nearby| nearby.inputs.iter().map(move |input| (nearby, input)))
-            {
-                let by = apart(self.row[input]);
-                let moved = |values: &[f64], slopes: &[f64], by: f64| -> Vec<f64> {
-                    let rate = |probe: usize| slopes.get(probe * inputs + input).copied().unwrap_or(f64::NAN);
-                    values.iter().enumerate().map(|(probe, value)| value + by * rate(probe)).collect()
-                };
-                let at = |model: &Model, by: f64| {
-                    let before = self.after[..index].iter().zip(&self.slopes);
-                    let before: Vec<Vec<f64>> = before.map(|(values, slopes)| moved(values, slopes, by)).collect();
-                    model.probes.combine(probe, &moved(values, slopes, by), &before)
-                };
-                // Numbers that other parameters set are those of the design.
-                let places = Places::of(&self.design.structure, &self.design.steps);
-                let owned = nearby.is_owned(places.probes + probe, input);
-                let designs = if owned { nearby.around() } else { [self.design; 4] };
-                let far = [-by, by, -2.0 * by, 2.0 * by];
-                let around: [f64; 4] = std::array::from_fn(|side| at(&designs[side].model, far[side]));
-                let ([low, high, ..], middle) = (around, values[probe]);
-                let corner = (high - 2.0 * middle + low).abs();
-                if !(corner <= CORNER * (high - low).abs() + ROUNDING * middle.abs().max(1.0)) {
-                    return None;
-                }
-                slopes[probe * inputs + input] = nearby::change(around) / (2.0 * by);
-            }
-        }
-        Some(())
     }
 
     /// Moves on by a small part of all parameters at once, and looks at what the tangent makes of what is left there: next to

@@ -114,16 +114,17 @@ impl Slopes<'_> {
         let mut reason = None;
         let probes = &self.design.model.probes;
         let regular = exact.is_some_and(|exact| exact.regular);
-        let refers = |quantity: usize| quantity < probes.len() && probes.operands(quantity).is_some();
-        let (_, asked) = self.referred(at.0);
-        let is_asked = |quantity: usize| quantity >= probes.len() || asked.contains(&quantity);
+        let needed = self.needed(at.0);
+        // Expressions follow what they refer to.
+        let is_wanted = |quantity: usize| {
+            quantity >= probes.len() || needed.contains(&quantity) && probes.operands(quantity).is_none()
+        };
         for input in 0..inputs {
             let stated = |quantity: usize| exact.is_some_and(|exact| exact.states(quantity, input));
             let settled = |quantity: usize| exact.is_some_and(|exact| exact.is_near(quantity, input));
-            // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near:
-            // expressions follow what they refer to.
-            let known = |quantity: usize| settled(quantity) && (regular || refers(quantity));
-            let counts = |quantity: usize| !known(quantity) && (stated(quantity) || is_asked(quantity));
+            // What is known without neighbours need not be known by them, unless they are to tell whether a singular point is near.
+            let known = |quantity: usize| !is_wanted(quantity) || regular && settled(quantity);
+            let counts = |quantity: usize| !known(quantity);
             if !(0..count).any(counts) {
                 continue;
             }
@@ -228,12 +229,14 @@ impl Slopes<'_> {
         Ok(Around { apart, near: pair(apart)?, far: pair(2.0 * apart)?, beyond: pair(4.0 * apart).ok() })
     }
 
-    /// Why a derivative is not to be trusted: what is greatest somewhere, or made by an expression, may have a corner.
+    /// Why a derivative is not to be trusted: what is greatest somewhere may have a corner.
     fn doubt(&self, index: usize, quantity: usize) -> Reason {
-        let wanted = |output: &super::Output| output.probe == quantity && output.step == index;
-        let output = self.problem.outputs.iter().position(wanted);
-        let asked = output.filter(|_| !self.design.model.probes.kind(quantity).is_asked());
-        asked.map_or(Reason::Singular { step: index }, |output| Reason::NoDerivative { output })
+        let probes = &self.design.model.probes;
+        if quantity < probes.len() && !probes.kind(quantity).is_asked() {
+            Reason::NoDerivative { output: self.output_of(index, quantity) }
+        } else {
+            Reason::Singular { step: index }
+        }
     }
 
     /// All probes of the design whose parameter is this much larger, at the end of a step.
@@ -268,14 +271,7 @@ impl Slopes<'_> {
             neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
         let settled = neighbour::polish(&mut system) && near;
         let state = neighbour::read(&mut system);
-        // Values after the steps before, to first order: that is all that counts.
-        let inputs = self.row.len();
-        let later = |(values, slopes): (&Vec<f64>, &Vec<f64>)| {
-            let rate = |probe: usize| slopes.get(probe * inputs + input).copied().unwrap_or(f64::NAN);
-            values.iter().enumerate().map(|(probe, value)| value + by * rate(probe)).collect()
-        };
-        let after: Vec<Vec<f64>> = self.after[..index].iter().zip(&self.slopes).map(later).collect();
-        let mut values = self.probes(&model, state, &after);
+        let mut values = self.probes(&model, state, &[]);
         values.extend(kept.iter().map(|&(node, component)| together::present(&system, node, component)));
         Ok(Neighbour { values, moved, settled })
     }

@@ -3,9 +3,9 @@
 use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{Equilibrium, NodeState};
 
-use super::Reason;
 use super::nearby::size;
 use super::slopes::Slopes;
+use super::{Output, Reason};
 use crate::solution;
 
 /// By how much a derivative may be wrong, over the largest of its probe, without a word.
@@ -67,9 +67,9 @@ impl Greatest {
 impl Slopes<'_> {
     /// What derivatives of a quantity are measured by, each times its parameter: the largest of them, or a part of what is greatest of
     /// its kind where statics or symmetry fixes it.
-    pub(super) fn measure(&self, index: usize, greatest: &Greatest, quantity: usize, found: &[Estimate]) -> f64 {
+    pub(super) fn measure(&self, found: &[Estimate], floor: f64) -> f64 {
         let sizes = found.iter().zip(self.row).map(|(found, &value)| found.slope.abs() * size(value));
-        sizes.filter(|size| size.is_finite()).fold(self.floor(index, greatest, quantity), f64::max)
+        sizes.filter(|size| size.is_finite()).fold(floor, f64::max)
     }
 
     /// What derivatives of a quantity are measured by at least, each over the whole of a parameter.
@@ -80,18 +80,22 @@ impl Slopes<'_> {
         FIXED * greatest.like(kind, value)
     }
 
-    /// Notes what may be wrong by more than is promised. Puts no number where one would be of no use, with the reason.
+    /// Notes what may be wrong by more than is promised of an output, or of a component that the next step keeps. Puts no number where one
+    /// would be of no use, with the reason.
     pub(super) fn note_inexact(
         &mut self,
         (index, state): (usize, &Equilibrium),
         found: &mut [Estimate],
     ) -> Option<Reason> {
-        let (needed, greatest, mut reason) = (self.needed(index), Greatest::of(state), None);
+        let (greatest, mut reason) = (Greatest::of(state), None);
         for (quantity, found) in found.chunks_exact_mut(self.row.len().max(1)).enumerate() {
-            if quantity < self.after[index].len() && !needed.contains(&quantity) {
+            let is_output = |output: &Output| output.probe == quantity && output.step == index;
+            let is_probe = quantity < self.after[index].len();
+            if is_probe && !self.problem.outputs.iter().any(is_output) {
                 continue;
             }
-            let measure = self.measure(index, &greatest, quantity, found);
+            let floor = if is_probe { self.floors[index][quantity] } else { self.floor(index, &greatest, quantity) };
+            let measure = self.measure(found, floor);
             for (estimate, &value) in found.iter_mut().zip(self.row) {
                 let error = estimate.error * size(value) / measure;
                 if !(estimate.slope.is_finite() && measure > 0.0 && error > WITHIN) {
@@ -112,9 +116,6 @@ impl Slopes<'_> {
 
     /// What is said of a derivative of a quantity that may be wrong by this part of the largest of its probe.
     fn inexact(&self, index: usize, quantity: usize, error: f64) -> Reason {
-        let outputs = &self.problem.outputs;
-        let own = outputs.iter().position(|output| output.probe == quantity && output.step == index);
-        let output = own.or_else(|| outputs.iter().position(|output| output.step >= index)).unwrap_or_default();
-        Reason::Inexact { output, error }
+        Reason::Inexact { output: self.output_of(index, quantity), error }
     }
 }

@@ -35,6 +35,7 @@ mod error;
 mod estimate;
 mod evaluate;
 mod explicit;
+mod expressions;
 mod gradient;
 mod group;
 mod live;

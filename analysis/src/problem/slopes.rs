@@ -9,6 +9,7 @@ use pennate_solver::structure::Change;
 
 use super::adjoint::Exact;
 use super::design::Design;
+use super::estimate::Estimate;
 use super::explicit::Kept;
 use super::gradient::Row;
 use super::nearby::Nearby;
@@ -37,7 +38,9 @@ pub(super) struct Slopes<'a> {
     pub(super) holds: BTreeMap<Component, Hold>,
     /// Values of all probes after the steps so far, and their derivatives by the parameters (probe after probe).
     pub(super) after: Vec<Vec<f64>>,
-    pub(super) slopes: Vec<Vec<f64>>,
+    pub(super) slopes: Vec<Vec<Estimate>>,
+    /// What the derivatives of every probe are measured by at least, each over the whole of a parameter.
+    pub(super) floors: Vec<Vec<f64>>,
     /// The verdicts at the ends of the steps so far.
     stable: Vec<Option<bool>>,
     /// What is known less well than is promised.
@@ -47,16 +50,16 @@ pub(super) struct Slopes<'a> {
 }
 impl<'a> Slopes<'a> {
     pub(super) fn new(problem: &'a Problem, row: &'a [f64], design: &'a Design, control: &'a Control) -> Self {
-        let (after, slopes, stable) = (Vec::new(), Vec::new(), Vec::new());
         Self {
             problem,
             row,
             design,
             control,
             holds: BTreeMap::new(),
-            after,
-            slopes,
-            stable,
+            after: Vec::new(),
+            slopes: Vec::new(),
+            floors: Vec::new(),
+            stable: Vec::new(),
             inexact: None,
             nearby: None,
         }
@@ -98,9 +101,7 @@ impl<'a> Slopes<'a> {
                 Some(end) => self.design.model.probes.evaluate(&end.state, &self.after),
                 None => vec![f64::NAN; self.design.model.probes.len()],
             };
-            self.note_holds(index);
-            self.after.push(values);
-            self.slopes.push(Vec::new());
+            self.note_end(index, values);
             self.stable.push(Some(true));
             let kept = self.design.kept_after(index);
             if !self.problem.reads(index) && kept.is_empty() {
@@ -111,17 +112,31 @@ impl<'a> Slopes<'a> {
                 Standing::Plane(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut plane),
                 Standing::Space(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut space),
             };
-            let found = slopes?.ok()?;
-            self.keep(index, &kept, found.serves().then(|| found.slopes())?);
+            let exact = slopes?.ok().filter(Exact::serves)?;
+            let mut found = exact.found;
+            let corner = self.combine(index, at.1, &mut found);
+            let useless = self.note_inexact(at, &mut found);
+            if corner.or(useless).is_some() || self.inexact.is_some() {
+                return None;
+            }
+            self.keep(index, &kept, found);
         }
         Some(self.finish(None))
     }
 
+    /// Takes note of the values of all probes at the end of a step.
+    fn note_end(&mut self, index: usize, values: Vec<f64>) {
+        self.note_holds(index);
+        self.after.push(values);
+        self.slopes.push(Vec::new());
+        self.floors.push(Vec::new());
+    }
+
     /// Takes note of derivatives at the end of a step, of all probes and of components that the next one keeps.
-    fn keep(&mut self, index: usize, kept: &[Component], mut slopes: Vec<f64>) {
+    fn keep(&mut self, index: usize, kept: &[Component], mut slopes: Vec<Estimate>) {
         let (probes, inputs) = (self.after[index].len(), self.row.len());
         for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
-            self.holds.insert(component, Hold::From(None, rates.to_vec()));
+            self.holds.insert(component, Hold::From(None, rates.iter().map(|rate| rate.slope).collect()));
         }
         slopes.truncate(probes * inputs);
         self.slopes[index] = slopes;
@@ -136,7 +151,7 @@ impl<'a> Slopes<'a> {
             values.push(value);
             let slope = |input: usize| {
                 let step = self.slopes.get(output.step).filter(|slopes| !slopes.is_empty());
-                step.map_or(f64::NAN, |slopes| slopes[output.probe * inputs + input])
+                step.map_or(f64::NAN, |slopes| slopes[output.probe * inputs + input].slope)
             };
             jacobian.extend((0..inputs).map(slope));
         }
@@ -161,9 +176,7 @@ impl<'a> Slopes<'a> {
         }
         let Some(last) = record.increments.last() else { return Err(Reason::Interrupted) };
         let values = self.probes(&self.design.model, last.state.clone(), &self.after);
-        self.note_holds(index);
-        self.after.push(values);
-        self.slopes.push(Vec::new());
+        self.note_end(index, values);
         let kept = self.design.kept_after(index);
         if !self.problem.reads(index) && kept.is_empty() {
             return Ok(());
@@ -176,9 +189,9 @@ impl<'a> Slopes<'a> {
         neighbour::settle(&mut path.system);
         let (probes, inputs) = (self.after[index].len(), self.row.len());
         let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
-        let (slopes, reason) = match found {
-            Some(Err(reason)) => (vec![f64::NAN; (probes + kept.len()) * inputs], Some(reason)),
-            Some(Ok(exact)) if exact.serves() => (exact.slopes(), None),
+        let (mut slopes, reason) = match found {
+            Some(Err(reason)) => (vec![Estimate::NONE; (probes + kept.len()) * inputs], Some(reason)),
+            Some(Ok(exact)) if exact.serves() => (exact.found, None),
             found => {
                 path.system.assemble(false);
                 let exact = found.and_then(Result::ok);
@@ -190,10 +203,12 @@ impl<'a> Slopes<'a> {
                         both.filter(|(near, exact)| exact.error <= near.error && (regular || near.slope.is_finite()));
                     better.for_each(|(near, exact)| *near = exact);
                 }
-                let useless = self.note_inexact((index, &last.state), &mut found);
-                (found.into_iter().map(|estimate| estimate.slope).collect(), reason.or(useless))
+                (found, reason)
             }
         };
+        let corner = self.combine(index, &last.state, &mut slopes);
+        let useless = self.note_inexact((index, &last.state), &mut slopes);
+        let reason = reason.or(corner).or(useless);
         self.keep(index, &kept, slopes);
         reason.map_or(Ok(()), Err)
     }

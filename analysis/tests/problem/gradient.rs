@@ -5,7 +5,7 @@ use pennate_models::Document;
 
 /// The derivatives of a network at its own values, against differences of fourth order of solves at three distances: the
 /// nearest of them counts, since the longest are curved and the shortest rounding.
-fn check(text: &str, parameters: &[&str], probes: &[&str]) {
+pub(crate) fn check(text: &str, parameters: &[&str], probes: &[&str]) {
     let document = Document::from_text("network.toml", text);
     let problem = Problem::new(&document, &[], parameters, probes, 1e-6).unwrap();
     check_at(&problem, &problem.middle(), probes);

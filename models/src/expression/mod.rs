@@ -3,6 +3,7 @@
 //! An expression is compiled to a list of operations on a stack, so that no text, however long, nests calls.
 
 mod parse;
+mod partials;
 
 use std::ops::Range;
 
