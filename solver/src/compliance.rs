@@ -137,7 +137,7 @@ fn freely<'a, const D: usize, R>(
     look: impl FnOnce(&mut System<D>) -> R,
 ) -> R {
     let wanted: Vec<&ComplianceOf> = wanted.collect();
-    let rows = system.pattern.equations.held.clone();
+    let rows = system.held();
     let stays =
         |held: &&Held| !wanted.iter().any(|wanted| held.node == wanted.node && holds_along(held, &wanted.along));
     let left: Vec<Held> = rows.iter().filter(stays).copied().collect();
@@ -213,12 +213,12 @@ pub struct Pull {
 /// nothing gives, or everything does.
 pub fn pull<const D: usize>(system: &mut System<D>, index: usize) -> Option<Pull> {
     let wanted = system.structure.compliances[index];
-    if system.pattern.equations.has_general() || !system.tangent.has_potential() {
+    // Where a row is taken away joints move that could not, and loads that turn with them or do not may show.
+    let serves = |system: &System<D>| !system.pattern.equations.has_general() && system.tangent.has_potential();
+    if !serves(system) {
         return None;
     }
-    let found = |system: &mut System<D>| {
-        if system.pattern.equations.has_general() { None } else { pull_where_free(system, &wanted) }
-    };
+    let found = |system: &mut System<D>| if serves(system) { pull_where_free(system, &wanted) } else { None };
     system.turning_freely(|system| freely(system, std::iter::once(&wanted), found))
 }
 

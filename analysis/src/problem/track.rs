@@ -63,7 +63,7 @@ impl<const D: usize> Track<D> {
         let structure = (*self.system.structure).clone();
         let mut system = together::system(&self.system, self.kind.packs, structure, &self.steps);
         system.adopt(&self.system);
-        system.stand_at_end(&self.system, self.system.pattern.equations.held.clone(), &self.system.loading.drives);
+        system.stand_at_end(&self.system, self.system.held(), &self.system.loading.drives);
         let looked = self.looked;
         Self { looked, ..Self::new(self.kind, system, self.lateral.is_some(), self.steps.clone()) }
     }
@@ -79,11 +79,7 @@ impl<const D: usize> Track<D> {
         if !same_geometry(&self.system.structure, &structure) {
             return self.step_anew(structure, steps, (held, &drives), control);
         }
-        let before = (
-            Arc::clone(&self.system.structure),
-            self.system.loading.drives.clone(),
-            self.system.pattern.equations.held.clone(),
-        );
+        let before = (Arc::clone(&self.system.structure), self.system.loading.drives.clone(), self.system.held());
         self.system.save(&mut self.last);
         self.take(Arc::new(structure), held, &drives);
         if self.settle(control) {
@@ -211,7 +207,7 @@ impl<const D: usize> Track<D> {
     /// What is held, with the values of other steps: what was held where it was stays there.
     fn held(&self, steps: &[Step]) -> Vec<Held> {
         let row = |row: &Held| Held { to: row.to + (value(steps, row) - value(&self.steps, row)), ..*row };
-        self.system.pattern.equations.held.iter().map(row).collect()
+        self.system.held().iter().map(row).collect()
     }
 }
 

@@ -61,8 +61,8 @@ impl Share {
         if !system.adopt_part(all, self.nodes.start, self.members.start) {
             return None;
         }
-        let own = all.pattern.equations.held.iter().filter(|held| self.nodes.contains(&held.node));
-        system.hold(own.map(|held| Held { node: held.node - self.nodes.start, ..*held }).collect());
+        let own = all.held().into_iter().filter(|held| self.nodes.contains(&held.node));
+        system.hold(own.map(|held| Held { node: held.node - self.nodes.start, ..held }).collect());
         system.loading.drives.copy_from_slice(&all.loading.drives[self.drives.clone()]);
         system.apply_drives();
         Some(system)

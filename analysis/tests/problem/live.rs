@@ -210,3 +210,33 @@ fn a_way_that_is_stopped_ends_where_it_came_to() {
     live.solve().unwrap();
     is_near(&live, &problem);
 }
+
+/// What a step holds out of the plane is held by copies too, and after a first move: the rotation of an end about z holds those about x
+/// and y.
+#[test]
+fn what_is_held_out_of_the_plane_stays_held() {
+    let text = r#"
+        format = "pennate/1"
+        strain_limit = 1e9
+        parameters = { turn = -270.0 }
+        nodes = { A = [0, 0], B = [-8.404649522661371, -82.20453490161422] }
+        materials = { m = { youngs_modulus = 59.7204, poissons_ratio = 0.3 } }
+        sections = { s = { annulus = { outer_radius = 6.04696, wall = 2.1989 }, shear = false } }
+        members = { m = { nodes = ["A", "B"], section = "s", material = "m" } }
+        supports = { A = "clamped" }
+        probes = { x = { node = "B", displacement = "ux" }, turning = { node = "B", stiffness = "rz" } }
+        steps = [{ name = "turn", rotation = { B = [0, 0, "= turn"] } }]
+    "#;
+    for probes in [&["x"][..], &["x", "turning"]] {
+        let problem = Problem::new(&Document::from_text("bar.toml", text), &[], &["turn"], probes, 1e-6).unwrap();
+        assert_eq!(problem.evaluate(&[-270.0]).stable, [Some(true)]);
+        let mut lives = problem.live_all(3).unwrap();
+        assert_eq!(lives.stable(), [Some(true); 3]);
+        lives.set(&[-268.0, -271.0, -272.0]);
+        assert!(lives.solve().iter().all(Option::is_none));
+        let solved = problem.evaluate(&[-268.0, -271.0, -272.0]).values;
+        for (followed, solved) in lives.values().iter().zip(&solved) {
+            assert!((followed - solved).abs() < 1e-8 * solved.abs(), "{followed} {solved}");
+        }
+    }
+}

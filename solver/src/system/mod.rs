@@ -164,10 +164,15 @@ impl<const D: usize> System<D> {
         }
     }
 
+    /// Everything that is held, what no motion of these elements concerns too: of plane ones what is held out of the plane.
+    pub fn held(&self) -> Vec<Held> {
+        self.pattern.equations.held.iter().chain(&self.pattern.aside).copied().collect()
+    }
+
     /// Holds what another system of the same joints holds; its analysis, which no number depends on, serves both.
     pub fn hold_like(&mut self, other: &Self) {
         self.pattern.find_loaded_nodes(&self.structure, &self.loading.fading);
-        let held: Vec<_> = other.pattern.equations.held.iter().chain(&other.pattern.aside).copied().collect();
+        let held = other.held();
         let moved = self.find_idle(&held);
         if self.pattern.hold(&self.topology, held, moved) {
             self.take_analysis(other);

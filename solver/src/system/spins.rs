@@ -75,7 +75,7 @@ impl<const D: usize> System<D> {
         let lines = self.lines_that_may_spin();
         self.topology = Arc::new(self.topology.let_spin(&lines));
         self.spinning = lines.into_iter().map(|line| (line.kept, self.spinning_line(line))).collect();
-        let held = self.pattern.equations.held.iter().chain(&self.pattern.aside).copied().collect();
+        let held = self.held();
         self.pattern.hold(&self.topology, held, true);
         self.analyse();
     }
