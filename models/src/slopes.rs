@@ -18,6 +18,14 @@ pub struct Weights {
     pub reactions: Vec<(NodeId, [f64; 6])>,
 }
 
+/// An angle (radians) below which nobody can say in which direction it grows.
+const NO_ANGLE: f64 = 1e-9;
+
+/// The direction in which an angle grows; none where it vanishes.
+fn along(rotation: Vector3<f64>) -> Option<Vector3<f64>> {
+    (rotation.norm() > NO_ANGLE).then(|| rotation.normalize())
+}
+
 impl Probes {
     /// The derivatives of a probe by motions and reactions of nodes; `None` where it is read from anything else, or has no
     /// derivative there.
@@ -48,13 +56,13 @@ impl Probes {
             }
             Probe::Angle { node } if self.in_plane => {
                 let angle = state.nodes[node].rotation_total;
-                motions(vec![(node, spin(angle.signum() * Vector3::z()))])
+                motions(vec![(node, spin(along(angle * Vector3::z())?))])
             }
-            Probe::Angle { node } => motions(vec![(node, spin(vector(node).normalize()))]),
+            Probe::Angle { node } => motions(vec![(node, spin(along(vector(node))?))]),
             Probe::Tilt { reference, normal } => {
                 let normal = Vector3::from(normal);
                 let turned = Rotation3::from_scaled_axis(vector(reference)) * normal;
-                motions(vec![(reference, spin(normal.cross(&turned).normalize()))])
+                motions(vec![(reference, spin(along(normal.cross(&turned))?))])
             }
             Probe::ReactionForce { node, direction } => {
                 Weights { motions: Vec::new(), reactions: vec![(node, shift(direction))] }

@@ -357,7 +357,7 @@ impl Slopes<'_> {
             add_times(&mut held, part, &explicit.held);
         }
         if explicit.iter().any(|explicit| explicit.moves) {
-            let moved = system.transposed_times(&held);
+            let moved = system.tangent_times(&held);
             add_times(&mut forces, 1.0, &moved);
         }
         let mut wanted = vec![0.0; system.pattern.equations.size];

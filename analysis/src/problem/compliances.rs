@@ -145,7 +145,7 @@ impl Slopes<'_> {
 fn way_along<const D: usize>(system: &mut System<D>, explicit: &Explicit) -> Option<Joints> {
     let mut forces = explicit.forces.clone();
     if explicit.moves {
-        let moved = system.transposed_times(&explicit.held);
+        let moved = system.tangent_times(&explicit.held);
         add_times(&mut forces, 1.0, &moved);
     }
     let mut solution = vec![0.0; system.pattern.equations.size];

@@ -8,8 +8,8 @@ use pennate_solver::structure::{Change, Step};
 
 use super::adjoint::Exact;
 use super::design::take_pieces;
-use super::estimate::{Estimate, Greatest, WITHIN};
-use super::nearby::size;
+use super::estimate::{Estimate, Greatest, OF_USE, WITHIN};
+use super::nearby::{self, size};
 use super::neighbour::{self, NOTHING};
 use super::slopes::{Component, Hold, Slopes};
 use super::{Reason, mesh};
@@ -31,6 +31,8 @@ const VANISHES: [f64; 2] = [1e-7, 1e-6];
 /// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
 const NEAR: f64 = 1e-4;
+/// How many times as much a path bends at most over twice the distance where that is by a corner.
+const AS_MUCH: f64 = 1.2;
 /// Part of the largest value of a probe that rounding may move it by.
 const ROUNDING: f64 = 1e-12;
 /// What differences at both distances, extrapolated to none, leave over the square of what they differ by: the fourth power of the
@@ -86,6 +88,12 @@ struct Around {
 }
 
 impl Around {
+    /// By how much the derivative of a quantity jumps that has this value in the middle.
+    fn corner(&self, quantity: usize, here: f64) -> f64 {
+        let ([high, low], [higher, lower]) = (&self.near, &self.far);
+        nearby::corner(here, [low, high, lower, higher].map(|values| values[quantity]), self.apart)
+    }
+
     /// The differences of a quantity at the two smaller distances, and what they are extrapolated to.
     fn estimate(&self, quantity: usize) -> ([f64; 2], Estimate) {
         let slope = |[ahead, behind]: &[Vec<f64>; 2], times: f64| {
@@ -162,6 +170,7 @@ impl Slopes<'_> {
         let greatest = solution::last_state(record).map(Greatest::of).unwrap_or_default();
         let mut found: Vec<Estimate> = Vec::new();
         let mut open: Vec<usize> = Vec::new();
+        let mut corners: Vec<usize> = Vec::new();
         for (round, part) in APART.into_iter().enumerate() {
             let last = round + 1 == APART.len();
             // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
@@ -174,6 +183,7 @@ impl Slopes<'_> {
             let all: Vec<usize> =
                 if found.is_empty() { (0..values.len()).collect() } else { std::mem::take(&mut open) };
             found.resize(values.len(), Estimate::NONE);
+            corners.clear();
             for quantity in all {
                 let ([one, two], estimate) = around.estimate(quantity);
                 let noise = ROUNDING * largest.max(values[quantity].abs()) / around.apart;
@@ -181,6 +191,12 @@ impl Slopes<'_> {
                 let nothing = VANISHES[usize::from(last)] * greatest.like(kind, values[quantity]) / size;
                 let measure = estimate.slope.abs().max(self.floor(index, &greatest, quantity) / size);
                 let is_near = around.beyond.is_some() && estimate.error <= ENOUGH * measure;
+                let here = self.after[index].get(quantity).copied().unwrap_or(f64::NAN);
+                if around.corner(quantity, here) > (OF_USE * measure).max(noise) {
+                    corners.push(quantity);
+                    open.push(quantity);
+                    continue;
+                }
                 // What is not a number in the state itself is none here either.
                 if !is_near && (one - two).abs() > (AGREED * one.abs()).max(nothing) + noise {
                     open.push(quantity);
@@ -200,7 +216,8 @@ impl Slopes<'_> {
             }
             found[quantity] = Estimate::NONE;
             if matters(quantity) {
-                reason = reason.or(Some(self.doubt(index, quantity)));
+                let is_corner = corners.contains(&quantity);
+                reason = reason.or_else(|| Some(self.doubt(index, quantity, is_corner)));
             }
         }
         Ok((found, reason))
@@ -217,22 +234,28 @@ impl Slopes<'_> {
         kept: &[Component],
     ) -> Result<Around, Reason> {
         let straight = CHANGED / (NEAR * size(self.row[input]));
-        let mut pair = |by: f64| {
+        let mut neighbours = |by: f64| {
             let mut neighbour = |by: f64| self.neighbour(path, packs, index, (input, by), kept);
             let (ahead, behind) = (neighbour(by)?, neighbour(-by)?);
-            let settled = last || ahead.settled && behind.settled;
-            match settled && bend(&ahead.moved, &behind.moved) <= straight * by {
-                true => Ok([ahead.values, behind.values]),
-                false => Err(Reason::Singular { step: index }),
+            let (bend, settled) = (bend(&ahead.moved, &behind.moved), last || ahead.settled && behind.settled);
+            Ok::<_, Reason>(([ahead.values, behind.values], bend, settled))
+        };
+        let serves = |by: f64, bend: f64, settled: bool| settled && bend <= straight * by;
+        let mut pair = |by: f64| match neighbours(by)? {
+            (values, bend, settled) if serves(by, bend, settled) => Ok(values),
+            // Towards a singular point a path bends the more over twice the distance, at a corner as much.
+            (_, one, _) if last && neighbours(2.0 * by).is_ok_and(|(_, two, _)| two < AS_MUCH * one) => {
+                Err(Reason::NoDerivative { output: self.output_after(index) })
             }
+            _ => Err(Reason::Singular { step: index }),
         };
         Ok(Around { apart, near: pair(apart)?, far: pair(2.0 * apart)?, beyond: pair(4.0 * apart).ok() })
     }
 
-    /// Why a derivative is not to be trusted: what is greatest somewhere may have a corner.
-    fn doubt(&self, index: usize, quantity: usize) -> Reason {
+    /// Why a derivative is not to be trusted: there is a corner, or what is greatest somewhere may have one.
+    fn doubt(&self, index: usize, quantity: usize, is_corner: bool) -> Reason {
         let probes = &self.design.model.probes;
-        if quantity < probes.len() && !probes.kind(quantity).is_asked() {
+        if is_corner || quantity < probes.len() && !probes.kind(quantity).is_asked() {
             Reason::NoDerivative { output: self.output_of(index, quantity) }
         } else {
             Reason::Singular { step: index }
@@ -257,7 +280,7 @@ impl Slopes<'_> {
             .map_err(|reason| Reason::Edge { parameter: input, reason: reason.into() })?;
         let (mut structure, steps) =
             discretize(&model, &mesh::fitted(&self.problem.mesh, &self.problem.middle, &model));
-        let held = self.held(&path.system.pattern.equations.held, &steps, (input, by));
+        let held = self.held(&path.system.held(), &steps, (input, by));
         let held = neighbour::rows(&held, &structure);
         take_pieces(&mut structure, &path.system.loading.drives);
         let mut drives = vec![0.0; structure.drives.len()];

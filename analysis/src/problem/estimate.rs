@@ -11,7 +11,7 @@ use crate::solution;
 /// By how much a derivative may be wrong, over the largest of its probe, without a word.
 pub(super) const WITHIN: f64 = 1e-7;
 /// By how much it may be wrong and still be a number: four digits lead an optimization on.
-const OF_USE: f64 = 1e-4;
+pub(super) const OF_USE: f64 = 1e-4;
 /// A probe whose derivatives are less than this part of what is greatest of its kind is measured by that.
 const FIXED: f64 = 1e-3;
 

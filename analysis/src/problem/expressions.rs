@@ -13,10 +13,6 @@ use super::numbers::Places;
 use super::slopes::Slopes;
 use super::{Output, Reason};
 
-/// A bend larger than this part of what an expression changes by may be a corner.
-const CORNER: f64 = 0.05;
-/// Over twice the distance the bend of a curve is four times as large, that of a corner twice.
-const AS_A_CURVE: f64 = 3.0;
 /// Part of an expression that rounding moves it by.
 const ROUNDING: f64 = 1e-12;
 
@@ -35,6 +31,13 @@ struct Referring<'a> {
     all: Vec<Referred>,
     values: Vec<f64>,
     partials: Vec<f64>,
+}
+
+/// How all that an expression refers to follows one parameter.
+struct Moved {
+    rates: Vec<Estimate>,
+    /// Its numbers on both sides, then twice as far away.
+    numbers: Option<[Vec<f64>; 4]>,
 }
 
 impl Referred {
@@ -65,21 +68,22 @@ impl Referring<'_> {
         if sum.slope.is_finite() { sum } else { Estimate::NONE }
     }
 
-    /// Whether the expression turns sharply here, by as much as `counts`, where what it refers to changes at these rates.
-    fn has_corner(&self, rates: &[Estimate], by: f64, counts: f64) -> bool {
-        let at = |times: f64| {
-            let moved = self.values.iter().zip(rates).map(|(value, rate)| {
-                // What it does not follow may not be known.
-                value + if rate.slope.is_finite() { times * by * rate.slope } else { 0.0 }
-            });
-            self.expression.value(&moved.collect::<Vec<f64>>())
+    /// Whether the expression turns sharply here, by a change of its derivative that `counts`, where what it refers to changes at these
+    /// rates; numbers have values of their own on both sides, and twice as far away.
+    fn has_corner(&self, rates: &[Estimate], numbers: Option<&[Vec<f64>; 4]>, by: f64, counts: f64) -> bool {
+        let at = |side: usize| {
+            let times = [-1.0, 1.0, -2.0, 2.0][side];
+            let value = |(place, referred): (usize, &Referred)| match (referred, numbers) {
+                (Referred::Number(_), Some(numbers)) => numbers[side][place],
+                // What the expression does not follow may not be known.
+                _ if !rates[place].slope.is_finite() => self.values[place],
+                _ => self.values[place] + times * by * rates[place].slope,
+            };
+            let moved: Vec<f64> = self.all.iter().enumerate().map(value).collect();
+            self.expression.value(&moved)
         };
-        let here = at(0.0);
-        let bend = |times: f64| (at(times) - 2.0 * here + at(-times)).abs();
-        let (near, far) = (bend(1.0), bend(2.0));
-        let change = CORNER * (at(1.0) - at(-1.0)).abs();
-        let is_curve = near <= change.max(counts * by).max(ROUNDING * here.abs()) || far >= AS_A_CURVE * near;
-        !is_curve
+        let here = self.expression.value(&self.values);
+        nearby::corner(here, [0, 1, 2, 3].map(at), by) > counts.max(ROUNDING * here.abs() / by)
     }
 }
 
@@ -95,9 +99,12 @@ impl Slopes<'_> {
         let outputs = &self.problem.outputs;
         let own = outputs.iter().position(|output| output.probe == quantity && output.step == index);
         let of_it = |output: &Output| self.behind(std::slice::from_ref(output)).contains(&(index, quantity));
-        own.or_else(|| outputs.iter().position(of_it))
-            .or_else(|| outputs.iter().position(|output| output.step >= index))
-            .unwrap_or_default()
+        own.or_else(|| outputs.iter().position(of_it)).unwrap_or_else(|| self.output_after(index))
+    }
+
+    /// The first output that is read at the end of a step or later.
+    pub(super) fn output_after(&self, index: usize) -> usize {
+        self.problem.outputs.iter().position(|output| output.step >= index).unwrap_or_default()
     }
 
     /// Steps and probes of what outputs are, and of what goes into them.
@@ -130,13 +137,16 @@ impl Slopes<'_> {
         for &probe in design.model.probes.order().iter().filter(|&probe| needed.contains(probe)) {
             let Some(referring) = self.referring(&design.model, index, probe) else { continue };
             self.floors[index][probe] = self.floor_by_operands(&referring, (index, probe), found);
-            let rates: Vec<Vec<Estimate>> =
-                (0..inputs).map(|input| self.rates_of(&referring, (index, probe, input), found)).collect();
-            let mut column: Vec<Estimate> = rates.iter().map(|rates| referring.slope(rates)).collect();
+            let moved: Vec<Moved> =
+                (0..inputs).map(|input| self.moved_operands(&referring, (index, probe, input), found)).collect();
+            let mut column: Vec<Estimate> = moved.iter().map(|moved| referring.slope(&moved.rates)).collect();
             let counts = WITHIN * self.measure(&column, self.floors[index][probe]);
-            for ((estimate, rates), &value) in column.iter_mut().zip(&rates).zip(self.row) {
-                let is_known = estimate.slope.is_finite();
-                if is_known && referring.has_corner(rates, apart(value), counts / size(value)) {
+            for ((estimate, Moved { rates, numbers }), &value) in column.iter_mut().zip(&moved).zip(self.row) {
+                // Of what is not known the reason is given already.
+                let is_known = referring.follows().all(|(place, ..)| rates[place].slope.is_finite());
+                let is_smooth = estimate.slope.is_finite()
+                    && !referring.has_corner(rates, numbers.as_ref(), apart(value), counts / size(value));
+                if is_known && !is_smooth {
                     *estimate = Estimate::NONE;
                     reason = reason.or(Some(Reason::NoDerivative { output: self.output_of(index, probe) }));
                 }
@@ -159,20 +169,23 @@ impl Slopes<'_> {
         Some(Referring { expression, all, values, partials })
     }
 
-    /// What derivatives of an expression are measured by at least: a part of its value, and where all that it follows vanishes, by what
-    /// derivatives of that are.
+    /// What derivatives of an expression are measured by at least: a part of its value, and where all that counts of what it follows
+    /// vanishes, by what derivatives of that are.
     fn floor_by_operands(&self, referring: &Referring<'_>, (index, own): (usize, usize), found: &[Estimate]) -> f64 {
-        let mut floor: f64 = 0.0;
-        for (_, referred, partial) in referring.follows() {
-            let Referred::Probe { step, probe } = referred else { return self.floors[index][own] };
-            let least = self.floors.get(step).and_then(|floors| floors.get(probe)).copied().unwrap_or(0.0);
-            let column = self.column(step, probe, (index, found));
-            if self.measure(column, least) > least {
-                return self.floors[index][own];
-            }
-            floor = floor.max((partial * least).abs());
+        let (mut floor, mut counts): (f64, f64) = (0.0, 0.0);
+        for (place, referred, partial) in referring.follows() {
+            let (least, measure) = match referred {
+                Referred::Number(_) => (0.0, referring.values[place].abs()),
+                Referred::Probe { step, probe } => {
+                    let least = self.floors.get(step).and_then(|floors| floors.get(probe)).copied().unwrap_or(0.0);
+                    (least, self.measure(self.column(step, probe, (index, found)), least))
+                }
+            };
+            let largest = if measure > least { &mut counts } else { &mut floor };
+            *largest = largest.max((partial * measure).abs());
         }
-        floor.max(self.floors[index][own])
+        let own = self.floors[index][own];
+        if counts <= ROUNDING * floor { own.max(floor) } else { own }
     }
 
     /// The derivatives of a probe at the end of a step: those at hand are of the present one.
@@ -182,13 +195,13 @@ impl Slopes<'_> {
         all.get(probe * inputs..(probe + 1) * inputs).unwrap_or_default()
     }
 
-    /// The derivatives by one parameter of all that an expression refers to.
-    fn rates_of(
+    /// How all that an expression refers to follows one parameter.
+    fn moved_operands(
         &self,
         referring: &Referring<'_>,
         (index, own, input): (usize, usize, usize),
         found: &[Estimate],
-    ) -> Vec<Estimate> {
+    ) -> Moved {
         let has_numbers = referring.all.iter().any(|referred| matches!(referred, Referred::Number(_)));
         let numbers = if has_numbers { self.numbers_around(own, input) } else { None };
         let rate = |(place, referred): (usize, &Referred)| match *referred {
@@ -200,7 +213,7 @@ impl Slopes<'_> {
                 Estimate { slope: change / (2.0 * apart(self.row[input])), error: 0.0 }
             }),
         };
-        referring.all.iter().enumerate().map(rate).collect()
+        Moved { rates: referring.all.iter().enumerate().map(rate).collect(), numbers }
     }
 
     /// The numbers of an expression in designs on both sides along one parameter, and in those twice as far away; `None` where there are none.

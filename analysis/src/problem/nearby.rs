@@ -15,6 +15,8 @@ const MOVES: [f64; 4] = [1e-3, -1e-3, 0.03, -0.05];
 /// its slenderness. Differences at both distances, extrapolated to none, leave 10⁻¹² of rounding; at five times the distance curvature
 /// counted where a coordinate is some lengths of a member.
 const APART: f64 = 4e-5;
+/// Part of the bend over twice the distance below which a corner may be rounding, or a curve.
+const CORNER: f64 = 0.05;
 /// Differences at that distance and at twice as much, extrapolated to none.
 const EXTRAPOLATED: [f64; 2] = [4.0 / 3.0, -1.0 / 6.0];
 
@@ -56,6 +58,16 @@ pub(super) fn change([low, high, lower, higher]: [f64; 4]) -> f64 {
 /// The same of vectors.
 pub(super) fn changes<const N: usize>(all: [[f64; N]; 4]) -> [f64; N] {
     std::array::from_fn(|n| change(all.map(|vector| vector[n])))
+}
+
+/// By how much a derivative jumps where its function has this value `here`, and these in the lower and the upper design, `by` away, and
+/// in those twice as far away; nothing where it is a curve.
+///
+/// Over twice the distance the bend of a curve is four times as large or more, that of a corner twice.
+pub(super) fn corner(here: f64, [low, high, lower, higher]: [f64; 4], by: f64) -> f64 {
+    let (near, far) = (high - 2.0 * here + low, higher - 2.0 * here + lower);
+    let sharp = (4.0 * near - far) * near.signum();
+    if sharp > CORNER * far.abs() { sharp / (2.0 * by) } else { 0.0 }
 }
 
 /// What a parameter is measured by.

@@ -1,9 +1,10 @@
 //! What an equilibrium needs for its derivatives: forces on joints that stay where they are, of parts whose numbers are
-//! others, and products with the transposed tangent.
+//! others, and products with the tangent and the transposed one.
 
 use std::sync::Arc;
 
-use pennate_elements::small::V3;
+use pennate_elements::beam::Moduli;
+use pennate_elements::small::{M3, V3};
 
 use super::System;
 use super::scatter::Scatters;
@@ -87,17 +88,35 @@ impl<const D: usize> System<D> {
     pub fn transposed_times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
         let mut product = self.parts_times(motions);
         self.add_loads_times(motions, &mut product, |block, i, j| block[j][i]);
-        for (joint, motion) in motions.iter().enumerate().filter(|(joint, _)| self.pattern.equations.is_general(*joint))
-        {
-            let (equations, state) = (&self.pattern.equations, &self.places.joints[joint]);
+        self.add_constraints_times(motions, &mut product, |curved, i, j| curved[j][i]);
+        product
+    }
+
+    /// The tangent of all components, held ones included, times a motion of every joint. It is another than the transposed one where
+    /// loads turn with their nodes, or moments are dead, though these nodes be held from turning.
+    pub fn tangent_times(&mut self, motions: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        let mut product = self.times(motions);
+        self.add_constraints_times(motions, &mut product, |curved, i, j| curved[i][j]);
+        product
+    }
+
+    /// Adds what rows that turn with their joints bear more or less as these move.
+    fn add_constraints_times(
+        &self,
+        motions: &[[f64; 6]],
+        product: &mut [[f64; 6]],
+        entry: impl Fn(&M3<f64>, usize, usize) -> f64,
+    ) {
+        let equations = &self.pattern.equations;
+        for (joint, motion) in motions.iter().enumerate().filter(|(joint, _)| equations.is_general(*joint)) {
+            let state = &self.places.joints[joint];
             let curved = equations.constraint_stiffness(&self.topology, joint, state, self.loading.fraction);
             for i in 0..3 {
                 for j in 0..3 {
-                    product[joint][3 + j] += curved[i][j] * motion[3 + i];
+                    product[joint][3 + i] += entry(&curved, i, j) * motion[3 + j];
                 }
             }
         }
-        product
     }
 
     /// The tangent of all components times a motion of every joint: what the forces on joints change by, without those of what holds
@@ -108,7 +127,11 @@ impl<const D: usize> System<D> {
         product
     }
 
-    /// What the entries of the stiffness of members add to its work along a motion of every joint, each taken by itself.
+    /// What the entries of the stiffness of members add to its work along a motion of every joint, each taken by itself, and what they would
+    /// add by stresses of strains that are held as large as their auxiliary stiffness.
+    ///
+    /// Held strains are nothing but rounding, a part of one: so is their stress of that stiffness, and members that it draws or presses
+    /// resist turning the more or the less.
     pub(crate) fn terms_of_work(&self, motions: &[[f64; 6]]) -> f64 {
         let of_member = |index: usize| {
             let ([first, last], _) = self.end_motions(index, motions);
@@ -120,9 +143,24 @@ impl<const D: usize> System<D> {
                     sum += own.abs() + other.abs() + 2.0 * (k01[i][j] * first[i] * last[j]).abs();
                 }
             }
-            sum
+            let length = self.structure.members[index].length();
+            let turned = |motion: &[f64; D]| motion[D / 2 + D % 2..].iter().map(|spin| spin * spin).sum::<f64>();
+            let apart = first.iter().zip(last).take(D / 2 + D % 2).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
+            let square = turned(&first).max(turned(&last)).max(apart / (length * length));
+            sum + self.holding(index) * length * square
         };
         (0..self.members.count()).map(of_member).sum()
+    }
+
+    /// The largest auxiliary stiffness (force) that stands for a held strain of a member; none where it has none.
+    fn holding(&self, member: MemberId) -> f64 {
+        let (pack, lane) = self.members.chain(member);
+        let of_segment = |segment: usize| {
+            let Moduli { stiffness, held, .. } = pack.segment(lane, segment).moduli;
+            let forces = stiffness.into_iter().zip(held).take(D / 2 + D % 2);
+            forces.filter(|(_, held)| *held > 0.0).fold(0.0, |most: f64, (stiffness, _)| most.max(stiffness))
+        };
+        (0..pack.mesh().segments()).map(of_segment).fold(0.0, f64::max)
     }
 
     /// Adds the tangent of the loads, of whose blocks `entry` is the one in a row and a column, times a motion of every joint.
