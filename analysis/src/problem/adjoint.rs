@@ -160,7 +160,7 @@ impl Slopes<'_> {
         let (inputs, probes) = (self.row.len(), self.design.model.probes.len());
         let sizes: Vec<f64> = self.row.iter().map(|&value| size(value)).collect();
         let mut limit = Limit::new(&sizes);
-        let (mut explicit, mut cancelled) = (Vec::new(), Vec::new());
+        let (mut regular, mut cancelled) = (None, Vec::new());
         let mut parts = vec![f64::NAN; inputs];
         let greatest = Greatest::of(state);
         let floors: Vec<f64> = read.iter().map(|read| self.floor(index, &greatest, read.quantity)).collect();
@@ -172,7 +172,10 @@ impl Slopes<'_> {
                 Ok(round) => round,
                 Err(reason) => return Some(Err(reason)),
             };
-            explicit = round.explicit;
+            // What is held gives most with the first of them: motions of second order strain it least then.
+            regular.get_or_insert_with(|| {
+                system.pattern.equations.size == 0 || self.is_regular(system, index, &round.explicit)
+            });
             cancelled.push(round.cancelled);
             if limit.add(round.slopes) {
                 break;
@@ -195,7 +198,7 @@ impl Slopes<'_> {
                 self.add_own(system, state, (read, kept), (nearby, input), &mut slopes);
             }
         }
-        let regular = system.pattern.equations.size == 0 || self.is_regular(system, index, &explicit);
+        let regular = regular.unwrap_or(true);
         let estimate =
             |(slope, error): (f64, f64)| if slope.is_finite() { Estimate { slope, error } } else { Estimate::NONE };
         let found: Vec<Estimate> = slopes.into_iter().zip(errors).map(estimate).collect();

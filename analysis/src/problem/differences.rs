@@ -289,6 +289,7 @@ impl Slopes<'_> {
         }
         let mut system = together::system(&path.system, packs, structure, &self.design.steps);
         system.adopt(&path.system);
+        system.loading.auxiliary = path.system.loading.auxiliary;
         system.stand_at_end(&path.system, held, &drives);
         let (moved, near) =
             neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;

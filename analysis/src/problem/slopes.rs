@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use pennate_models::Model;
 use pennate_solver::continuation::Continuation;
 use pennate_solver::history::{Equilibrium, History, Status};
+use pennate_solver::packs::MODERATE;
 use pennate_solver::structure::Change;
 
 use super::adjoint::Exact;
@@ -193,9 +194,20 @@ impl<'a> Slopes<'a> {
             Some(Err(reason)) => (vec![Estimate::NONE; (probes + kept.len()) * inputs], Some(reason)),
             Some(Ok(exact)) if exact.serves() => (exact.found, None),
             found => {
-                path.system.assemble(false);
                 let exact = found.and_then(Result::ok);
+                // Neighbours strain what is held by motions of second order: where that gives, they are found.
+                let own = path.system.loading.auxiliary;
+                if path.system.loading.holds_strains() {
+                    path.system.loading.auxiliary = MODERATE;
+                    path.system.apply_drives();
+                }
+                path.system.assemble(false);
                 let (mut found, reason) = self.by_neighbours(path, packs, (index, record), &kept, exact.as_ref());
+                if path.system.loading.auxiliary != own {
+                    path.system.loading.auxiliary = own;
+                    path.system.apply_drives();
+                    path.system.assemble(false);
+                }
                 if let Some(Exact { found: exact, regular, .. }) = exact {
                     // Where neighbours show no singular point, they leave no doubt about what no distance goes into.
                     let both = found.iter_mut().zip(exact);
