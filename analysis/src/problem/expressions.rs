@@ -142,11 +142,14 @@ impl Slopes<'_> {
             let mut column: Vec<Estimate> = moved.iter().map(|moved| referring.slope(&moved.rates)).collect();
             let counts = WITHIN * self.measure(&column, self.floors[index][probe]);
             for ((estimate, Moved { rates, numbers }), &value) in column.iter_mut().zip(&moved).zip(self.row) {
-                // Of what is not known the reason is given already.
-                let is_known = referring.follows().all(|(place, ..)| rates[place].slope.is_finite());
+                // Of a probe whose derivative is not known the reason is given already.
+                let misses = |(place, referred, _): (usize, Referred, f64)| {
+                    matches!(referred, Referred::Probe { .. }) && !rates[place].slope.is_finite()
+                };
+                let is_told = referring.follows().any(misses);
                 let is_smooth = estimate.slope.is_finite()
                     && !referring.has_corner(rates, numbers.as_ref(), apart(value), counts / size(value));
-                if is_known && !is_smooth {
+                if !is_told && !is_smooth {
                     *estimate = Estimate::NONE;
                     reason = reason.or(Some(Reason::NoDerivative { output: self.output_of(index, probe) }));
                 }
