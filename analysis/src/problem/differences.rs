@@ -31,6 +31,8 @@ const VANISHES: [f64; 2] = [1e-7, 1e-6];
 /// The path bends by as much: half of what both neighbours moved by together, over half of what they moved apart.
 const CHANGED: f64 = 0.3;
 const NEAR: f64 = 1e-4;
+/// How many times as large the jump of a derivative may seem at one distance as at the next.
+const ALIKE: f64 = 2.0;
 /// How many times as much a path bends at most over twice the distance where that is by a corner.
 const AS_MUCH: f64 = 1.2;
 /// Part of the largest value of a probe that rounding may move it by.
@@ -88,10 +90,12 @@ struct Around {
 }
 
 impl Around {
-    /// By how much the derivative of a quantity jumps that has this value in the middle.
-    fn corner(&self, quantity: usize, here: f64) -> f64 {
-        let ([high, low], [higher, lower]) = (&self.near, &self.far);
-        nearby::corner(here, [low, high, lower, higher].map(|values| values[quantity]), self.apart)
+    /// By how much the derivative of a quantity jumps in the middle, as three distances tell; nothing where there are two.
+    fn jump(&self, quantity: usize) -> f64 {
+        let both = |[ahead, behind]: &[Vec<f64>; 2]| ahead[quantity] + behind[quantity];
+        let Some(beyond) = &self.beyond else { return 0.0 };
+        let (near, far, beyond) = (both(&self.near), both(&self.far), both(beyond));
+        nearby::jump(far - near, beyond - far, self.apart)
     }
 
     /// The differences of a quantity at the two smaller distances, and what they are extrapolated to.
@@ -170,7 +174,7 @@ impl Slopes<'_> {
         let greatest = solution::last_state(record).map(Greatest::of).unwrap_or_default();
         let mut found: Vec<Estimate> = Vec::new();
         let mut open: Vec<usize> = Vec::new();
-        let mut corners: Vec<usize> = Vec::new();
+        let (mut agreed, mut jumps): (Vec<bool>, Vec<Option<f64>>) = (Vec::new(), Vec::new());
         for (round, part) in APART.into_iter().enumerate() {
             let last = round + 1 == APART.len();
             // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
@@ -183,7 +187,8 @@ impl Slopes<'_> {
             let all: Vec<usize> =
                 if found.is_empty() { (0..values.len()).collect() } else { std::mem::take(&mut open) };
             found.resize(values.len(), Estimate::NONE);
-            corners.clear();
+            agreed.resize(values.len(), false);
+            jumps.resize(values.len(), None);
             for quantity in all {
                 let ([one, two], estimate) = around.estimate(quantity);
                 let noise = ROUNDING * largest.max(values[quantity].abs()) / around.apart;
@@ -191,14 +196,15 @@ impl Slopes<'_> {
                 let nothing = VANISHES[usize::from(last)] * greatest.like(kind, values[quantity]) / size;
                 let measure = estimate.slope.abs().max(self.floor(index, &greatest, quantity) / size);
                 let is_near = around.beyond.is_some() && estimate.error <= ENOUGH * measure;
-                let here = self.after[index].get(quantity).copied().unwrap_or(f64::NAN);
-                if around.corner(quantity, here) > (OF_USE * measure).max(noise) {
-                    corners.push(quantity);
-                    open.push(quantity);
-                    continue;
-                }
                 // What is not a number in the state itself is none here either.
-                if !is_near && (one - two).abs() > (AGREED * one.abs()).max(nothing) + noise {
+                agreed[quantity] |= is_near || !((one - two).abs() > (AGREED * one.abs()).max(nothing) + noise);
+                // A corner is one from nearer by, too; rounding leaves another jump at every distance.
+                let jump = around.jump(quantity);
+                let as_before = jumps[quantity].is_none_or(|before| jump < ALIKE * before && before < ALIKE * jump);
+                let is_first = round == 0 || jumps[quantity].is_some();
+                let counts = jump > (OF_USE * measure).max(noise);
+                jumps[quantity] = (counts && is_first && as_before).then_some(jump);
+                if !agreed[quantity] || jumps[quantity].is_some() {
                     open.push(quantity);
                 }
                 if estimate.error < found[quantity].error {
@@ -216,8 +222,7 @@ impl Slopes<'_> {
             }
             found[quantity] = Estimate::NONE;
             if matters(quantity) {
-                let is_corner = corners.contains(&quantity);
-                reason = reason.or_else(|| Some(self.doubt(index, quantity, is_corner)));
+                reason = reason.or_else(|| Some(self.doubt(index, quantity, jumps[quantity].is_some())));
             }
         }
         Ok((found, reason))

@@ -65,7 +65,11 @@ pub(super) fn changes<const N: usize>(all: [[f64; N]; 4]) -> [f64; N] {
 ///
 /// Over twice the distance the bend of a curve is four times as large or more, that of a corner twice.
 pub(super) fn corner(here: f64, [low, high, lower, higher]: [f64; 4], by: f64) -> f64 {
-    let (near, far) = (high - 2.0 * here + low, higher - 2.0 * here + lower);
+    jump(high - 2.0 * here + low, higher - 2.0 * here + lower, by)
+}
+
+/// The same by how much both sides together change over a distance, and over twice as much.
+pub(super) fn jump(near: f64, far: f64, by: f64) -> f64 {
     let sharp = (4.0 * near - far) * near.signum();
     if sharp > CORNER * far.abs() { sharp / (2.0 * by) } else { 0.0 }
 }
