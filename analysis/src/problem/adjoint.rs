@@ -173,9 +173,8 @@ impl Slopes<'_> {
                 Err(reason) => return Some(Err(reason)),
             };
             // What is held gives most with the first of them: motions of second order strain it least then.
-            regular.get_or_insert_with(|| {
-                system.pattern.equations.size == 0 || self.is_regular(system, index, &round.explicit)
-            });
+            regular
+                .get_or_insert_with(|| system.pattern.equations.size == 0 || self.is_regular(system, &round.explicit));
             cancelled.push(round.cancelled);
             if limit.add(round.slopes) {
                 break;
@@ -349,7 +348,7 @@ impl Slopes<'_> {
 
     /// Moves on by a small part of all parameters at once, and looks at what the tangent makes of what is left there: next to
     /// a limit point it is another one.
-    fn is_regular<const D: usize>(&self, system: &mut System<D>, index: usize, explicit: &[Explicit]) -> bool {
+    fn is_regular<const D: usize>(&self, system: &mut System<D>, explicit: &[Explicit]) -> bool {
         let joints = system.places.joints.len();
         let (mut forces, mut held) = (vec![[0.0; 6]; joints], vec![[0.0; 6]; joints]);
         for (input, explicit) in explicit.iter().enumerate() {
@@ -383,9 +382,8 @@ impl Slopes<'_> {
         let solved = system.tangent.solve(&mut left);
         let regular = solved && neighbour::size_of(system, &left) <= CHANGED * first;
         system.restore(&here);
-        if index + 1 < self.design.steps.len() {
-            system.gather(false);
-        }
+        // Reactions are read afterwards.
+        system.gather(false);
         regular
     }
 }
