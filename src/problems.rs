@@ -39,6 +39,12 @@ pub fn reason(problem: &Problem, reason: &Reason) -> String {
                 step(*index)
             )
         }
+        Reason::Unbalanced { step: index } => {
+            format!(
+                "a moment at the end of step '{}' is taken by nothing: hold the rotations of nodes along the axes of their hinges, or across all of them",
+                step(*index)
+            )
+        }
         Reason::NoDerivative { output } => {
             let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
             format!("the probe '{}' has no derivative there", shown(name))
@@ -68,6 +74,7 @@ pub fn kind(reason: &Reason) -> &'static str {
         Reason::Mechanism(_) => "mechanism",
         Reason::Stopped { status, .. } => status_name(*status),
         Reason::Singular { .. } => "singular",
+        Reason::Unbalanced { .. } => "unbalanced",
         Reason::NoDerivative { .. } | Reason::Edge { .. } => "no_derivative",
         Reason::Inexact { .. } => "inexact",
         Reason::Lost { .. } => "lost",

@@ -350,6 +350,7 @@ fn a_moment_that_nothing_takes_is_named() {
         let said =
             solved.step("step 1").notes.iter().any(|note| matches!(note, Note::Untaken { nodes } if nodes == &[1]));
         assert_eq!(said, !taken, "{held}");
+        assert_eq!(solved.step("step 1").stable, taken.then_some(true), "{held}");
         let left = solved.last().joint_balance;
         assert!(if taken { left < 1e-9 } else { (1e-6..1e-2).contains(&left) }, "{held}: {left:e}");
         assert!(solved.last().residual < 1e-9 && solved.last().balance < 1e-9);

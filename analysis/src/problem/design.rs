@@ -1,7 +1,7 @@
 //! One design: its structure on the common mesh, and what a solve of it says.
 
 use pennate_models::{Model, discretize};
-use pennate_solver::history::{History, Status};
+use pennate_solver::history::{History, Note, Status, StepHistory};
 use pennate_solver::options::Options;
 use pennate_solver::structure::{Change, Step, Structure};
 
@@ -118,7 +118,14 @@ impl Problem {
                 }
             }
         });
+        let unbalanced = || history.steps.iter().position(is_unbalanced).map(|step| Reason::Unbalanced { step });
+        let reason = reason.or_else(unbalanced);
         let values = outputs::values(&table, &self.outputs, reached);
         Answer { values, reason, stable: solution::stable(history) }
     }
+}
+
+/// Whether a moment at the end of a step is taken by nothing.
+pub(super) fn is_unbalanced(step: &StepHistory) -> bool {
+    step.notes.iter().any(|note| matches!(note, Note::Untaken { .. }))
 }

@@ -114,6 +114,12 @@ pub enum Reason {
         /// The step.
         step: usize,
     },
+    /// A moment at the end of this step is taken by nothing ([`pennate_solver::history::Note::Untaken`]): values are those of a state that is no
+    /// equilibrium, and have no derivatives.
+    Unbalanced {
+        /// The step.
+        step: usize,
+    },
     /// The probe of this output has no derivative there, or none that is known.
     NoDerivative {
         /// Place among the outputs.

@@ -14,7 +14,7 @@ use super::estimate::Estimate;
 use super::explicit::Kept;
 use super::gradient::Row;
 use super::nearby::Nearby;
-use super::{Control, Problem, Reason, neighbour};
+use super::{Control, Problem, Reason, design, neighbour};
 use crate::solution;
 use crate::together::{Found, Packs, Standing};
 
@@ -186,6 +186,9 @@ impl<'a> Slopes<'a> {
         if record.fraction != 1.0 {
             let output = self.problem.outputs.iter().position(|output| output.step >= index).unwrap_or_default();
             return Err(Reason::NoDerivative { output });
+        }
+        if design::is_unbalanced(record) {
+            return Err(Reason::Unbalanced { step: index });
         }
         neighbour::settle(&mut path.system);
         let (probes, inputs) = (self.after[index].len(), self.row.len());

@@ -42,6 +42,8 @@ struct Verdict {
     potential: bool,
     /// Sign of the determinant, which changes with the stability where they have none.
     odd: bool,
+    /// Whether a moment is taken by nothing: what is in no balance has no stability.
+    unbalanced: bool,
 }
 
 impl<const D: usize> Track<D> {
@@ -156,6 +158,7 @@ impl<const D: usize> Track<D> {
             negative: inertia.negative,
             potential: self.system.tangent.has_potential(),
             odd: inertia.is_odd(),
+            unbalanced: self.system.leaves_moments(),
         };
         if verdict.negative > 0 {
             verdict.negative = verdict.negative.min(self.system.certain_negative());
@@ -173,6 +176,9 @@ impl<const D: usize> Track<D> {
     pub(super) fn judged(&self) -> Option<Option<bool>> {
         if self.looked.is_some() {
             return self.looked;
+        }
+        if self.verdict.unbalanced {
+            return Some(None);
         }
         if self.verdict.potential {
             let stands = self.verdict.negative == 0;

@@ -516,7 +516,7 @@ impl<const D: usize> Walk<D> {
             return None;
         }
         // Whether a bar turns about itself is judged out of the plane, by the ordinary solver.
-        if (D == 6 || self.lateral.is_some()) && system.may_spin() {
+        if (D == 6 || self.lateral.is_some()) && system.may_spin() || system.leaves_moments() {
             return None;
         }
         self.missed = predicted.then_some(system.moves.first_own);

@@ -255,6 +255,56 @@ fn strips_that_would_turn_about_themselves_are_not_stable() {
     }
 }
 
+/// A component of a rotation that is held across a hinge acts about it in part once the node has turned, and nothing takes that: such a
+/// state is no equilibrium, side by side, alone, followed and for derivatives.
+#[test]
+fn a_moment_that_nothing_takes_is_a_reason() {
+    for (held, is_balanced) in [("rx", false), ("ry", true)] {
+        let text = format!(
+            r#"
+            format = "pennate/1"
+            parameters = {{ push = 30 }}
+            nodes = {{ A = [0, 0, 0], J = [50, 0, 0], B = [90, 20, 10] }}
+            sections.rod = {{ stiffness = {{ EA = 1e4, EI2 = 9e3, EI3 = 7e3, GJ = 6e3 }} }}
+            [members]
+            first = {{ nodes = ["A", "J"], section = "rod", release = {{ end = {{ hinge = [0, 1, 0] }} }} }}
+            second = {{ nodes = ["J", "B"], section = "rod", release = {{ start = {{ hinge = [0, 1, 0] }} }} }}
+            [supports]
+            A = "clamped"
+            B = "pinned"
+            J = ["{held}"]
+            [[steps]]
+            force = {{ J = [0, -20, "= push"] }}
+            [probes]
+            drop = {{ node = "J", displacement = "uz" }}
+            "#
+        );
+        let document = Document::from_text("hinge.toml", &text);
+        let problem = Problem::new(&document, &[], &["push"], &["drop"], 1e-6).unwrap();
+        let pushes = [30.0, 20.0, 25.0, 28.0];
+        let stable = is_balanced.then_some(true);
+        let is_right = |reason: &Option<Reason>| match reason {
+            None => is_balanced,
+            Some(reason) => !is_balanced && matches!(reason, Reason::Unbalanced { step: 0 }),
+        };
+        let together = problem.evaluate(&pushes);
+        for (&push, (together, reason)) in pushes.iter().zip(together.values.iter().zip(&together.reasons)) {
+            let alone = problem.evaluate_alone(&[push]);
+            assert!((alone.0[0] - together).abs() < 1e-9 * together.abs());
+            assert!(is_right(reason) && is_right(&alone.1), "{held}: {reason:?}");
+        }
+        assert_eq!(together.stable, [stable; 4], "{held}");
+        let slopes = problem.gradient(&[30.0]);
+        assert!(is_right(&slopes.reasons[0]) && slopes.jacobian[0].is_finite() == is_balanced, "{held}");
+        assert_eq!(slopes.stable, [stable], "{held}");
+        let mut live = problem.live().unwrap();
+        assert_eq!(live.stable(), stable, "{held}");
+        live.set(0, 29.0);
+        live.solve().unwrap();
+        assert_eq!(live.stable(), stable, "{held}");
+    }
+}
+
 /// Stiffnesses are found of all designs at once: also of a node that is held along what is asked for, and of strains that are held.
 #[test]
 fn stiffnesses_side_by_side_are_those_of_each_design_alone() {

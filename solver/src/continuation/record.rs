@@ -75,6 +75,8 @@ impl<const D: usize> Continuation<'_, D> {
             record.notes.push(Note::TurnedAboutItself { members });
         }
         if !nodes.is_empty() {
+            // What is not in balance is no equilibrium, and has no stability either.
+            record.stable = None;
             record.notes.push(Note::Untaken { nodes });
         }
         for part in self.system.turning.iter().filter(|part| self.system.has_left(part)) {

@@ -58,6 +58,16 @@ impl<const D: usize> System<D> {
         found
     }
 
+    /// Whether what acts on nodes in part has a moment that nothing takes, at the last assembly: what keeps hinges there from turning about
+    /// themselves. What is in no balance is no equilibrium.
+    pub fn leaves_moments(&mut self) -> bool {
+        let acted = |(joint, idle): (usize, &Idle)| {
+            matches!(idle, Idle::Spin(_) | Idle::Spins(_))
+                && !self.topology.turned[self.topology.references[joint]].is_left_alone()
+        };
+        D == 6 && self.topology.idle.iter().enumerate().any(acted) && !self.untaken().nodes.is_empty()
+    }
+
     /// What is left of all forces and moments on joints, and on ends that are kept from turning, over the largest of their kind: the
     /// larger of both. Reactions are those that were found last.
     pub(crate) fn joint_balance(&self) -> f64 {

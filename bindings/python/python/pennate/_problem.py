@@ -26,7 +26,8 @@ class Reason(str):
     """Why a design has no answer, or not all of it, in a sentence; `kind` is a word for programs.
 
     Kinds are `not_finite`, `refused`, `other_topology`, `mechanism`, `limit_point`, `bifurcation`, `not_converged`,
-    `singular`, `no_derivative`, `inexact` (derivatives that are less exact than others), `lost` and `interrupted`.
+    `unbalanced` (values of a state in which a moment is taken by nothing), `singular`, `no_derivative`, `inexact`
+    (derivatives that are less exact than others), `lost` and `interrupted`.
     """
 
     __slots__ = ("kind",)
