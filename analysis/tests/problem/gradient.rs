@@ -615,10 +615,10 @@ fn axes_and_arms_of_what_is_held() {
             "#
         );
         check(&text, &["y", "a", "arm", "by", "EI"], &["x", "turn", "root", "beside", "push"]);
-        // Reactions of the only step are read in the same state as its displacements.
+        // Reactions of the only step are read in the same state as its displacements; held strains would take another look at it.
         let only = text.replace(r#"{ name = "on", displace_by = { C = { uy = "= by" } } },"#, "");
         let only = only.replace(r#"probes.push = { node = "C", reaction = "uy" }"#, "");
-        assert!(only.len() < text.len() - 60);
+        let only = only.replace("EA = 9000", "EA = 9000, GA2 = 4000, GA3 = 4000");
         check(&only, &["y", "a", "arm", "EI"], &["x", "turn", "root", "beside"]);
     }
 }
