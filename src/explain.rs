@@ -10,6 +10,7 @@ use pennate_solver::history::{Cause, Failure, History, Note, Status, StepHistory
 use pennate_solver::structure::{Change, NodeId};
 
 use crate::diagnostics::Message;
+use crate::output::loads;
 use crate::output::text::{direction, list, number, percent, shown};
 use crate::strains;
 
@@ -34,9 +35,7 @@ pub fn remarks(solution: &Solution) -> Vec<Message> {
 
 /// Why a run is no answer, or no answer to all that was asked: steps that failed, and a missing estimate.
 pub fn failures(solution: &Solution) -> Vec<Message> {
-    let steps = solution.history.steps.iter().enumerate();
-    let failed = steps.filter_map(|(index, step)| failed_step(&solution.model, index, step));
-    failed.chain(no_estimate(solution)).collect()
+    failed_steps(&solution.model, &solution.history.steps).chain(no_estimate(solution)).collect()
 }
 
 /// Why a network that can move without force is not solved.
@@ -238,8 +237,13 @@ fn about(model: &Model, motion: &FreeMotion) -> Option<String> {
 const STRAINED: &str = "let strains, curvatures and springs strain it less, or bring them in by a step of their own, as an actuation or a \
                         prescribed displacement, which may jump or follow the arc";
 
-/// A step that did not reach its end: how far it came, what it looks like and what to try.
-pub fn failed_step(model: &Model, index: usize, step: &StepHistory) -> Option<Message> {
+/// The steps that did not reach their end: how far they came, what that looks like and what to try.
+pub fn failed_steps(model: &Model, steps: &[StepHistory]) -> impl Iterator<Item = Message> {
+    (0..steps.len()).filter_map(move |index| failed_step(model, steps, index))
+}
+
+fn failed_step(model: &Model, steps: &[StepHistory], index: usize) -> Option<Message> {
+    let step = &steps[index];
     let cause = match step.status {
         Status::Converged | Status::NotReached => return None,
         Status::LimitPoint => Cause::LimitPoint,
@@ -249,10 +253,11 @@ pub fn failed_step(model: &Model, index: usize, step: &StepHistory) -> Option<Me
     };
     let (tried, worst_component, worst_residual) = (step.fraction, 0, 0.0);
     let bare = Failure { tried, worst_node: None, worst_component, worst_residual, cause };
-    Some(describe(model, index, step, step.failure.as_ref().unwrap_or(&bare)))
+    Some(describe(model, steps, index, step.failure.as_ref().unwrap_or(&bare)))
 }
 
-fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) -> Message {
+fn describe(model: &Model, steps: &[StepHistory], index: usize, failure: &Failure) -> Message {
+    let step = &steps[index];
     let names = model.step_names();
     let name = shown(names[index]);
     // Before a ramp begins a network comes into its prestress.
@@ -289,7 +294,7 @@ fn describe(model: &Model, index: usize, step: &StepHistory, failure: &Failure) 
         Some(_) => notes.push(
             "no load of the step acts yet: strains, curvatures and springs strain the network by themselves".to_owned(),
         ),
-        None => notes.extend(reached_values(model, index, step)),
+        None => notes.extend(reached_values(model, steps, index)),
     }
     let taut = match failure.cause {
         Cause::LimitPoint => strains::taut(model, step),
@@ -442,19 +447,15 @@ fn pushed_muscles(model: &Model, step: &StepHistory) -> Option<String> {
 }
 
 /// Where the loads, pressures and prescribed displacements of a step were when it stopped.
-fn reached_values(model: &Model, index: usize, step: &StepHistory) -> Option<String> {
-    let now = model.steps.get(index)?;
-    let before = |target: &Target| {
-        let earlier = model.steps[..index].iter().rev().flat_map(|step| step.targets.iter().rev());
-        earlier.into_iter().find(|(other, _)| other == target).map_or(0.0, |(_, value)| *value)
-    };
+fn reached_values(model: &Model, steps: &[StepHistory], index: usize) -> Option<String> {
+    let (now, step) = (model.steps.get(index)?, steps.get(index)?);
     let mut groups: Vec<(String, f64, &str, Vec<String>)> = Vec::new();
-    for (target, to) in &now.targets {
-        let from = before(target);
-        if from == *to {
+    for (target, _) in &now.targets {
+        let level = loads::levels(model, steps, *target)[index];
+        if level[0] == level[1] {
             continue;
         }
-        let value = from + step.fraction * (to - from);
+        let value = loads::on_the_way(level, step.fraction);
         let (what, unit, name) = target_in_words(model, target);
         match groups.iter_mut().find(|group| group.0 == what && group.1 == value && group.2 == unit) {
             Some(group) => group.3.extend(name),

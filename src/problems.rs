@@ -45,6 +45,12 @@ pub fn reason(problem: &Problem, reason: &Reason) -> String {
                 step(*index)
             )
         }
+        Reason::StopsShort { step: index } => {
+            format!(
+                "step '{}' ends at its stop, before the end of its ramp: what follows has no derivatives, and no live state",
+                step(*index)
+            )
+        }
         Reason::NoDerivative { output } => {
             let name = problem.outputs().get(*output).map_or("", |output| output.name.as_str());
             format!("the probe '{}' has no derivative there", shown(name))
@@ -75,7 +81,7 @@ pub fn kind(reason: &Reason) -> &'static str {
         Reason::Stopped { status, .. } => status_name(*status),
         Reason::Singular { .. } => "singular",
         Reason::Unbalanced { .. } => "unbalanced",
-        Reason::NoDerivative { .. } | Reason::Edge { .. } => "no_derivative",
+        Reason::NoDerivative { .. } | Reason::StopsShort { .. } | Reason::Edge { .. } => "no_derivative",
         Reason::Inexact { .. } => "inexact",
         Reason::Lost { .. } => "lost",
         Reason::Interrupted => "interrupted",

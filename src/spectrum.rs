@@ -96,10 +96,7 @@ pub fn messages(why: NoSpectrum) -> Vec<Message> {
     match why {
         NoSpectrum::NoModes(why) => vec![no_modes(why)],
         NoSpectrum::NoFactors(why) => vec![no_factors(why)],
-        NoSpectrum::NotSolved(model, history) => {
-            let steps = history.steps.iter().enumerate();
-            steps.filter_map(|(index, step)| explain::failed_step(&model, index, step)).collect()
-        }
+        NoSpectrum::NotSolved(model, history) => explain::failed_steps(&model, &history.steps).collect(),
         NoSpectrum::NoStep(..) | NoSpectrum::Massless(..) | NoSpectrum::Mechanism(..) | NoSpectrum::Interrupted => {
             Vec::new()
         }

@@ -3,8 +3,10 @@
 use nalgebra::{Rotation3, Vector3};
 use pennate_models::Model;
 use pennate_models::model::Target;
-use pennate_solver::history::Increment;
+use pennate_solver::history::{Increment, StepHistory};
 use pennate_solver::structure::Change;
+
+use super::loads::{end, on_the_way};
 
 const GLOBAL_AXES: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
@@ -27,15 +29,15 @@ pub(crate) struct Hold {
 }
 
 impl Acting {
-    /// What acts in an increment of a step; of a step that there is not, in the unloaded state.
-    pub(crate) fn of(model: &Model, step: usize, increment: &Increment) -> Self {
+    /// What acts in an increment of a step, where the steps came so far; of a step that there is not, in the unloaded state.
+    pub(crate) fn of(model: &Model, steps: &[StepHistory], step: usize, increment: &Increment) -> Self {
         let none = |count: usize| vec![Vector3::zeros(); count];
         let nodes = model.nodes.len();
         let [mut dead, mut following] = [[none(nodes), none(nodes)], [none(nodes), none(nodes)]];
         let mut distributed = none(model.members.len());
         for (index, each) in model.steps.get(..=step).unwrap_or_default().iter().enumerate() {
-            // What a step names moves from where it was to its target; the present step is on its way.
-            let part = if index == step { increment.fraction } else { 1.0 };
+            // What a step names moves from where it was towards its target; the present step is on its way.
+            let part = if index == step { increment.fraction } else { end(steps, index) };
             for (target, value) in &each.targets {
                 let (list, at, axis) = match *target {
                     Target::Force(node, axis) => (&mut dead[0], node, axis),
@@ -45,8 +47,7 @@ impl Acting {
                     Target::Distributed(member, axis) => (&mut distributed, member, axis),
                     Target::Control(_) | Target::Gravity(_) => continue,
                 };
-                let before = list[at][axis];
-                list[at][axis] = before + part * (value - before);
+                list[at][axis] = on_the_way([list[at][axis], *value], part);
             }
         }
         let turned = |node: usize| Rotation3::new(Vector3::from(increment.state.nodes[node].rotation));
@@ -108,16 +109,19 @@ mod tests {
         assert_eq!(holds(&model, 1)[0], guide);
     }
 
-    /// Half of the second step on the way from 4 to 1 N/mm along y.
+    /// Half of the second step on the way from 4 to 1 N/mm along y, and from the 3 N/mm that a step reached which stopped short.
     #[test]
     fn a_distributed_load_is_on_its_way_from_one_step_to_the_next() {
         let solution = crate::fixture::solution();
         let mut model = solution.model;
         model.steps[0].targets = vec![(Target::Distributed(0, 1), 4.0)];
         model.steps[1].targets = vec![(Target::Distributed(0, 1), 1.0)];
-        let increment = &solution.history.steps[0].increments[0];
+        let steps = &[StepHistory { fraction: 1.0, ..solution.history.steps[0].clone() }];
+        let increment = &steps[0].increments[0];
         assert_eq!(increment.fraction, 0.5);
-        assert_eq!(Acting::of(&model, 1, increment).distributed, [[0.0, 2.5, 0.0]]);
-        assert_eq!(Acting::of(&model, usize::MAX, increment).distributed, [[0.0; 3]]);
+        assert_eq!(Acting::of(&model, steps, 1, increment).distributed, [[0.0, 2.5, 0.0]]);
+        assert_eq!(Acting::of(&model, steps, usize::MAX, increment).distributed, [[0.0; 3]]);
+        let short = &[StepHistory { fraction: 0.75, ..steps[0].clone() }];
+        assert_eq!(Acting::of(&model, short, 1, increment).distributed, [[0.0, 2.0, 0.0]]);
     }
 }

@@ -35,7 +35,7 @@ impl Table {
     /// The history of the loads and the probes.
     pub fn of(solution: &Solution) -> Self {
         let model = &solution.model;
-        let loads = loads::columns(model);
+        let loads = loads::columns(model, &solution.history.steps);
         let probes = model.probes.names.iter().enumerate();
         let probes = probes.map(|(index, name)| (name.clone(), probe_unit(model, index).to_owned()));
         let heads = loads.iter().map(|column| (column.name.clone(), column.unit.clone())).chain(probes);

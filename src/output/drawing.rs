@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use pennate_analysis::solution::{Solution, unloaded};
 use pennate_models::Model;
 use pennate_models::model::Member;
-use pennate_solver::history::{Increment, MemberShape, ShapeCell, ShapePoint};
+use pennate_solver::history::{Increment, MemberShape, ShapeCell, ShapePoint, StepHistory};
 use vtkio::IOBuffer;
 use vtkio::model::{Attribute, VertexNumbers};
 
@@ -43,17 +43,17 @@ impl Drawing {
             Some(step) => solution.history.steps.get(step)?.increments.get(increment)?,
             None => solution.history.steps.iter().find_map(|step| step.increments.first())?,
         };
-        Self::of_increment(&solution.model, step, increment)
+        Self::of_increment(&solution.model, &solution.history.steps, step, increment)
     }
 
     /// A network as it is built, which nobody has solved.
     pub fn as_built(model: &Model) -> Option<Self> {
         let shapes = model.members.iter().map(|member| built(model.nodes[member.nodes[0]].position, member)).collect();
-        Self::of_increment(model, None, &Increment { fraction: 0.0, state: unloaded(model), shapes })
+        Self::of_increment(model, &[], None, &Increment { fraction: 0.0, state: unloaded(model), shapes })
     }
 
-    fn of_increment(model: &Model, step: Option<usize>, increment: &Increment) -> Option<Self> {
-        let piece = Grid::of(model, step, increment).into_piece();
+    fn of_increment(model: &Model, steps: &[StepHistory], step: Option<usize>, increment: &Increment) -> Option<Self> {
+        let piece = Grid::of(model, steps, step, increment).into_piece();
         let lines = match piece.cells.cell_verts {
             VertexNumbers::XML { connectivity, .. } => connectivity,
             VertexNumbers::Legacy { .. } => Vec::new(),

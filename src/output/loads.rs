@@ -2,6 +2,7 @@
 
 use pennate_models::Model;
 use pennate_models::model::{MemberKind, Target, Units};
+use pennate_solver::history::StepHistory;
 
 use super::text::shown;
 
@@ -16,24 +17,22 @@ pub struct Column {
     pub name: String,
     /// Empty where there is none.
     pub unit: String,
-    /// Values at the beginning and at the end of every step.
+    /// Values at the beginning of every step and at the end of its ramp.
     levels: Vec<[f64; 2]>,
 }
 
 impl Column {
     /// The value at a fraction of a step.
     pub fn at(&self, step: usize, fraction: f64) -> f64 {
-        let Some(&[from, to]) = self.levels.get(step) else { return 0.0 };
-        // The end is met exactly, whatever rounding makes of the sum.
-        if fraction == 1.0 { to } else { from + fraction * (to - from) }
+        self.levels.get(step).map_or(0.0, |&level| on_the_way(level, fraction))
     }
 }
 
-/// The columns of a model, in the order in which its steps name them; what stays zero is left out.
-pub fn columns(model: &Model) -> Vec<Column> {
+/// The columns of a model whose steps came so far, in the order in which its steps name them; what stays zero is left out.
+pub fn columns(model: &Model, steps: &[StepHistory]) -> Vec<Column> {
     let mut together: Vec<Together> = Vec::new();
     for target in targets(model) {
-        let levels = levels(model, target);
+        let levels = levels(model, steps, target);
         if levels.iter().flatten().all(|&level| level == 0.0) {
             continue;
         }
@@ -68,16 +67,28 @@ fn targets(model: &Model) -> Vec<Target> {
     all.filter(|target| known.insert(*target)).collect()
 }
 
-/// Values of a target at the beginning and at the end of every step.
-fn levels(model: &Model, target: Target) -> Vec<[f64; 2]> {
-    let mut last = 0.0;
+/// Values of a target at the beginning of every step and at the end of its ramp, where the steps came so far: a step begins where the one
+/// before it ended, which a `stop` puts before the end of its ramp.
+pub fn levels(model: &Model, steps: &[StepHistory], target: Target) -> Vec<[f64; 2]> {
+    let mut here = 0.0;
     let mut levels = Vec::with_capacity(model.steps.len());
-    for step in &model.steps {
-        let to = step.targets.iter().rev().find(|(other, _)| *other == target).map_or(last, |(_, value)| *value);
-        levels.push([last, to]);
-        last = to;
+    for (index, step) in model.steps.iter().enumerate() {
+        let to = step.targets.iter().rev().find(|(other, _)| *other == target).map_or(here, |(_, value)| *value);
+        levels.push([here, to]);
+        here = on_the_way([here, to], end(steps, index));
     }
     levels
+}
+
+/// The fraction of its ramp at which a step ended: the whole of one that nobody followed.
+pub fn end(steps: &[StepHistory], index: usize) -> f64 {
+    steps.get(index).map_or(1.0, |step| step.fraction)
+}
+
+/// The value at a fraction of a ramp.
+pub fn on_the_way([from, to]: [f64; 2], fraction: f64) -> f64 {
+    // The end is met exactly, whatever rounding makes of the sum.
+    if fraction == 1.0 { to } else { from + fraction * (to - from) }
 }
 
 /// The kind with a place for the name, the unit, and the member or node.

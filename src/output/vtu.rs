@@ -11,7 +11,7 @@ use std::str::FromStr;
 use nalgebra::{Rotation3, Vector3};
 use pennate_analysis::solution::{Solution, norm, unloaded};
 use pennate_models::Model;
-use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint};
+use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint, StepHistory};
 use pennate_solver::structure::Release;
 use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, UnstructuredGridPiece, Version,
@@ -90,7 +90,7 @@ pub fn write(
         let file = format!("{name}_{:04}.vtu", entries.len());
         let [number, fraction] = step.map_or([0.0; 2], |step| [(step + 1) as f64, increment.fraction]);
         let place = field_data(&[("step", number), ("fraction", fraction)]);
-        let grid = Grid::of(model, step, increment);
+        let grid = Grid::of(model, &solution.history.steps, step, increment);
         write_whole(&directory.join(&file), |writer| write_piece(grid.into_piece(), &place, writer))?;
         written.push(file.clone());
         entries.push((time, file));
@@ -218,13 +218,13 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// An increment of a step, with its shapes; `None` is the unloaded state, with the points of the increment.
-    pub(super) fn of(model: &Model, step: Option<usize>, increment: &Increment) -> Self {
+    /// An increment of a step, with its shapes, where the steps came so far; `None` is the unloaded state, with the points of the increment.
+    pub(super) fn of(model: &Model, steps: &[StepHistory], step: Option<usize>, increment: &Increment) -> Self {
         match step {
-            Some(step) => Self::new(model, increment, &Acting::of(model, step, increment)),
+            Some(step) => Self::new(model, increment, &Acting::of(model, steps, step, increment)),
             None => {
                 let unloaded = at_rest(model, increment);
-                Self::new(model, &unloaded, &Acting::of(model, UNLOADED, &unloaded))
+                Self::new(model, &unloaded, &Acting::of(model, steps, UNLOADED, &unloaded))
             }
         }
     }

@@ -278,9 +278,7 @@ fn solved_row(solution: &Solution, mut row: Row, columns: &Columns) -> Row {
     row.status = status_name(status).to_owned();
     row.error = solution.accuracy.estimated;
     row.stable = stable(&solution.history);
-    let steps = solution.history.steps.iter().enumerate();
-    let mut failures = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
-    let failure = failures.next();
+    let failure = explain::failed_steps(&solution.model, &solution.history.steps).next();
     if let (None, Some(message)) = (&failure, explain::no_estimate(solution)) {
         row.status = NO_ESTIMATE.to_owned();
         row.reason = message.title;

@@ -165,8 +165,7 @@ fn told(text: &str) -> Option<String> {
             return Some(explain::mechanism(&model, &motions[0]).title);
         }
     };
-    let steps = solution.history.steps.iter().enumerate();
-    let mut failed = steps.filter_map(|(index, step)| explain::failed_step(&solution.model, index, step));
+    let mut failed = explain::failed_steps(&solution.model, &solution.history.steps);
     let warned = strains::warnings(&solution).into_iter().next();
     let message = failed.next().or(warned)?;
     assert!(message.help.is_some() && message.span.is_some(), "no place or cure: {message:?}");

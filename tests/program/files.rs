@@ -109,6 +109,49 @@ fn names_of_any_kind_survive_in_every_output() {
     assert_eq!(out(&output).lines().filter(|line| line.contains("str,\"oke\\n∂")).count(), 1);
 }
 
+/// A step that ends at its `stop` leaves loads where they are, and what goes on begins there: in the table and in pictures, as the reaction
+/// says.
+#[test]
+fn loads_go_on_from_where_a_step_stopped() {
+    let place = Workplace::new();
+    let text = r#"
+        format = "pennate/1"
+        nodes = { A = [0, 0], B = [100, 0] }
+        sections.s = { stiffness = { EA = 1e5, EI3 = 2e6, GA2 = 1e4 } }
+        members.m = { nodes = ["A", "B"], section = "s" }
+        supports = { A = "clamped" }
+        probes.reaction = { node = "A", reaction = "uy" }
+        [[steps]]
+        force = { B = [0, -10] }
+        method = "arc_length"
+        stop = { fraction = 0.5 }
+        [[steps]]
+        moment = { B = [0, 0, 30] }
+        [[steps]]
+        force = { B = [0, -20] }
+        increments = 2
+    "#;
+    let file = place.file("stop.toml", text);
+    expect(&solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap(), 0);
+    let mut history = csv::Reader::from_path(place.path("out/history.csv")).unwrap();
+    assert_eq!(
+        history.headers().unwrap(),
+        vec!["step", "fraction", "force B y (N)", "moment B z (N mm)", "reaction (N)"]
+    );
+    let rows: Vec<csv::StringRecord> = history.records().map(Result::unwrap).collect();
+    let number = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().unwrap();
+    assert!(rows.iter().any(|row| &row[0] == "step 2") && rows.len() > 5);
+    for row in &rows[1..] {
+        assert!((number(row, 2) + number(row, 4)).abs() < 1e-6, "{row:?}");
+    }
+    assert!(rows.iter().filter(|row| &row[0] == "step 2").all(|row| (number(row, 2) + 5.0).abs() < 1e-9));
+    for (picture, row) in rows.iter().enumerate() {
+        let (_, forces) = self::picture(&place.path(&format!("out/stop_{picture:04}.vtu")), "load_force");
+        let force = forces.iter().fold(0.0, |least: f64, force| least.min(force[1]));
+        assert!((force - number(row, 2)).abs() < 1e-9, "{picture}: {force}");
+    }
+}
+
 /// A second run under the same name leaves no picture of the first, and nothing that is not pennate's goes.
 #[test]
 fn pictures_of_an_earlier_run_go() {

@@ -120,6 +120,12 @@ pub enum Reason {
         /// The step.
         step: usize,
     },
+    /// This step ends at its `stop`, before the end of its ramp, at a fraction that follows all parameters: what comes after has values, no
+    /// derivatives, and no state that can be followed.
+    StopsShort {
+        /// The step.
+        step: usize,
+    },
     /// The probe of this output has no derivative there, or none that is known.
     NoDerivative {
         /// Place among the outputs.

@@ -130,8 +130,8 @@ impl Problem {
             let cause = step.failure.as_ref().map(|failure| failure.cause);
             return Err(Reason::Stopped { step: index, status: step.status, fraction: step.fraction, cause });
         }
-        if let Some(step) = history.steps.iter().find(|step| step.fraction != 1.0) {
-            return Err(Reason::Lost { fraction: step.fraction });
+        if let Some(step) = history.steps.iter().position(|step| step.fraction != 1.0) {
+            return Err(Reason::StopsShort { step });
         }
         let track = Followable::of(followed, steps);
         let table = ProbeTable::new(&model, &history);

@@ -44,6 +44,8 @@ pub(super) struct Slopes<'a> {
     pub(super) floors: Vec<Vec<f64>>,
     /// The verdicts at the ends of the steps so far.
     stable: Vec<Option<bool>>,
+    /// The first step that ended before the end of its ramp.
+    stopped: Option<usize>,
     /// What is known less well than is promised.
     pub(super) inexact: Option<Reason>,
     /// Once they were asked for: nothing where there are none.
@@ -61,6 +63,7 @@ impl<'a> Slopes<'a> {
             slopes: Vec::new(),
             floors: Vec::new(),
             stable: Vec::new(),
+            stopped: None,
             inexact: None,
             nearby: None,
         }
@@ -178,20 +181,23 @@ impl<'a> Slopes<'a> {
         let Some(last) = record.increments.last() else { return Err(Reason::Interrupted) };
         let values = self.probes(&self.design.model, last.state.clone(), &self.after);
         self.note_end(index, values);
+        // What stops at a value of its own moves with all parameters along the path, and so does what goes on from there.
+        if record.fraction != 1.0 {
+            self.stopped.get_or_insert(index);
+        }
         let kept = self.design.kept_after(index);
         if !self.problem.reads(index) && kept.is_empty() {
             return Ok(());
         }
-        // What stops at a value of its own moves with all parameters along the path.
-        if record.fraction != 1.0 {
-            let output = self.problem.outputs.iter().position(|output| output.step >= index).unwrap_or_default();
-            return Err(Reason::NoDerivative { output });
+        if let Some(step) = self.stopped {
+            return Err(Reason::StopsShort { step });
         }
+        let (probes, inputs) = (self.after[index].len(), self.row.len());
         if design::is_unbalanced(record) {
+            self.keep(index, &kept, vec![Estimate::NONE; (probes + kept.len()) * inputs]);
             return Err(Reason::Unbalanced { step: index });
         }
         neighbour::settle(&mut path.system);
-        let (probes, inputs) = (self.after[index].len(), self.row.len());
         let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
         let (mut slopes, reason) = match found {
             Some(Err(reason)) => (vec![Estimate::NONE; (probes + kept.len()) * inputs], Some(reason)),

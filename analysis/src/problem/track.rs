@@ -217,15 +217,15 @@ impl<const D: usize> Track<D> {
     }
 }
 
-/// The value that the last change of a component gives it.
+/// What the changes of a held component make of it: its place, or how far it is from where it was when it was held first.
 fn value(steps: &[Step], row: &Held) -> f64 {
-    let changes = steps.iter().flat_map(|step| &step.changes);
-    let own = changes.map(|change| match *change {
-        Change::Prescribe { node, component, to } => (node, component, to),
-        Change::MoveBy { node, component, by } => (node, component, by),
-        Change::Hold { node, component } | Change::Free { node, component } => (node, component, 0.0),
-    });
-    own.rev().find(|&(node, component, _)| (node, component) == (row.node, row.component)).map_or(0.0, |own| own.2)
+    let own = (row.node, row.component);
+    steps.iter().flat_map(|step| &step.changes).fold(0.0, |here, change| match *change {
+        Change::Prescribe { node, component, to } if (node, component) == own => to,
+        Change::MoveBy { node, component, by } if (node, component) == own => here + by,
+        Change::Free { node, component } if (node, component) == own => 0.0,
+        _ => here,
+    })
 }
 
 /// Whether two structures of one topology have the same unloaded shape: springs and masses are no part of it.

@@ -131,6 +131,56 @@ pressure = { all = "= 0.5 * p" }
     assert!((live.values()[1] - solved[1]).abs() < 1e-8 * solved[1].abs());
 }
 
+/// A component that is moved on from a prescribed place is where both of these lead, at any values.
+#[test]
+fn what_is_moved_on_from_a_prescribed_place_follows_both() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { d = 5, more = 3 }
+        nodes = { A = [0, 0], B = [100, 0] }
+        sections.s = { stiffness = { EA = 1e5, EI3 = 2e6, GA2 = 1e4 } }
+        members.m = { nodes = ["A", "B"], section = "s" }
+        supports = { A = "clamped" }
+        probes = { y = { node = "B", displacement = "uy" }, push = { node = "B", reaction = "uy" } }
+        steps = [{ name = "one", displacement = { B = { uy = "= d" } } }, { name = "two", hold = { B = ["uy"] } },
+                 { name = "three", displace_by = { B = { uy = "= more" } } }]
+    "#;
+    let probes = ["y@one", "y@two", "y", "push"];
+    let problem = Problem::new(&Document::from_text("bar.toml", text), &[], &["d", "more"], &probes, 1e-6).unwrap();
+    let mut live = problem.live().unwrap();
+    live.set(0, 5.5);
+    live.set(1, 3.3);
+    live.solve().unwrap();
+    assert!((live.values()[2] - 8.8).abs() < 1e-9, "{:?}", live.values());
+    is_near(&live, &problem);
+}
+
+/// Where a step stops follows all parameters: what comes after has no state that follows them at the values of its end, and no derivatives.
+#[test]
+fn what_follows_a_stop_is_not_followed() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { F = -50, M = 30, s = -2 }
+        nodes = { A = [0, 0], B = [100, 0] }
+        sections.s = { stiffness = { EA = 1e5, EI3 = 2e6, GA2 = 1e4 } }
+        members.m = { nodes = ["A", "B"], section = "s" }
+        supports = { A = "clamped" }
+        probes.y = { node = "B", displacement = "uy" }
+        steps = [{ name = "a", force = { B = [0, "= F"] }, method = "arc_length", stop = { node = "B", displacement = "uy", at = "= s" } },
+                 { name = "b", moment = { B = [0, 0, "= M"] } }]
+    "#;
+    let document = Document::from_text("bar.toml", text);
+    let problem = Problem::new(&document, &[], &["F", "M", "s"], &["y@b"], 1e-6).unwrap();
+    assert!(matches!(problem.live().unwrap_err(), Reason::StopsShort { step: 0 }));
+    let found = problem.gradient(&problem.middle());
+    assert!(matches!(found.reasons[0], Some(Reason::StopsShort { step: 0 })), "{:?}", found.reasons);
+    assert!(found.values[0].is_finite() && found.jacobian.iter().all(|slope| slope.is_nan()));
+    // A load that does not come to the stop is all there.
+    let found = problem.gradient(&[-10.0, 30.0, -2.0]);
+    assert!(found.reasons[0].is_none() && found.jacobian.iter().all(|slope| slope.is_finite()));
+    assert!((found.jacobian[0] - 0.17651692614).abs() < 1e-8, "{:?}", found.jacobian);
+}
+
 /// Loads that turn with their node have no potential: where masses are known small vibrations tell, whoever is asked.
 #[test]
 fn the_verdict_is_that_of_a_solve() {

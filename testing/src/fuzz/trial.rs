@@ -70,10 +70,9 @@ pub fn solve(name: &str, bytes: &[u8]) -> Result<&'static str, String> {
         !late
     });
     let Ok(solution) = solved else { return Ok("a mechanism") };
+    explain::failed_steps(&solution.model, &solution.history.steps)
+        .try_for_each(|message| say(&message, &solution.model))?;
     for (index, step) in solution.history.steps.iter().enumerate() {
-        if let Some(message) = explain::failed_step(&solution.model, index, step) {
-            say(&message, &solution.model)?;
-        }
         for (number, increment) in step.increments.iter().enumerate() {
             let last = number + 1 == step.increments.len();
             let nodes = increment.state.nodes.iter();
