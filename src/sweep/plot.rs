@@ -19,6 +19,8 @@ const LEGEND: (u32, f64) = (64, 7.6);
 const NAMED: usize = 40;
 /// A probe whose values differ by less than this part of them is rounding and no curve.
 const CONSTANT: f64 = 1e-9;
+/// Values beyond this have no axis: the width of one, with its margins, would be no number.
+const WIDEST: f64 = 1e300;
 /// Values that each of two parameters has to have for a map to say more than curves.
 const MAPPED: usize = 5;
 /// Steps of the colour bar of a map.
@@ -49,6 +51,9 @@ struct Curve {
 pub fn draw(outcome: &Outcome, plan: &Plan, path: &Path) -> Result<bool, Box<dyn Error>> {
     // Designs of a list need not lie on any curve.
     let Some(first) = plan.parameters.first().filter(|_| !plan.is_list) else { return Ok(false) };
+    if (0..plan.parameters.len()).flat_map(|index| plan.values(index)).any(|value| value.abs() > WIDEST) {
+        return Ok(false);
+    }
     let two = plan.parameters.len() == 2 && outcome.columns.keys.len() == 2;
     if two && (0..2).all(|index| plan.values(index).len() >= MAPPED) {
         return draw_maps(outcome, plan, path);
@@ -109,8 +114,7 @@ fn draw_legend(lines: &[String], combinations: usize, area: &Area<'_>) -> Result
 fn draw_maps(outcome: &Outcome, plan: &Plan, path: &Path) -> Result<bool, Box<dyn Error>> {
     let varies = |probe: &usize| {
         let values = outcome.rows.iter().filter(|row| row.is_solved()).filter_map(|row| row.probes[*probe]);
-        let (low, high) = bounds(values);
-        high - low > CONSTANT * low.abs().max(high.abs())
+        is_drawn(bounds(values))
     };
     let probes: Vec<usize> = (0..outcome.columns.probes.len()).filter(varies).collect();
     if probes.is_empty() {
@@ -151,8 +155,8 @@ fn draw_map(outcome: &Outcome, plan: &Plan, probe: usize, area: &Area<'_>) -> Re
         .label_style(font(13))
         .axis_style(BLACK.mix(0.5).stroke_width(FINE))
         .set_all_tick_mark_size(5 * FINE)
-        .x_label_formatter(&|value| short(*value))
-        .y_label_formatter(&|value| short(*value))
+        .x_label_formatter(&|value| short(*value, [x[0], x[x.len() - 1]]))
+        .y_label_formatter(&|value| short(*value, [y[0], y[y.len() - 1]]))
         .draw()?;
     // What was not solved stays grey.
     chart.draw_series([Rectangle::new(
@@ -185,7 +189,7 @@ fn draw_map(outcome: &Outcome, plan: &Plan, probe: usize, area: &Area<'_>) -> Re
         .y_desc(label)
         .axis_desc_style(font(15))
         .label_style(font(13))
-        .y_label_formatter(&|value| short(*value))
+        .y_label_formatter(&|value| short(*value, [low, high]))
         .draw()?;
     let step = (high - low) / SHADES as f64;
     scale.draw_series((0..SHADES).map(|index| {
@@ -273,8 +277,12 @@ fn points(curves: &[Curve]) -> impl Iterator<Item = (f64, f64)> + '_ {
 }
 
 fn varies(curves: &[Curve]) -> bool {
-    let (low, high) = bounds(points(curves).map(|point| point.1));
-    high - low > CONSTANT * low.abs().max(high.abs())
+    is_drawn(bounds(points(curves).map(|point| point.1)))
+}
+
+/// Whether values between these are drawn: they differ by more than rounding, and by no more than an axis can have.
+fn is_drawn((low, high): (f64, f64)) -> bool {
+    high - low > CONSTANT * low.abs().max(high.abs()) && high.abs().max(low.abs()) < WIDEST
 }
 
 fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
@@ -299,8 +307,8 @@ fn draw_panel(panel: &Panel, axis: &str, combinations: usize, area: &Area<'_>) -
         .axis_desc_style(font(15))
         .label_style(font(13))
         .set_all_tick_mark_size(5 * FINE)
-        .x_label_formatter(&|value| short(*value))
-        .y_label_formatter(&|value| short(*value))
+        .x_label_formatter(&|value| short(*value, [x.0, x.1]))
+        .y_label_formatter(&|value| short(*value, [y.0, y.1]))
         .draw()?;
     for curve in &panel.curves {
         let colour = colour(curve.index, combinations);
@@ -318,10 +326,10 @@ fn padded((low, high): (f64, f64), part: f64) -> (f64, f64) {
     (low - margin, high + margin)
 }
 
-/// A number without the digits that are rounding.
-fn short(value: f64) -> String {
+/// A number on an axis between two others, without the digits that are rounding.
+fn short(value: f64, [low, high]: [f64; 2]) -> String {
     let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-    if rounded.abs() < 1e-12 { "0".to_owned() } else { rounded.to_string() }
+    if rounded.abs() < CONSTANT * (high - low).abs() { "0".to_owned() } else { rounded.to_string() }
 }
 
 /// Colours from blue to red, told apart by lightness as well.
@@ -368,6 +376,18 @@ mod tests {
         assert_eq!(panels[0].label, "stroke (mm)");
         assert_eq!(panels[0].curves[0].stretches, [vec![(1.0, 1.0)], vec![(3.0, 2.0)]]);
         assert_eq!(panels[0].curves[1].stretches, [vec![(1.0, 2.0), (2.0, 3.0)]]);
+    }
+
+    #[test]
+    fn what_no_axis_can_hold_is_not_drawn() {
+        let mut outcome = outcome();
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("sweep.svg");
+        assert!(draw(&outcome, &plan(["beta=1:3:1 deg", "p=10,20"]), &path).unwrap());
+        assert!(!draw(&outcome, &plan(["beta=-1e308,1e308", "p=10,20"]), &path).unwrap());
+        outcome.rows.iter_mut().for_each(|row| row.probes[0] = row.probes[0].map(|value| value * 9e307));
+        assert!(!draw(&outcome, &plan(["beta=1:3:1 deg", "p=10,20"]), &path).unwrap());
+        assert_eq!([1e-15, 1e-24].map(|value| short(value, [0.0, 2e-15])), ["0.000000000000001", "0"]);
     }
 
     fn plan(vary: [&str; 2]) -> Plan {

@@ -2,7 +2,7 @@
 //!
 //! Copy k of a name is `name-k`; the original is the first. Copy k of a later pattern is `name-1-k`, and of copy j of
 //! the pattern before it `name-j-k`. Nodes of a copy that fall on nodes there are become
-//! these, and rigid bodies that come to share a node become one.
+//! these, members and springs that fall on what they are copies of are that, and rigid bodies that come to share a node become one.
 
 use std::collections::{HashMap, HashSet};
 
@@ -126,15 +126,21 @@ fn repeat(
     };
     let supports = pattern.value.supports == Some(true);
     let grounded = if supports { HashSet::new() } else { grounded(network, let_go) };
+    let there = There::of(network);
     let mut copier = Copier {
         network,
+        roots: (0..places.len()).collect(),
+        tie: MERGE * size(&places),
         places,
         grid: Grid::new(merge),
         merge,
         step: &step,
+        span: pattern.span,
         numbers,
         held: Held::default(),
         made: Vec::new(),
+        there,
+        overlaid: Vec::new(),
     };
     for index in 0..copier.places.len() {
         copier.grid.add(copier.places[index], index);
@@ -143,6 +149,7 @@ fn repeat(
     for (copy, motion) in (2..=count).zip(step.motions()) {
         copier.copy(&selection, copy, motion, &second_axes, supports, cx)?;
     }
+    copier.warn(cx);
     let_go.extend(copier.made.into_iter().filter(|[name, _]| grounded.contains(name)).map(|[_, copy]| copy));
     fuse_bodies(network, cx)?;
     check_names(network, pattern.span, cx)
@@ -259,14 +266,80 @@ struct Copier<'a> {
     network: &'a mut Network,
     /// Positions of the nodes of the network.
     places: Vec<Vector3<f64>>,
+    /// What each node is a copy of: its index, or its own.
+    roots: Vec<usize>,
     grid: Grid,
     /// Nodes nearer than this are one.
     merge: f64,
+    /// Distances that differ by less are equal.
+    tie: f64,
     step: &'a Step,
+    span: Span,
     numbers: &'a mut Numbers,
     held: Held,
     /// Names of nodes and of their copies, but for copies that became a node that was there.
     made: Vec<[String; 2]>,
+    there: There,
+    /// Copies of members that lie on other members, and these.
+    overlaid: Vec<[String; 2]>,
+}
+
+/// What there is already, to be found by its nodes.
+#[derive(Default)]
+struct There {
+    members: HashMap<[String; 2], Vec<Laid>>,
+    /// Springs by what they are copies of, with their nodes in order.
+    springs: HashSet<(usize, Vec<String>)>,
+    /// Bodies by what they are copies of, with their references.
+    bodies: HashSet<(usize, String)>,
+}
+
+/// A member between two nodes.
+struct Laid {
+    index: usize,
+    /// What it is a copy of: its index, or its own.
+    root: usize,
+    /// Number of its copy, and how that is turned.
+    copy: usize,
+    rotation: Rotation3<f64>,
+}
+
+impl There {
+    fn of(network: &Network) -> Self {
+        let mut there = Self::default();
+        for (index, member) in network.members.iter().flatten().enumerate() {
+            if let Some(ends) = ends(&member.value.value) {
+                let laid = Laid { index, root: index, copy: 1, rotation: Rotation3::identity() };
+                there.members.entry(ends).or_default().push(laid);
+            }
+        }
+        let springs = network.springs.iter().flatten().enumerate();
+        there.springs = springs.map(|(index, spring)| (index, names_of(&spring.value.value))).collect();
+        let bodies = network.rigid_bodies.iter().flatten().enumerate();
+        let bodies = bodies.filter_map(|(index, body)| Some((index, reference(&body.value.value)?.to_owned())));
+        there.bodies = bodies.collect();
+        there
+    }
+}
+
+/// Names of the nodes of a member, in alphabetical order.
+fn ends(member: &Member) -> Option<[String; 2]> {
+    let [start, end] = member.ends() else { return None };
+    let mut ends = [start.value.clone(), end.value.clone()];
+    ends.sort();
+    Some(ends)
+}
+
+/// Names of the nodes of a spring, in alphabetical order.
+fn names_of(spring: &Spring) -> Vec<String> {
+    let mut names: Vec<String> = spring_nodes(spring).map(|name| name.value.clone()).collect();
+    names.sort();
+    names
+}
+
+/// The node whose motion is that of a body.
+fn reference(body: &RigidBody) -> Option<&str> {
+    body.reference.as_ref().or(body.nodes.value.first()).map(|name| name.value.as_str())
 }
 
 /// Supports that are there, as far as they were looked at: names of their nodes, and which of them are repeated.
@@ -287,10 +360,19 @@ impl Copier<'_> {
         supports: bool,
         cx: &mut Context,
     ) -> Option<()> {
-        let renamed = self.nodes(selection, copy, motion);
+        let renamed = self.nodes(selection, copy, motion, cx)?;
         for (at, &index) in selection.members.iter().enumerate() {
             let original = self.network.members.as_ref()?.0[index].clone();
-            let member = self.member(original, copy, motion, second_axes.get(at), &renamed, cx)?;
+            let moved = moved(original, motion, second_axes.get(at), &renamed, cx)?;
+            let new =
+                Laid { index: self.network.members.as_ref()?.0.len(), root: index, copy, rotation: motion.rotation };
+            if self.is_there(&moved, &new, cx)? {
+                continue;
+            }
+            let member = self.named(moved, copy, cx);
+            if let Some(ends) = ends(&member.value.value) {
+                self.there.members.entry(ends).or_default().push(new);
+            }
             self.network.members.as_mut()?.0.push(member);
         }
         for &index in &selection.bodies {
@@ -298,6 +380,11 @@ impl Copier<'_> {
             body.name = self.numbers.copied(&body.name, copy);
             body.value.value.nodes.value.iter_mut().for_each(|name| rename(name, &renamed));
             body.value.value.reference.iter_mut().for_each(|name| rename(name, &renamed));
+            // A copy that has its reference in common with what it is a copy of is that, and its mass is there.
+            let own = reference(&body.value.value)?.to_owned();
+            if !self.there.bodies.insert((index, own)) {
+                body.value.value.mass = None;
+            }
             self.network.rigid_bodies.as_mut()?.0.push(body);
         }
         for &index in &selection.springs {
@@ -317,6 +404,9 @@ impl Copier<'_> {
             }
             data.node.iter_mut().for_each(|name| rename(name, &renamed));
             data.nodes.iter_mut().flat_map(|nodes| &mut nodes.value).for_each(|name| rename(name, &renamed));
+            if !self.there.springs.insert((index, names_of(data))) {
+                continue;
+            }
             spring.name = self.numbers.copied(&spring.name, copy);
             self.network.springs.as_mut()?.0.push(spring);
         }
@@ -324,15 +414,44 @@ impl Copier<'_> {
     }
 
     /// Adds the nodes of a copy that are not there yet; returns all of its names by those of the original.
-    fn nodes(&mut self, selection: &Selection, copy: usize, motion: Motion) -> HashMap<String, String> {
+    ///
+    /// A node becomes the nearest one that was there before the copy. Of several at one place, as those of a hinge, that is itself, another
+    /// copy of what it is a copy of, or one that no other node of the copy became.
+    fn nodes(
+        &mut self,
+        selection: &Selection,
+        copy: usize,
+        motion: Motion,
+        cx: &mut Context,
+    ) -> Option<HashMap<String, String>> {
         let mut renamed = HashMap::new();
-        let Some(nodes) = self.network.nodes.as_mut() else { return renamed };
+        let Some(nodes) = self.network.nodes.as_mut() else { return Some(renamed) };
+        let before = nodes.0.len();
+        let mut taken: HashMap<usize, usize> = HashMap::new();
         for &index in &selection.nodes {
             let place = motion.rotation * self.places[index] + motion.translation;
             let original = &nodes.0[index];
             let distance = |node: usize| (self.places[node] - place).norm();
-            let near = self.grid.near(place).filter(|&node| distance(node) <= self.merge);
-            let there = near.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+            let near = || self.grid.near(place).filter(|&node| node < before && distance(node) <= self.merge);
+            let nearest = near().map(distance).fold(f64::INFINITY, f64::min);
+            let strange = |node: usize| match node {
+                _ if node == index => 0,
+                _ if self.roots[node] == self.roots[index] => 1,
+                _ => 2 + usize::from(taken.contains_key(&node)),
+            };
+            let nearest = near().filter(|&node| distance(node) <= nearest + self.tie);
+            let there = nearest.min_by_key(|&node| (strange(node), node));
+            if let Some(other) = there.and_then(|there| taken.insert(there, index)) {
+                let [one, two, on] = [other, index, there.unwrap_or_default()].map(|node| &nodes.0[node].name);
+                cx.error(
+                    InputError::new(format!(
+                        "nodes '{one}' and '{two}' of a pattern both fall on node '{on}' in copy {copy}"
+                    ))
+                    .at(self.span)
+                    .help("give the pattern a smaller merge, or repeat some members alone, with members = [...]"),
+                );
+                return None;
+            }
             let name = there.map_or_else(|| self.numbers.copied(&original.name, copy), |at| nodes.0[at].name.clone());
             renamed.insert(original.name.clone(), name.clone());
             if there.is_none() {
@@ -342,63 +461,67 @@ impl Copier<'_> {
                 let node = Named { name, span: original.span, value: Spanned { span, value: coordinates } };
                 self.grid.add(place, nodes.0.len());
                 self.places.push(place);
+                self.roots.push(self.roots[index]);
                 nodes.0.push(node);
             }
         }
-        renamed
+        Some(renamed)
     }
 
-    fn member(
-        &mut self,
-        mut member: Named<Spanned<Member>>,
-        copy: usize,
-        motion: Motion,
-        second_axis: Option<&Vector3<f64>>,
-        renamed: &HashMap<String, String>,
-        cx: &mut Context,
-    ) -> Option<Named<Spanned<Member>>> {
-        let data = &mut member.value.value;
-        // Without a turn there are no second axes, and nothing to do.
-        if let Some(second) = second_axis {
-            let owner = format!("member '{}'", member.name);
-            let turn = |list: &mut Spanned<Vec<Number>>, cx: &mut Context| {
-                let direction = cx.direction(list, format_args!("a direction of {owner}"))?;
-                list.value = (motion.rotation * direction).iter().map(|&x| bare(x, list.span)).collect();
-                Some(())
+    /// Whether a copy of a member lies on what it is a copy of; notes it where it lies on another member.
+    fn is_there(&mut self, member: &Named<Spanned<Member>>, new: &Laid, cx: &mut Context) -> Option<bool> {
+        let Some(others) = ends(&member.value.value).and_then(|ends| self.there.members.get(&ends)) else {
+            return Some(false);
+        };
+        let mut on = None;
+        for other in others {
+            let laid = &self.network.members.as_ref()?.0[other.index];
+            // What is straight has one way between its ends; what is curved otherwise than through a point goes with its axes.
+            let same = match (course(member, cx)?, course(laid, cx)?) {
+                (Course::Straight, Course::Straight) => true,
+                (Course::Through(a), Course::Through(b)) => (a - b).norm() <= self.merge.max(self.tie),
+                (Course::Other, Course::Other) => {
+                    let same_order = member.value.value.ends()[0].value == laid.value.value.ends()[0].value;
+                    let turned = (new.rotation.inverse() * other.rotation).angle();
+                    other.root == new.root && same_order && turned < 1e-9
+                }
+                _ => false,
             };
-            match &mut data.orientation {
-                Some(orientation) => turn(orientation, cx)?,
-                None => {
-                    let turned = (motion.rotation * second).iter().map(|&x| bare(x, member.span)).collect();
-                    data.orientation = Some(Spanned { span: member.span, value: turned });
-                }
+            if same && other.root == new.root {
+                return Some(true);
             }
-            if let Some(tangent) = &mut data.tangent {
-                turn(tangent, cx)?;
-            }
-            if let Some(Spanned { value: Releases { start, end }, .. }) = &mut data.release {
-                for release in [start, end].into_iter().flatten() {
-                    if let EndRelease::Hinge(hinge) = &mut release.value {
-                        turn(&mut hinge.hinge, cx)?;
-                    }
-                }
+            if same && other.copy != new.copy {
+                on = on.or(Some(laid.name.clone()));
             }
         }
-        if let Some((point, span)) = data.through() {
-            let point = Spanned { span, value: point.to_vec() };
-            let place =
-                Vector3::from(cx.vector(&point, Kind::Length, format_args!("the arc of member '{}'", member.name))?);
-            let moved = motion.rotation * place + motion.translation;
-            let moved = moved.iter().map(|&x| bare(x, span)).collect();
-            data.arc = Some(Spanned { span, value: Arc::Through(moved) });
-        }
-        data.nodes.iter_mut().flat_map(|nodes| &mut nodes.value).for_each(|name| rename(name, renamed));
+        self.overlaid.extend(on.map(|on| [member.name.clone(), on]));
+        Some(false)
+    }
+
+    /// Warns of copies that lie on other members.
+    fn warn(&self, cx: &mut Context) {
+        let Some([member, on]) = self.overlaid.first() else { return };
+        let more = match self.overlaid.len() - 1 {
+            0 => String::new(),
+            more => format!(", and so do {more} more"),
+        };
+        cx.warn(
+            InputError::new(format!(
+                "a copy of member '{member}' lies on member '{on}', between the same nodes{more}: both count"
+            ))
+            .at(self.span)
+            .help("leave one of them out, with members = [...], unless two are meant"),
+        );
+    }
+
+    /// A copy of a member under its name.
+    fn named(&mut self, mut member: Named<Spanned<Member>>, copy: usize, cx: &mut Context) -> Named<Spanned<Member>> {
         let copied = self.numbers.copied(&member.name, copy);
         if let Some(path) = cx.paths.get(&member.name).cloned() {
             cx.paths.insert(copied.clone(), path);
         }
         member.name = copied;
-        Some(member)
+        member
     }
 
     /// Axes 2 of the members that a turning pattern copies: their default is global and would not turn with the copy.
@@ -438,6 +561,73 @@ impl Copier<'_> {
     }
 }
 
+/// A member of a copy, under the name of the original.
+fn moved(
+    mut member: Named<Spanned<Member>>,
+    motion: Motion,
+    second_axis: Option<&Vector3<f64>>,
+    renamed: &HashMap<String, String>,
+    cx: &mut Context,
+) -> Option<Named<Spanned<Member>>> {
+    let data = &mut member.value.value;
+    // Without a turn there are no second axes, and nothing to do.
+    if let Some(second) = second_axis {
+        let owner = format!("member '{}'", member.name);
+        let turn = |list: &mut Spanned<Vec<Number>>, cx: &mut Context| {
+            let direction = cx.direction(list, format_args!("a direction of {owner}"))?;
+            list.value = (motion.rotation * direction).iter().map(|&x| bare(x, list.span)).collect();
+            Some(())
+        };
+        match &mut data.orientation {
+            Some(orientation) => turn(orientation, cx)?,
+            None => {
+                let turned = (motion.rotation * second).iter().map(|&x| bare(x, member.span)).collect();
+                data.orientation = Some(Spanned { span: member.span, value: turned });
+            }
+        }
+        if let Some(tangent) = &mut data.tangent {
+            turn(tangent, cx)?;
+        }
+        if let Some(Spanned { value: Releases { start, end }, .. }) = &mut data.release {
+            for release in [start, end].into_iter().flatten() {
+                if let EndRelease::Hinge(hinge) = &mut release.value {
+                    turn(&mut hinge.hinge, cx)?;
+                }
+            }
+        }
+    }
+    if let Some((point, span)) = data.through() {
+        let point = Spanned { span, value: point.to_vec() };
+        let place =
+            Vector3::from(cx.vector(&point, Kind::Length, format_args!("the arc of member '{}'", member.name))?);
+        let moved = motion.rotation * place + motion.translation;
+        let moved = moved.iter().map(|&x| bare(x, span)).collect();
+        data.arc = Some(Spanned { span, value: Arc::Through(moved) });
+    }
+    data.nodes.iter_mut().flat_map(|nodes| &mut nodes.value).for_each(|name| rename(name, renamed));
+    Some(member)
+}
+
+/// The way of a member between its ends.
+enum Course {
+    Straight,
+    /// A circle through a point.
+    Through(Vector3<f64>),
+    /// What goes with the axes of the member.
+    Other,
+}
+
+fn course(member: &Named<Spanned<Member>>, cx: &mut Context) -> Option<Course> {
+    let data = &member.value.value;
+    if let Some((point, span)) = data.through() {
+        let point = Spanned { span, value: point.to_vec() };
+        let owner = format_args!("the arc of member '{}'", member.name);
+        return Some(Course::Through(Vector3::from(cx.vector(&point, Kind::Length, owner)?)));
+    }
+    let is_straight = data.arc.is_none() && data.tangent.is_none() && data.initial_curvature.is_none();
+    Some(if is_straight { Course::Straight } else { Course::Other })
+}
+
 /// Axis 2 at the start of a member that leaves it to the default.
 fn second_axis(
     member: &Named<Spanned<Member>>,
@@ -469,6 +659,13 @@ fn second_axis(
 
 /// Makes one body of those that share nodes; their masses add.
 fn fuse_bodies(network: &mut Network, cx: &mut Context) -> Option<()> {
+    if network.rigid_bodies.is_none() {
+        return Some(());
+    }
+    let places = places(network, cx)?;
+    let tie = MERGE * size(&places);
+    let names = network.nodes.iter().flatten().map(|named| named.name.clone());
+    let places: HashMap<String, Vector3<f64>> = names.zip(places).collect();
     let Some(bodies) = network.rigid_bodies.as_mut() else { return Some(()) };
     // The earliest body of those that each shares nodes with, itself or one nearer to it.
     let mut earlier: Vec<usize> = (0..bodies.0.len()).collect();
@@ -491,7 +688,24 @@ fn fuse_bodies(network: &mut Network, cx: &mut Context) -> Option<()> {
             kept.push(body);
             continue;
         }
-        let (body, into) = (body.value.value, &mut kept[place[&keeper]].value.value);
+        let keeping = &mut kept[place[&keeper]];
+        let at = |body: &RigidBody| reference(body).and_then(|name| places.get(name).copied());
+        let apart = match (at(&body.value.value), at(&keeping.value.value)) {
+            (Some(a), Some(b)) => (a - b).norm() > tie,
+            _ => false,
+        };
+        if body.value.value.mass.is_some() && apart {
+            cx.error(
+                InputError::new(format!(
+                    "bodies '{}' and '{}' share a node and become one, but their references, where masses are, lie apart",
+                    keeping.name, body.name
+                ))
+                .at(body.span)
+                .help("give them one reference, or write one body, with the mass of all at its centre"),
+            );
+            return None;
+        }
+        let (body, into) = (body.value.value, &mut keeping.value.value);
         let known = known.entry(keeper).or_insert_with(|| body_nodes(into).map(str::to_owned).collect());
         let names = body.nodes.value.into_iter().chain(body.reference);
         into.nodes.value.extend(names.filter(|name| known.insert(name.value.clone())));

@@ -107,6 +107,119 @@ fn bodies_that_share_a_node_become_one_and_their_masses_add() {
     near(reference(3), Vector3::new(0.0, 0.0, 30.0));
 }
 
+/// A column on the axis of a turn, a plate about it and a spring under it are there once, however often the legs about them are; so is a
+/// leg that a count too many turns onto the first.
+#[test]
+fn what_falls_on_itself_is_there_once() {
+    let text = |count: usize| {
+        format!(
+            r#"format = "pennate/1"
+            nodes = {{ O = [0, 0, 0], T = [0, 0, 100], P = [50, 0, 100] }}
+            materials.m = {{ youngs_modulus = 1e3, poissons_ratio = 0.3 }}
+            sections.s = {{ circle = {{ radius = 3 }} }}
+            members.column = {{ nodes = ["O", "T"], section = "s", material = "m" }}
+            members.arm = {{ nodes = ["T", "P"], section = "s", material = "m" }}
+            rigid_bodies.cap = {{ nodes = ["P"], reference = "T", mass = "60 g" }}
+            springs.foot = {{ nodes = ["O", "T"], stiffness = 3 }}
+            supports.O = "clamped"
+            [[patterns]]
+            count = {count}
+            rotation = {{ angle = 120 }}"#
+        )
+    };
+    for count in [3, 4, 7] {
+        let model = model(&text(count));
+        let names: Vec<&str> = model.members.iter().map(|member| member.name.as_str()).collect();
+        assert_eq!(names, ["column", "arm", "arm-2", "arm-3"], "{count}");
+        assert_eq!((model.nodes.len(), model.springs.len(), model.bodies.len()), (5, 1, 1));
+        assert!((model.bodies[0].mass - 6e-5).abs() < 1e-15 && model.warnings.is_empty());
+        assert_eq!(model.bodies[0].nodes.len(), 4);
+    }
+}
+
+/// A cell whose left side falls on the right side of the one before has both, and a word about it; curved ones lie on each other where
+/// they go through one point.
+#[test]
+fn copies_that_lie_on_other_members_are_named() {
+    for (arcs, warned) in
+        [(["", ""], true), ([", arc = [-1, 5]", ", arc = [9, 5]"], true), (["", ", arc = [9, 5]"], false)]
+    {
+        let text = format!(
+            r#"format = "pennate/1"
+            nodes = {{ A = [0, 0], B = [0, 10], C = [10, 0], D = [10, 10] }}
+            materials.m = {{ youngs_modulus = 1e3, poissons_ratio = 0.3 }}
+            sections.s = {{ circle = {{ radius = 1 }} }}
+            members.left = {{ nodes = ["A", "B"], section = "s", material = "m"{} }}
+            members.right = {{ nodes = ["D", "C"], section = "s", material = "m"{} }}
+            members.top = {{ nodes = ["B", "D"], section = "s", material = "m" }}
+            supports.A = "clamped"
+            [[patterns]]
+            count = 3
+            translation = [10, 0]"#,
+            arcs[0], arcs[1]
+        );
+        let model = model(&text);
+        assert_eq!(model.members.len(), 9);
+        let said: Vec<&str> = model.warnings.iter().map(|warning| warning.message.as_str()).collect();
+        let word =
+            "a copy of member 'left' lies on member 'right', between the same nodes, and so do 1 more: both count";
+        assert_eq!(said, if warned { vec![word] } else { vec![] }, "{arcs:?}");
+    }
+}
+
+/// Of the two nodes of a hinge that a spring joins each copy has two, and a bar that is turned about one stays on that one.
+#[test]
+fn nodes_at_one_place_stay_two() {
+    let text = |pattern: &str| {
+        format!(
+            r#"format = "pennate/1"
+            nodes = {{ A = [0, 0], J = [50, 0], K = [50, 0], B = [100, 0] }}
+            materials.m = {{ youngs_modulus = 1e3, poissons_ratio = 0.3 }}
+            sections.s = {{ circle = {{ radius = 1 }} }}
+            members.a = {{ nodes = ["A", "J"], section = "s", material = "m" }}
+            members.b = {{ nodes = ["K", "B"], section = "s", material = "m" }}
+            springs.k = {{ nodes = ["J", "K"], stiffness = {{ ux = 1000, uy = 1000, rz = 100 }} }}
+            supports.A = "clamped"
+            [[patterns]]
+            {pattern}"#
+        )
+    };
+    let row = model(&text("count = 3\ntranslation = [0, 50]\nsupports = true"));
+    assert_eq!((row.nodes.len(), row.members.len(), row.springs.len()), (12, 6, 3));
+    let name = |node: usize| row.nodes[node].name.as_str();
+    assert_eq!([2, 3].map(|member: usize| row.members[member].nodes.map(name)), [["A-2", "J-2"], ["K-2", "B-2"]]);
+    let star = model(&text("count = 3\nmembers = [\"b\"]\nrotation = { angle = 120, point = [50, 0, 0] }"));
+    let name = |node: usize| star.nodes[node].name.as_str();
+    assert_eq!([2, 3].map(|member: usize| star.members[member].nodes.map(name)), [["K", "B-2"], ["K", "B-3"]]);
+    // Here both would become what is one node there.
+    let errors =
+        read_text("net.toml", &text("count = 2\nmembers = [\"a\", \"b\"]\ntranslation = [-50, 0]"), &[]).unwrap_err();
+    let message = &errors.errors[0].message;
+    assert_eq!(message, "nodes 'J' and 'K' of a pattern both fall on node 'A' in copy 2");
+}
+
+/// Bodies that become one keep their masses where these are, or are refused.
+#[test]
+fn masses_of_bodies_that_become_one_stay_where_they_are() {
+    let text = |reference: &str, mass: &str| {
+        format!(
+            r#"format = "pennate/1"
+            nodes = {{ A = [0, 0], B = [100, 0], C = [120, 0], R = [110, 0] }}
+            materials.m = {{ youngs_modulus = 1e3, poissons_ratio = 0.3 }}
+            sections.s = {{ circle = {{ radius = 1 }} }}
+            members.b = {{ nodes = ["A", "B"], section = "s", material = "m" }}
+            rigid_bodies.p = {{ nodes = ["B", "C"], reference = "{reference}"{mass} }}
+            supports.A = "clamped"
+            [[patterns]]
+            count = 2
+            translation = [20, 0]"#
+        )
+    };
+    let errors = read_text("net.toml", &text("R", ", mass = \"10 g\""), &[]).unwrap_err();
+    assert!(errors.errors[0].message.contains("their references, where masses are, lie apart"), "{errors}");
+    assert_eq!(model(&text("R", "")).bodies.len(), 1);
+}
+
 #[test]
 fn named_members_and_groups_are_copied_alone() {
     let pattern = "[[patterns]]\ncount = 2\nmembers = [\"post\"]\ntranslation = [0, 0, 30]\n";
