@@ -6,7 +6,7 @@ use pennate_elements::rotation;
 use pennate_elements::small::{M3, V3, add, apply, axpy, cross, dot, identity, norm, scale, sub, tapply, tmul};
 
 use crate::Pack;
-use crate::element::{SegmentState, at_nodes};
+use crate::element::{SegmentState, at_nodes, at_points};
 use crate::member::{MemberShape, ShapeCell, ShapePoint};
 
 /// A member at the middle of its unloaded length.
@@ -103,7 +103,7 @@ pub fn shape<const D: usize>(
             let about = add(add(moment, cross(here, force)), moment_about(load_moment, load_so_far, middle));
             let about = add(about, cross(sub(quarter, middle), half));
             let mean = mean_axes(&first.axes, &next.axes);
-            let strain = strains[i];
+            let strain = at_points(mesh, &strains, s);
             let kappa = if D == 6 { [strain[4], strain[5]] } else { [0.0, strain[2]] };
             let curvature = (kappa[0] + own.curvature[1]).hypot(kappa[1] + own.curvature[2]);
             shape.cells.push(ShapeCell {

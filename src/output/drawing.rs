@@ -1,8 +1,9 @@
 //! What pictures are drawn from: the arrays of a `.vtu` file, for programs that draw in the same process.
 
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use pennate_analysis::solution::{Solution, unloaded};
 use pennate_models::Model;
+use pennate_models::discretize::plane_turn;
 use pennate_models::model::Member;
 use pennate_solver::history::{Increment, MemberShape, ShapeCell, ShapePoint, StepHistory};
 use vtkio::IOBuffer;
@@ -48,7 +49,10 @@ impl Drawing {
 
     /// A network as it is built, which nobody has solved.
     pub fn as_built(model: &Model) -> Option<Self> {
-        let shapes = model.members.iter().map(|member| built(model.nodes[member.nodes[0]].position, member)).collect();
+        let built = |member: &Member| {
+            built(model.nodes[member.nodes[0]].position, member, &plane_turn(model.dimension, member))
+        };
+        let shapes = model.members.iter().map(built).collect();
         Self::of_increment(model, &[], None, &Increment { fraction: 0.0, state: unloaded(model), shapes })
     }
 
@@ -64,11 +68,11 @@ impl Drawing {
     }
 }
 
-/// The centre line of an unloaded member that starts at a place.
-fn built(start: [f64; 3], member: &Member) -> MemberShape {
+/// The centre line of an unloaded member that starts at a place, in the axes that it is solved in ([`plane_turn`]).
+fn built(start: [f64; 3], member: &Member, turn: &Matrix3<f64>) -> MemberShape {
     let point = |place: Vector3<f64>, axes: [Vector3<f64>; 3]| ShapePoint {
         reference: place.into(),
-        axes: axes.map(Into::into),
+        axes: (Matrix3::from_columns(&axes) * turn).into(),
         ..ShapePoint::default()
     };
     let (mut place, mut axes) = (Vector3::from(start), member.axes.map(Vector3::from));

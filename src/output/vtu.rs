@@ -8,9 +8,10 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use pennate_analysis::solution::{Solution, norm, unloaded};
 use pennate_models::Model;
+use pennate_models::discretize::plane_turn;
 use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint, StepHistory};
 use pennate_solver::structure::Release;
 use vtkio::model::{
@@ -253,18 +254,19 @@ impl Grid {
 
     fn add_member(&mut self, model: &Model, member: usize, shape: &MemberShape, control: f64, load: [f64; 3]) {
         let muscle = model.members[member].is_muscle();
+        let turn = plane_turn(model.dimension, &model.members[member]);
         let first = self.points.len();
         let mut segment = None;
         for (values, ends) in shape.cells.iter().zip(shape.points.windows(2)) {
             let radius = model.segment_radius(member, values.segment, control);
             if segment != Some(values.segment) {
-                self.points.push(member_point(&ends[0], radius));
+                self.points.push(member_point(&ends[0], &turn, radius));
                 segment = Some(values.segment);
             }
-            self.points.push(member_point(&ends[1], radius));
+            self.points.push(member_point(&ends[1], &turn, radius));
             self.cells.push(Cell {
                 points: [self.points.len() - 2, self.points.len() - 1],
-                values: *values,
+                values: in_own_axes(values, &turn),
                 load,
                 pressure: if muscle { control } else { 0.0 },
                 member: member as i32,
@@ -341,13 +343,20 @@ fn node_point(model: &Model, state: &Equilibrium, node: usize, radius: f64) -> P
     }
 }
 
-fn member_point(point: &pennate_solver::history::ShapePoint, radius: f64) -> Point {
+/// A cell in the section's own axes, where these follow from those it is solved in by a turn ([`plane_turn`]).
+fn in_own_axes(cell: &ShapeCell, turn: &Matrix3<f64>) -> ShapeCell {
+    let [force, moment] = [cell.force, cell.moment].map(|vector| (turn * Vector3::from(vector)).into());
+    ShapeCell { force, moment, ..*cell }
+}
+
+fn member_point(point: &ShapePoint, turn: &Matrix3<f64>, radius: f64) -> Point {
+    let solved = Matrix3::from_columns(&point.axes.map(Vector3::from));
     Point {
         reference: point.reference,
         displacement: point.displacement,
         rotation: point.rotation,
         radius,
-        frame: point.axes,
+        frame: (solved * turn.transpose()).into(),
         ..Point::default()
     }
 }

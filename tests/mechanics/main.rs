@@ -4,6 +4,7 @@ mod bodies;
 mod convergence;
 mod corotational;
 mod digits;
+mod drawings;
 mod frames;
 mod laws;
 mod layers;
