@@ -52,6 +52,8 @@ const NEXT: f64 = 1e3;
 const ROUNDING: f64 = 1e-12;
 /// Part by which rounding splits two equal ones into a complex pair, or moves one.
 const EQUAL: f64 = 1e-7;
+/// Share of the unsymmetric part in a motion, over the largest, from which on it is reached.
+const REACHED: f64 = 1e-3;
 /// What differs from zero by so many times its error does so.
 const CLEAR: f64 = 10.0;
 /// ω² over the shift of the symmetric part that is rounding of zero.
@@ -210,16 +212,17 @@ fn responses(pencil: &Pencil<'_>, skew: &CsMat<f64>) -> Vec<Vec<f64>> {
 struct InverseSquares {
     /// Real and imaginary parts by falling size.
     values: Vec<[f64; 2]>,
-    /// Those of the symmetric part alone.
-    symmetric: Vec<f64>,
+    /// Those of the symmetric part alone, and whether the unsymmetric part reaches their motions.
+    symmetric: Vec<(f64, bool)>,
 }
 
 impl InverseSquares {
-    /// Whether the unsymmetric part moves a value.
+    /// Whether the unsymmetric part moves a value, or would move it if it were larger.
     fn moves(&self, [real, imaginary]: [f64; 2]) -> bool {
-        let from = |&other: &f64| (real - other).hypot(imaginary);
+        let from = |&(other, reached): &(f64, bool)| ((real - other).hypot(imaginary), reached);
         let rounding = EQUAL * real.hypot(imaginary) + CLEAR * ROUNDING * self.largest();
-        self.symmetric.iter().map(from).fold(f64::INFINITY, f64::min) > rounding
+        let nearest = self.symmetric.iter().map(from).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.is_none_or(|(distance, reached)| reached || distance > rounding)
     }
 
     fn largest(&self) -> f64 {
@@ -258,7 +261,7 @@ fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>],
         turns[(i, kept[k])] / (levels[kept[k]].sqrt() * lengths[i])
     });
     let [mass, skew] = [mass, skew].map(|products| weights.transpose() * products * &weights);
-    let tangent = nalgebra::DMatrix::identity(kept.len(), kept.len()) + skew;
+    let tangent = nalgebra::DMatrix::identity(kept.len(), kept.len()) + &skew;
     let inverse = tangent.lu().solve(&mass)?;
     let size = kept.len();
     if !inverse.iter().all(|entry| entry.is_finite()) {
@@ -268,8 +271,19 @@ fn inverse_squares(pencil: &Pencil<'_>, skew: &CsMat<f64>, motions: &[Vec<f64>],
     let found = Mat::from_fn(size, size, |i, j| inverse[(i, j)]).eigenvalues().ok()?;
     let mut values: Vec<[f64; 2]> = found.iter().map(|value| [value.re, value.im]).collect();
     values.sort_by(|a, b| size_of(b).total_cmp(&size_of(a)));
-    let (symmetric, _) = eigen::symmetric(Mat::from_fn(size, size, |i, j| mass[(i, j)]).as_ref())?;
-    Some(InverseSquares { values, symmetric })
+    let (symmetric, turns) = eigen::symmetric(Mat::from_fn(size, size, |i, j| mass[(i, j)]).as_ref())?;
+    let reached = reached(&skew, &nalgebra::DMatrix::from_fn(size, size, |i, k| turns[(i, k)]));
+    Some(InverseSquares { values, symmetric: symmetric.into_iter().zip(reached).collect() })
+}
+
+/// Which motions of energy one, columns of `modes`, the unsymmetric part has a share in that is not small beside the largest: a weak one moves
+/// no value by more than its square.
+fn reached(skew: &nalgebra::DMatrix<f64>, modes: &nalgebra::DMatrix<f64>) -> Vec<bool> {
+    let couplings = modes.transpose() * skew * modes;
+    let share = |k: usize| couplings.row(k).norm().hypot(couplings.column(k).norm());
+    let shares: Vec<f64> = (0..couplings.nrows()).map(share).collect();
+    let largest = shares.iter().copied().fold(0.0, f64::max);
+    shares.into_iter().map(|share| share > REACHED * largest).collect()
 }
 
 fn size_of(value: &[f64; 2]) -> f64 {

@@ -49,8 +49,8 @@ struct Earlier {
     /// Values of controls there.
     controls: Vec<f64>,
     numbers: Numbers,
-    /// The states at their ends, followed as the last one is; nothing where no output asks for one, or there is none.
-    tracks: Vec<Option<Followable>>,
+    /// The states at their ends, followed as the last one is, or why there is none; nothing where no output asks for one.
+    tracks: Vec<Option<Result<Followable, Reason>>>,
     /// Those that are not where the last state is: nobody waited for them.
     behind: Vec<bool>,
 }
@@ -125,14 +125,7 @@ impl Problem {
         }
         let Design { model, steps, .. } = design;
         self.mesh.name_segments(&model, &mut history);
-        if let Some(index) = history.steps.iter().position(|step| step.status != Status::Converged) {
-            let step = &history.steps[index];
-            let cause = step.failure.as_ref().map(|failure| failure.cause);
-            return Err(Reason::Stopped { step: index, status: step.status, fraction: step.fraction, cause });
-        }
-        if let Some(step) = history.steps.iter().position(|step| step.fraction != 1.0) {
-            return Err(Reason::StopsShort { step });
-        }
+        whole(&history)?;
         let track = Followable::of(followed, steps);
         let table = ProbeTable::new(&model, &history);
         let mut after: Vec<Vec<f64>> = table.steps.iter().filter_map(|step| step.last()).map(<[f64]>::to_vec).collect();
@@ -175,7 +168,7 @@ impl Earlier {
         let before = before(design);
         let controls = numbers::controls(&design.structure, before);
         let numbers = Numbers::of(&design.model, &design.structure, before, &controls);
-        let track = |step| if problem.reads(step) { Followable::at(design, step, control) } else { None };
+        let track = |step| problem.reads(step).then(|| Followable::at(design, step, control));
         let tracks = (0..before.len()).map(track).collect();
         Self { numbers, controls, tracks, behind: vec![false; before.len()] }
     }
@@ -194,19 +187,26 @@ impl Earlier {
         let both = self.tracks.iter_mut().zip(&mut self.behind).enumerate();
         for (step, (track, behind)) in both.filter(|(step, _)| problem.reads(*step)) {
             let steps = design.steps[..=step].to_vec();
-            let mut followed = |track: &mut Followable| track.step(design.structure.clone(), steps.clone(), control);
-            if track.as_mut().is_some_and(&mut followed) {
+            let followed = |track: &mut Followable| track.step(design.structure.clone(), steps.clone(), control);
+            if let Some(Ok(track)) = track
+                && followed(track)
+            {
                 *behind = false;
                 continue;
             }
             // A state that was not followed for want of time is worth keeping.
             let found = Followable::at(design, step, control);
-            *behind = found.is_none() && control.is_stopped();
+            *behind = found.is_err() && control.is_stopped();
             if !*behind {
-                *track = found;
+                *track = Some(found);
             }
         }
         true
+    }
+
+    /// Why the first end that there is none of is not there.
+    fn lost(&self) -> Option<&Reason> {
+        self.tracks.iter().flatten().find_map(|track| track.as_ref().err())
     }
 
     /// Whether any end is not where the last state is.
@@ -219,7 +219,7 @@ impl Earlier {
         let mut after: Vec<Vec<f64>> = Vec::with_capacity(self.tracks.len());
         for (track, &behind) in self.tracks.iter_mut().zip(&self.behind) {
             let values = match track {
-                Some(track) if !behind => problem.probe_values(model, record, track.read(), &after),
+                Some(Ok(track)) if !behind => problem.probe_values(model, record, track.read(), &after),
                 _ => vec![f64::NAN; model.probes.len()],
             };
             after.push(values);
@@ -228,7 +228,9 @@ impl Earlier {
     }
 
     fn another(&self) -> Self {
-        let another = |track: &Option<Followable>| track.as_ref().map(Followable::another);
+        let another = |track: &Option<Result<Followable, Reason>>| {
+            track.as_ref().map(|track| track.as_ref().map(Followable::another).map_err(Clone::clone))
+        };
         let tracks = self.tracks.iter().map(another).collect();
         Self { controls: self.controls.clone(), numbers: self.numbers.clone(), tracks, behind: self.behind.clone() }
     }
@@ -238,6 +240,23 @@ impl Earlier {
 fn follow(design: &Design, count: usize, control: &Control) -> Result<(Followed<'static>, History), SolveError> {
     let options = Options { stop: control.stop.clone(), ..Options::default() };
     base::follow(&design.structure, &design.steps[..count], count, &options, &mut |_| !control.is_stopped())
+}
+
+/// Whether all steps came to the ends of their ramps.
+///
+/// # Errors
+/// Why the first that did not did not.
+fn whole(history: &History) -> Result<(), Reason> {
+    for (index, step) in history.steps.iter().enumerate() {
+        if step.status != Status::Converged {
+            let cause = step.failure.as_ref().map(|failure| failure.cause);
+            return Err(Reason::Stopped { step: index, status: step.status, fraction: step.fraction, cause });
+        }
+        if step.fraction != 1.0 {
+            return Err(Reason::StopsShort { step: index });
+        }
+    }
+    Ok(())
 }
 
 fn before(design: &Design) -> &[Step] {
@@ -262,7 +281,8 @@ impl Live {
     ///
     /// # Errors
     /// Where the way does not lead there: an equilibrium that ends or loses its stability, or values that make no network. The
-    /// state is then the last one on the way, [`Live::present`] says whose, and what was set stays set.
+    /// state is then the last one on the way, [`Live::present`] says whose, and what was set stays set. Where the way leads there, but an output
+    /// asks for the end of an earlier step that has none any more, that is said, and the other outputs are those of the values that were set.
     pub fn solve(&mut self) -> Result<(), Reason> {
         self.solve_while(&Control::default())
     }
@@ -285,7 +305,8 @@ impl Live {
         }
         match &self.earlier {
             Some(earlier) if earlier.is_behind() => went.and(Err(Reason::Interrupted)),
-            _ => went,
+            Some(earlier) => went.and_then(|()| earlier.lost().map_or(Ok(()), |reason| Err(reason.clone()))),
+            None => went,
         }
     }
 
@@ -385,11 +406,14 @@ impl Followable {
         }
     }
 
-    /// The end of a step of a design, on a way to it from the beginning; nothing where that does not lead there.
-    fn at(design: &Design, step: usize, control: &Control) -> Option<Self> {
-        let (followed, history) = follow(design, step + 1, control).ok()?;
-        let complete = base::is_complete(&history) && history.steps.iter().all(|step| step.fraction == 1.0);
-        complete.then(|| Self::of(followed, design.steps[..=step].to_vec()))
+    /// The end of a step of a design, on a way to it from the beginning.
+    ///
+    /// # Errors
+    /// Where that does not lead there.
+    fn at(design: &Design, step: usize, control: &Control) -> Result<Self, Reason> {
+        let (followed, history) = follow(design, step + 1, control)?;
+        whole(&history)?;
+        Ok(Self::of(followed, design.steps[..=step].to_vec()))
     }
 
     fn another(&self) -> Self {

@@ -155,6 +155,35 @@ fn what_is_moved_on_from_a_prescribed_place_follows_both() {
     is_near(&live, &problem);
 }
 
+/// A state whose earlier step has lost its end is there, with a word about the end that is not.
+#[test]
+fn an_earlier_end_that_is_lost_is_said() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { F = 3 }
+        nodes = { A = [-100, 0], T = [0, 10], B = [100, 0] }
+        sections.s = { stiffness = { EA = 1e4, EI3 = 1e6, GA2 = 1e4 } }
+        members.a = { nodes = ["A", "T"], section = "s", release = { start = ["rz"], end = ["rz"] } }
+        members.b = { nodes = ["T", "B"], section = "s", release = { end = ["rz"] } }
+        supports = { A = "pinned", B = "pinned" }
+        probes.drop = { node = "T", displacement = "uy" }
+        steps = [{ name = "all", force = { T = [0, "= -F"] } }, { name = "half", force = { T = [0, "= -F / 2"] } }]
+    "#;
+    let problem =
+        Problem::new(&Document::from_text("arch.toml", text), &[], &["F"], &["drop@all", "drop"], 1e-6).unwrap();
+    let mut live = problem.live().unwrap();
+    assert!(live.values().iter().all(|value| value.is_finite()));
+    live.set(0, 5.0);
+    assert!(matches!(live.solve(), Err(Reason::Stopped { step: 0, .. })));
+    assert!(live.values()[0].is_nan() && live.present() == [5.0]);
+    let half = problem.evaluate(&[2.5]).values[0];
+    assert!((live.values()[1] - half).abs() < 1e-8 * half.abs(), "{:?} {half}", live.values());
+    live.set(0, 2.0);
+    live.solve().unwrap();
+    is_near(&live, &problem);
+}
+
 /// Where a step stops follows all parameters: what comes after has no state that follows them at the values of its end, and no derivatives.
 #[test]
 fn what_follows_a_stop_is_not_followed() {
