@@ -41,6 +41,7 @@ mod adapt;
 pub mod fit;
 pub mod flow;
 pub mod problem;
+mod rows;
 pub mod solution;
 pub mod spectrum;
 pub mod strains;

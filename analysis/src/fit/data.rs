@@ -12,6 +12,8 @@ use pennate_models::input::suggest;
 use pennate_models::model::Units;
 use pennate_models::unit::{self, Kind, Unit};
 
+use crate::rows::place;
+
 /// Load cases and where they come from.
 #[derive(Clone, Debug)]
 pub struct Data {
@@ -133,7 +135,7 @@ fn cases(text: &str, errors: &mut Vec<InputError>) -> Option<(String, Vec<Case>)
             return None;
         }
     };
-    let heading = whole_line(text, header.position().map_or(0, |at| at.byte() as usize));
+    let heading = whole_line(text, place(text, header.position()).0);
     let mut find = |column: &Column| find(&header, column, heading, errors);
     let [length, pressure, fx, fy, mz, x, y, slope] =
         [&LENGTH, &PRESSURE, &FX, &FY, &MZ, &X, &Y, &SLOPE].map(&mut find);
@@ -156,7 +158,7 @@ fn cases(text: &str, errors: &mut Vec<InputError>) -> Option<(String, Vec<Case>)
             match field.parse::<f64>() {
                 Ok(value) if value.is_finite() => Some(value * found.factor),
                 _ => {
-                    let line = record.position().map_or(0, csv::Position::line);
+                    let (_, line) = place(text, record.position());
                     let what = if field.is_empty() { "nothing".to_owned() } else { format!("'{field}'") };
                     let message = format!("row {line}, column '{}': a number expected, {what} found", found.name);
                     errors.push(InputError::new(message).at(field_span(text, &record, found.index)));
@@ -173,7 +175,7 @@ fn cases(text: &str, errors: &mut Vec<InputError>) -> Option<(String, Vec<Case>)
             continue;
         }
         let case = Case {
-            line: record.position().map_or(0, |at| at.line() as usize),
+            line: place(text, record.position()).1 as usize,
             variant: word(variant),
             test: word(test),
             length: l,
@@ -183,7 +185,7 @@ fn cases(text: &str, errors: &mut Vec<InputError>) -> Option<(String, Vec<Case>)
             tip: [tip_x, tip_y],
             slope: angle,
             ovality: word(ovality).parse().ok(),
-            span: record.position().map_or(heading, |at| whole_line(text, at.byte() as usize)),
+            span: whole_line(text, place(text, record.position()).0),
             x_span: field_span(text, &record, x.index),
             pressure_span: field_span(text, &record, pressure.index),
         };
@@ -279,7 +281,7 @@ fn whole_line(text: &str, start: usize) -> Span {
 
 /// Place of a field; of its whole line where that is quoted.
 fn field_span(text: &str, record: &StringRecord, index: usize) -> Span {
-    let line = whole_line(text, record.position().map_or(0, |at| at.byte() as usize));
+    let line = whole_line(text, place(text, record.position()).0);
     let raw = &text[line.start..line.end];
     if raw.contains('"') {
         return line;

@@ -165,7 +165,10 @@ impl Problem {
         self.inputs.iter().map(|&(_, place)| self.middle.parameters[place].value).collect()
     }
 
-    /// The network with the values of the file.
+    /// The network with the values of a row.
+    ///
+    /// # Errors
+    /// Values that make none, or one with other nodes, members, supports or steps.
     pub fn model(&self, row: &[f64]) -> Result<Model, Reason> {
         self.evaluated(row, Reading::model)
     }

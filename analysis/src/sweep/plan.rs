@@ -5,6 +5,7 @@ use std::path::Path;
 use pennate_models::{InputError, InputErrors};
 
 use super::vary::{self, Vary};
+use crate::rows::place;
 
 /// Parameters with their units, and rows of values for them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,11 +58,9 @@ impl Plan {
                 "a head with the names of parameters, such as \"beta (deg),pressure\", and one row of numbers a design";
             alone(InputError::new(format!("{shown}: {message}")).help(help))
         };
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .from_path(path)
-            .map_err(|error| wrong(error.to_string()))?;
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let heads = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
         let parameters: Vec<Parameter> = heads.iter().map(parameter).collect();
         if parameters.iter().any(|parameter| parameter.name.is_empty()) {
@@ -70,7 +69,7 @@ impl Plan {
         let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(|error| wrong(error.to_string()))?;
-            let line = record.position().map_or(0, csv::Position::line);
+            let (_, line) = place(&text, record.position());
             let number = |(text, parameter): (&str, &Parameter)| match text.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value.to_string()),
                 _ => Err(wrong(format!("line {line}: '{text}' is no number for '{}'", parameter.name))),

@@ -323,9 +323,11 @@ fn product(left: Operand, right: Operand, sign: i32) -> Option<Measure> {
 fn power(base: Operand, exponent: Operand) -> Option<Measure> {
     let measure = base.quantity.measure?;
     let times = exponent.quantity.value;
-    let whole = exponent.is_literal && times.fract() == 0.0 && times.abs() <= 6.0;
+    if !(exponent.is_literal && times.fract() == 0.0 && times.abs() <= 6.0) {
+        return None;
+    }
     let exponents = measure.exponents.map(|e| e * times as i32);
-    (whole && exponents != [0; 4]).then_some(Measure { exponents, ..measure })
+    (exponents != [0; 4]).then_some(Measure { exponents, ..measure })
 }
 
 fn call(function: Function, arguments: &[Operand]) -> Result<Operand, String> {
