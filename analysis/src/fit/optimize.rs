@@ -130,7 +130,8 @@ fn least_squares(problem: &mut Problem, start: Vec<f64>) -> Option<Optimum> {
     if squares.residuals.iter().all(|residual| *residual == HOPELESS) {
         return None;
     }
-    let solver = LevenbergMarquardt::new().with_ftol(1e-12).with_xtol(1e-10).with_gtol(1e-12).with_patience(40);
+    // Along a valley, where two parameters make up for each other, hundreds of steps are no rarity.
+    let solver = LevenbergMarquardt::new().with_ftol(1e-12).with_xtol(1e-10).with_gtol(1e-12).with_patience(400);
     let (squares, report) = solver.minimize(squares);
     Some(Optimum {
         variables: squares.variables.as_slice().to_vec(),
