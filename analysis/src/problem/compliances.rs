@@ -15,8 +15,6 @@ use super::slopes::Slopes;
 /// The part of a parameter at which tangents are compared: joints move with it, so that members are strained as little as they are along it: no
 /// slenderness goes into what is left.
 const FOR_STIFFNESS: f64 = 2e-3;
-/// What extrapolation to no distance may change of a derivative, over the largest of its probe; where it changes more, distances are shorter.
-const CORRECTED: f64 = 2e-4;
 /// Part of what entries of a stiffness add to its work along a motion that rounding leaves of its changes.
 const ROUNDED: f64 = 3e-16;
 
@@ -50,26 +48,35 @@ impl Slopes<'_> {
         let ways: Option<Vec<Joints>> = explicit.iter().map(|explicit| way_along(system, explicit)).collect();
         let ways = ways?;
         let mut parts = vec![FOR_STIFFNESS; inputs];
+        asked().for_each(|(place, ..)| cancelled[place * inputs..][..inputs].fill(f64::INFINITY));
         loop {
             let softenings = self.softenings(system, (index, all, &parts), (&pulls, &ways), copies);
             let mut far = vec![false; inputs];
             for ((place, quantity, (_, is_inverse)), (at, pull)) in asked().zip(pulls.iter().enumerate()) {
                 // What is read of a compliance c is c, or 1 / c.
                 let times = if is_inverse { -pull.compliance.powi(-2) } else { 1.0 };
-                let own = &mut slopes[quantity * inputs..][..inputs];
-                for (input, slope) in own.iter_mut().enumerate() {
-                    let softening = &softenings[input][at];
-                    *slope = times * (softening.slope + self.by_lever(system, all, pull, (input, &ways[input])));
-                    cancelled[place * inputs + input] = ROUNDED * (times * pull.terms / softening.distance).abs();
+                let slopes = &mut slopes[quantity * inputs..][..inputs];
+                let errors = &mut cancelled[place * inputs..][..inputs];
+                let mut lefts = vec![0.0; inputs];
+                for (input, softenings) in softenings.iter().enumerate() {
+                    let softening = &softenings[at];
+                    let rounding = ROUNDED * (times * pull.terms / softening.distance).abs();
+                    let left = times.abs() * explicit::left_of(softening.slope, softening.correction);
+                    // A shorter distance may leave more: then the longer one stands.
+                    if !(rounding + left >= errors[input]) {
+                        let by_lever = self.by_lever(system, all, pull, (input, &ways[input]));
+                        slopes[input] = times * (softening.slope + by_lever);
+                        errors[input] = rounding + left;
+                        lefts[input] = if explicit::SHORTER * rounding < left { left } else { 0.0 };
+                    }
                 }
-                let sizes = || self.row.iter().map(|&value| size(value));
-                let largest =
-                    own.iter().zip(sizes()).map(|(slope, size)| (slope * size).abs()).fold(floors[place], f64::max);
-                let places = cancelled[place * inputs..].iter_mut().zip(&mut far);
-                for (((left, far), softenings), size) in places.zip(&softenings).zip(sizes()) {
-                    let part = (times * softenings[at].correction * size).abs() / largest;
-                    *left += part * part * largest / size;
-                    *far |= part > CORRECTED;
+                let largest = slopes
+                    .iter()
+                    .zip(self.row)
+                    .map(|(slope, &value)| (slope * size(value)).abs())
+                    .fold(floors[place], f64::max);
+                for ((far, left), &value) in far.iter_mut().zip(lefts).zip(self.row) {
+                    *far |= left * size(value) > explicit::LEFT * largest;
                 }
             }
             let mut is_last = true;
