@@ -9,7 +9,10 @@ use pennate_analysis::fit::select::{LeftOut, words};
 use pennate_analysis::fit::{Fitted, FittedRow, KINKED};
 
 use crate::diagnostics::Message;
-use crate::output::text::{Align, columns, duration, number, shown};
+use crate::output::text::{Align, columns, duration, number, percent, shown};
+
+/// Mean error over the largest measured beyond which a muscle does not do what was measured: those of real muscles in the book are some hundredths.
+const FAR: f64 = 0.1;
 
 /// The parameters with the errors of what was fitted, and what it took.
 pub fn report(fitted: &Fitted, took: Duration) -> String {
@@ -120,7 +123,30 @@ pub fn warnings(fitted: &Fitted) -> Vec<Message> {
     let pushed = "once the muscle buckles, a push along the axis has no stable straight state";
     let unnamed = "their kind of test is not asked for";
     let sorts = [(pushes, pushed), (others, unnamed)];
-    sorts.iter().filter(|(kinds, _)| !kinds.is_empty()).map(|(kinds, why)| warning(kinds, why)).collect()
+    let left_out = sorts.iter().filter(|(kinds, _)| !kinds.is_empty()).map(|(kinds, why)| warning(kinds, why));
+    left_out.chain(far_off(fitted)).collect()
+}
+
+/// A warning where a muscle is far from the cases that it was fitted to, at the pressure where that is worst.
+fn far_off(fitted: &Fitted) -> Option<Message> {
+    let kinds = ["axial motion", "deflection", "slope"];
+    let all = fitted.rows.iter().flat_map(|row| {
+        let both = row.errors.mean.iter().zip(row.errors.largest).zip(kinds);
+        both.map(move |((mean, largest), kind)| (mean / largest, kind, row.row.pressure))
+    });
+    let (part, kind, pressure) = all.filter(|all| all.0 > FAR).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Message {
+        title: format!(
+            "the fitted muscle is far from its load cases: at {} {} the mean error of the {kind} is {} of the largest measured",
+            number(pressure),
+            fitted.data.pressure_unit,
+            percent(part)
+        ),
+        help: Some(
+            "look for cases of another state among them (buckled, kinked), for units, and for the diameter, wall and ends of the tube".to_owned(),
+        ),
+        ..Message::default()
+    })
 }
 
 /// Names of the methods.

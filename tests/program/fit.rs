@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use pennate::fit::report;
 use pennate_analysis::fit::cantilever::{Cantilever, Load};
 use pennate_analysis::fit::errors::{Errors, by_length};
 use pennate_analysis::fit::optimize::Method;
@@ -137,6 +138,32 @@ fn a_known_muscle_is_found_again() {
             assert!(pairs.iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-6), "{shear} {found:?}");
         }
     }
+}
+
+/// Deflections of one pressure taken for those of a pull have no muscle: its numbers come with a warning.
+#[test]
+fn a_muscle_that_is_far_from_its_cases_is_said_to_be() {
+    let text = measured(TUBE, &known(), 130.0);
+    let (_directory, path) = written(&text);
+    assert!(report::warnings(&fit::run(&Request { variant: None, ..request(path) }).unwrap()).is_empty());
+    let mut wrong = String::new();
+    for (row, line) in text.lines().enumerate() {
+        let fields: Vec<&str> = line.split(',').collect();
+        let place = text.lines().next().unwrap().split(',').position(|head| head == "tip_y_mm").unwrap();
+        let turned = |(at, field): (usize, &&str)| match field.parse::<f64>() {
+            Ok(y) if at == place && row > 0 && y != 0.0 => (30.0 - y).to_string(),
+            _ => (*field).to_owned(),
+        };
+        let fields: Vec<String> = fields.iter().enumerate().map(turned).collect();
+        wrong += &(fields.join(",") + "\n");
+    }
+    let (_directory, path) = written(&wrong);
+    let warnings = report::warnings(&fit::run(&Request { variant: None, ..request(path) }).unwrap());
+    let titles: Vec<&str> = warnings.iter().map(|warning| warning.title.as_str()).collect();
+    assert!(
+        matches!(titles[..], [title] if title.starts_with("the fitted muscle is far from its load cases")),
+        "{titles:?}"
+    );
 }
 
 /// A single length has no strokes to compare: the end length is that of the least sum of squares.

@@ -295,7 +295,7 @@ class Solution:
 
     @property
     def spring_force(self) -> Array:
-        """(steps, springs), tension positive."""
+        """(steps, springs): of a spring along its line, tension positive; of one with components, the size of its force."""
         return self._array("spring_forces").copy()
 
     @property
