@@ -473,21 +473,23 @@ impl Copier<'_> {
         let Some(others) = ends(&member.value.value).and_then(|ends| self.there.members.get(&ends)) else {
             return Some(false);
         };
+        let data = &member.value.value;
+        // What is alike from both ends may be turned end for end.
+        let alike = data.release.is_none() && data.segments.is_none();
         let mut on = None;
         for other in others {
             let laid = &self.network.members.as_ref()?.0[other.index];
+            let same_order = data.ends()[0].value == laid.value.value.ends()[0].value;
             // What is straight has one way between its ends; what is curved otherwise than through a point goes with its axes.
             let same = match (course(member, cx)?, course(laid, cx)?) {
                 (Course::Straight, Course::Straight) => true,
                 (Course::Through(a), Course::Through(b)) => (a - b).norm() <= self.merge.max(self.tie),
                 (Course::Other, Course::Other) => {
-                    let same_order = member.value.value.ends()[0].value == laid.value.value.ends()[0].value;
-                    let turned = (new.rotation.inverse() * other.rotation).angle();
-                    other.root == new.root && same_order && turned < 1e-9
+                    other.root == new.root && same_order && (new.rotation.inverse() * other.rotation).angle() < 1e-9
                 }
                 _ => false,
             };
-            if same && other.root == new.root {
+            if same && other.root == new.root && (same_order || alike) {
                 return Some(true);
             }
             if same && other.copy != new.copy {

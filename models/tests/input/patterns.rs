@@ -167,6 +167,25 @@ fn copies_that_lie_on_other_members_are_named() {
     }
 }
 
+/// A bar turned end for end is the same bar where both of its ends are alike.
+#[test]
+fn a_bar_turned_end_for_end_is_there_once_if_its_ends_are_alike() {
+    for (release, count) in [("", 1), (", release = { start = \"pin\" }", 2)] {
+        let model = model(&format!(
+            r#"format = "pennate/1"
+            nodes = {{ A = [0, 0], B = [10, 0] }}
+            materials.m = {{ youngs_modulus = 1e3, poissons_ratio = 0.3 }}
+            sections.s = {{ circle = {{ radius = 1 }} }}
+            members.bar = {{ nodes = ["A", "B"], section = "s", material = "m"{release} }}
+            supports.A = "clamped"
+            [[patterns]]
+            count = 2
+            rotation = {{ angle = 180, point = [5, 0, 0] }}"#
+        ));
+        assert_eq!((model.members.len(), model.warnings.len()), (count, count - 1));
+    }
+}
+
 /// Of the two nodes of a hinge that a spring joins each copy has two, and a bar that is turned about one stays on that one.
 #[test]
 fn nodes_at_one_place_stay_two() {
