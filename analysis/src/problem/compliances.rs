@@ -12,9 +12,11 @@ use super::nearby::{Nearby, apart, size};
 use super::numbers::Places;
 use super::slopes::Slopes;
 
-/// The part of a parameter at which tangents are compared: joints move with it, so that members are strained as little as they are along it: no
-/// slenderness goes into what is left.
-const FOR_STIFFNESS: f64 = 2e-3;
+/// The part of a parameter at which tangents are compared, and the longest one, where rounding counts. Joints move with it, so that members are
+/// strained as little as they are along it: by motions of second order, which the square of the slenderness makes a stress. Four times the
+/// first one left 3e-7 of a derivative beside an arc whose rise follows the square of a radius.
+const FOR_STIFFNESS: f64 = 5e-4;
+const LONGEST: f64 = 2e-3;
 /// Part of what entries of a stiffness add to its work along a motion that rounding leaves of its changes.
 const ROUNDED: f64 = 3e-16;
 
@@ -51,23 +53,23 @@ impl Slopes<'_> {
         asked().for_each(|(place, ..)| cancelled[place * inputs..][..inputs].fill(f64::INFINITY));
         loop {
             let softenings = self.softenings(system, (index, all, &parts), (&pulls, &ways), copies);
-            let mut far = vec![false; inputs];
+            let (mut far, mut near) = (vec![false; inputs], vec![false; inputs]);
             for ((place, quantity, (_, is_inverse)), (at, pull)) in asked().zip(pulls.iter().enumerate()) {
                 // What is read of a compliance c is c, or 1 / c.
                 let times = if is_inverse { -pull.compliance.powi(-2) } else { 1.0 };
                 let slopes = &mut slopes[quantity * inputs..][..inputs];
                 let errors = &mut cancelled[place * inputs..][..inputs];
-                let mut lefts = vec![0.0; inputs];
+                let mut found = vec![[0.0; 2]; inputs];
                 for (input, softenings) in softenings.iter().enumerate() {
                     let softening = &softenings[at];
                     let rounding = ROUNDED * (times * pull.terms / softening.distance).abs();
                     let left = times.abs() * explicit::left_of(softening.slope, softening.correction);
-                    // A shorter distance may leave more: then the longer one stands.
+                    // Another distance may leave more: then the one before stands.
                     if !(rounding + left >= errors[input]) {
                         let by_lever = self.by_lever(system, all, pull, (input, &ways[input]));
                         slopes[input] = times * (softening.slope + by_lever);
                         errors[input] = rounding + left;
-                        lefts[input] = if explicit::SHORTER * rounding < left { left } else { 0.0 };
+                        found[input] = [rounding, left];
                     }
                 }
                 let largest = slopes
@@ -75,14 +77,21 @@ impl Slopes<'_> {
                     .zip(self.row)
                     .map(|(slope, &value)| (slope * size(value)).abs())
                     .fold(floors[place], f64::max);
-                for ((far, left), &value) in far.iter_mut().zip(lefts).zip(self.row) {
-                    *far |= left * size(value) > explicit::LEFT * largest;
+                for (input, [rounding, left]) in found.into_iter().enumerate() {
+                    let counts = |error: f64| error * size(self.row[input]) > explicit::LEFT * largest;
+                    far[input] |= counts(left) && explicit::SHORTER * rounding < left;
+                    near[input] |= counts(rounding) && left < rounding;
                 }
             }
             let mut is_last = true;
-            for (part, _) in parts.iter_mut().zip(far).filter(|(_, far)| *far) {
-                if let Some(shorter) = explicit::shorter(*part) {
-                    (*part, is_last) = (shorter, false);
+            for ((part, far), near) in parts.iter_mut().zip(far).zip(near) {
+                let next = match (far, near) {
+                    (true, _) => explicit::shorter(*part),
+                    (false, true) if *part == FOR_STIFFNESS => Some(LONGEST),
+                    _ => None,
+                };
+                if let Some(next) = next {
+                    (*part, is_last) = (next, false);
                 }
             }
             if is_last {
