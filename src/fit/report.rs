@@ -134,7 +134,8 @@ fn far_off(fitted: &Fitted) -> Option<Message> {
         let both = row.errors.mean.iter().zip(row.errors.largest).zip(kinds);
         both.map(move |((mean, largest), kind)| (mean / largest, kind, row.row.pressure))
     });
-    let (part, kind, pressure) = all.filter(|all| all.0 > FAR).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (part, kind, pressure) =
+        all.filter(|all| all.0.is_finite() && all.0 > FAR).max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(Message {
         title: format!(
             "the fitted muscle is far from its load cases: at {} {} the mean error of the {kind} is {} of the largest measured",

@@ -10,6 +10,7 @@ pub fn undecided(step: &StepHistory) -> Option<&'static str> {
         Note::WithinRounding => Some("within rounding of a singular state"),
         Note::VibrationsUnknown => Some("small vibrations about it are not known"),
         Note::TurnedAboutItself { .. } => Some("where nothing keeps a bar from turning about itself"),
+        Note::Untaken { .. } => Some("where a moment on a node is taken by nothing"),
         Note::SpinsUnknown => Some("where bars may turn about themselves"),
         Note::TooCoarse => Some("nearer to a singular state than the mesh can tell"),
         _ => None,
