@@ -98,18 +98,51 @@ pub fn normalize<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
 
 /// Tangent map of the exponential: the spin φ = T(θ) δθ by which exp(θ + δθ) = exp(φ) exp(θ).
 ///
-/// T = I + (1 − cos θ)/θ² skew(θ) + (θ − sin θ)/θ³ skew(θ)². Below θ = 0.01 the series of the two factors is used, since
-/// their closed forms cancel.
+/// T = I + a skew(θ) + b skew(θ)², with a = (1 − cos θ)/θ² and b = (θ − sin θ)/θ³. Below θ = 0.01 the series of the two factors is
+/// used, since their closed forms cancel.
 pub fn tangent_map(theta: V3<f64>) -> M3<f64> {
-    let square = dot(theta, theta);
-    let angle = square.sqrt();
-    let (a, b) = if angle < 1e-2 {
-        (0.5 - square / 24.0 + square * square / 720.0, 1.0 / 6.0 - square / 120.0 + square * square / 5040.0)
-    } else {
-        ((1.0 - angle.cos()) / square, (angle - angle.sin()) / (square * angle))
-    };
+    let [a, b] = tangent_factors(dot(theta, theta));
     let s = skew(theta);
     madd(diagonal(1.0), madd(mscale(a, s), mscale(b, mul(&s, &s))))
+}
+
+/// How T(θ) `of` changes with θ `along` a vector: the derivative of [`tangent_map`].
+///
+/// Where c is the vector along, (a skew(c) + b (skew(c) skew(θ) + skew(θ) skew(c)) + (θ·c) (a' skew(θ) + b' skew(θ)²)) `of`, with the
+/// derivatives by θ²/2 a' = (θ sin θ − 2 (1 − cos θ))/θ⁴ and b' = (3 sin θ − θ (2 + cos θ))/θ⁵.
+pub fn tangent_slope(theta: V3<f64>, along: V3<f64>, of: V3<f64>) -> V3<f64> {
+    let square = dot(theta, theta);
+    let [a, b] = tangent_factors(square);
+    let [da, db] = if square < 1e-3 {
+        let [in_a, in_b] = [[-1.0 / 12.0, 1.0 / 180.0, -1.0 / 6720.0], [-1.0 / 60.0, 1.0 / 1260.0, -1.0 / 60480.0]];
+        [series(in_a, square), series(in_b, square)]
+    } else {
+        let angle = square.sqrt();
+        let (sin, cos) = angle.sin_cos();
+        let fourth = square * square;
+        [(angle * sin - 2.0 * (1.0 - cos)) / fourth, (3.0 * sin - angle * (2.0 + cos)) / (fourth * angle)]
+    };
+    let turned = cross(theta, of);
+    let factors = scale(dot(theta, along), add(scale(da, turned), scale(db, cross(theta, turned))));
+    let twice = add(cross(along, turned), cross(theta, cross(along, of)));
+    add(factors, add(scale(a, cross(along, of)), scale(b, twice)))
+}
+
+/// The factors a and b of the tangent map, from the square of the angle.
+fn tangent_factors(square: f64) -> [f64; 2] {
+    if square < 1e-4 {
+        return [
+            series([0.5, -1.0 / 24.0, 1.0 / 720.0], square),
+            series([1.0 / 6.0, -1.0 / 120.0, 1.0 / 5040.0], square),
+        ];
+    }
+    let angle = square.sqrt();
+    [(1.0 - angle.cos()) / square, (angle - angle.sin()) / (square * angle)]
+}
+
+/// The first three terms of a series.
+fn series([first, second, third]: [f64; 3], x: f64) -> f64 {
+    first + x * (second + x * third)
 }
 
 /// Half the sum of a bᵀ and b aᵀ, less (a·b) I: the second variation of a·(exp(φ) b) in the chart of spins.
@@ -140,6 +173,29 @@ mod tests {
             let behind = exp(add(theta, scale(-h, direction)));
             let spin = scale(0.5 / h, log(compose(ahead, inverse(behind))));
             assert!(norm(sub(spin, apply(&tangent_map(theta), &direction))) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn tangent_slope_is_the_derivative_of_the_tangent_map() {
+        let (along, of) = ([0.3, -0.4, 0.8], [-0.6, 0.2, 0.5]);
+        // Of both forms, on either side of where one takes over, and at none.
+        let thetas = [
+            [0.4, -0.7, 1.1],
+            [2.0, 2.5, 1.0],
+            [0.0; 3],
+            [0.02, -0.01, 0.021],
+            [0.02, -0.01, 0.023],
+            [3e-3, 6e-3, 7e-3],
+        ];
+        for theta in thetas {
+            // Differences of fourth order.
+            let h = 1e-2;
+            let at = |times: f64| apply(&tangent_map(add(theta, scale(times * h, along))), &of);
+            let [near, far] = [sub(at(1.0), at(-1.0)), sub(at(2.0), at(-2.0))];
+            let expected = scale(1.0 / h, add(scale(2.0 / 3.0, near), scale(-1.0 / 12.0, far)));
+            let found = tangent_slope(theta, along, of);
+            assert!(norm(sub(found, expected)) < 1e-9, "{theta:?}: {found:?}, {expected:?}");
         }
     }
 

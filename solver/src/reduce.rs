@@ -3,7 +3,7 @@
 //! Theory: docs/theory/joints.md, Eq. 5.1 to 5.4.
 
 use pennate_elements::beam::{Ends, Placement};
-use pennate_elements::rotation::{self, Quaternion, second_variation, tangent_map, turn};
+use pennate_elements::rotation::{self, Quaternion, second_variation, tangent_map, tangent_slope, turn};
 use pennate_elements::small::{V3, add, apply, cross, dot, norm, scale, sub};
 
 use crate::joints::{Active, EndKind};
@@ -41,6 +41,9 @@ pub(crate) struct End<'a> {
 }
 
 pub(crate) const MAX_FREE: usize = 6;
+/// A turn by a radian that the active components see less of than this (radians) is none of theirs: in the plane, of an axis in it, they see
+/// what rounding turned it out of there.
+const SEEN: f64 = 1e-9;
 
 /// Factors of the released rotations of a member.
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +143,7 @@ pub(crate) fn free_spins<const D: usize>(active: &Active<D>, end: &End<'_>, spin
             for (_, axis) in free_axes(axes, *kept) {
                 let spin = turn(end.joint_rotation, apply(&map, axis));
                 let seen: f64 = active.iter().filter_map(|&c| spin_component(c, spin)).map(|x| x * x).sum();
-                if seen > 1e-18 {
+                if seen.sqrt() > SEEN {
                     spins[count] = spin;
                     count += 1;
                 }
@@ -189,9 +192,7 @@ fn eliminate_releases<const D: usize>(
 ) {
     let n = 2 * D;
     let first = free_spins(active, &info[0], &mut factor.spins[..3]);
-    let (left, right) = factor.spins.split_at_mut(first);
-    let _ = left;
-    let second = free_spins(active, &info[1], right);
+    let second = free_spins(active, &info[1], &mut factor.spins[first..]);
     factor.counts = [first, second];
     let count = first + second;
     let end_of = |a: usize| usize::from(a >= first);
@@ -286,16 +287,10 @@ pub(crate) fn axes_curvature(end: &End<'_>, free: usize, turns: [usize; 2]) -> f
         return 0.0;
     }
     let at = axes_rotation_vector(axes, end.release);
-    let step = 1e-5;
-    let slope = |along: V3<f64>, of: V3<f64>| {
-        let ahead = apply(&tangent_map(add(at, scale(step, along))), &of);
-        let behind = apply(&tangent_map(sub(at, scale(step, along))), &of);
-        scale(0.5 / step, sub(ahead, behind))
-    };
     // Axes without a turn of their own, in the plane, come first.
     let axis = |turn: usize| free_axes(axes, *kept).rev().nth(free - 1 - turn).map_or([0.0; 3], |(_, axis)| *axis);
     let [a, b] = turns.map(axis);
-    let sum = add(slope(a, b), slope(b, a));
+    let sum = add(tangent_slope(at, a, b), tangent_slope(at, b, a));
     0.5 * dot(end.moment, turn(end.joint_rotation, sum))
 }
 
@@ -346,25 +341,6 @@ fn solve_small(
     (negative, neutral)
 }
 
-/// Moment of a force in active components, as active components; their forces come first, then their rotations.
-#[inline(always)]
-fn moment_about<const D: usize>(active: &Active<D>, lever: V3<f64>, force: &[f64; D]) -> [f64; D] {
-    let mut full = [0.0; 3];
-    for (i, &component) in active.iter().enumerate() {
-        if component < 3 {
-            full[component] = force[i];
-        }
-    }
-    let moment = cross(lever, full);
-    let mut seen = [0.0; D];
-    for (i, &component) in active.iter().enumerate() {
-        if component >= 3 {
-            seen[i] = moment[component - 3];
-        }
-    }
-    seen
-}
-
 /// The stiffness of a member with a welded end at a lever from its joint, on which the mixed stresses make this force: what
 /// [`apply_lever`] makes of all of it, block by block.
 #[inline(always)]
@@ -375,52 +351,26 @@ pub(crate) fn carry<const D: usize>(
     lever: V3<f64>,
     force: &[f64; D],
 ) {
-    let along_rows = |block: &mut [[f64; D]; D]| {
-        for row in block {
-            *row = on_joint(active, lever, *row);
-        }
-    };
-    let along_columns = |block: &mut [[f64; D]; D]| {
-        if D == 6 {
-            let [x, y, z] = lever;
-            let (forces, moments) = block.split_at_mut(3);
-            for column in 0..D {
-                let force = [forces[0][column], forces[1][column], forces[2][column]];
-                moments[0][column] += y * force[2] - z * force[1];
-                moments[1][column] += z * force[0] - x * force[2];
-                moments[2][column] += x * force[1] - y * force[0];
-            }
-            return;
-        }
-        for column in 0..D {
-            let seen = on_joint(active, lever, std::array::from_fn(|row| block[row][column]));
-            for row in 0..D {
-                block[row][column] = seen[row];
-            }
-        }
-    };
     let own = if end == 0 { &mut ends.k00 } else { &mut ends.k11 };
-    along_rows(own);
-    along_columns(own);
+    own.iter_mut().for_each(|row| carry_columns(active, lever, row));
+    carry_rows(active, lever, own);
     let mut pull = [0.0; 3];
     for (component, force) in active.iter().zip(force).filter(|(component, _)| **component < 3) {
         pull[*component] = *force;
     }
-    let geometric = second_variation(pull, lever);
-    for (i, &r) in active.iter().enumerate().filter(|(_, r)| **r >= 3) {
-        for (j, &c) in active.iter().enumerate().filter(|(_, c)| **c >= 3) {
-            own[i][j] += geometric[r - 3][c - 3];
-        }
+    for (i, j, swing) in swings(active, pull, lever) {
+        own[i][j] += swing;
     }
     // Rows are those of the start, columns those of the end.
     if end == 0 {
-        along_columns(&mut ends.k01);
+        carry_rows(active, lever, &mut ends.k01);
     } else {
-        along_rows(&mut ends.k01);
+        ends.k01.iter_mut().for_each(|row| carry_columns(active, lever, row));
     }
 }
 
-/// Force and moment of a welded end, as its joint at the other end of a lever feels them.
+/// Force and moment of a welded end, as its joint at the other end of a lever feels them: u = u_joint + φ × lever, so that a force f on
+/// the end has the moment lever × f about the joint.
 #[inline(always)]
 pub(crate) fn on_joint<const D: usize>(active: &Active<D>, lever: V3<f64>, mut force: [f64; D]) -> [f64; D] {
     if D == 6 {
@@ -429,73 +379,65 @@ pub(crate) fn on_joint<const D: usize>(active: &Active<D>, lever: V3<f64>, mut f
         force[4] += z * force[0] - x * force[2];
         force[5] += x * force[1] - y * force[0];
     } else if lever != [0.0; 3] {
-        let moment = moment_about(active, lever, &force);
-        for i in 0..D {
-            force[i] += moment[i];
+        let mut full = [0.0; 6];
+        for (&component, force) in active.iter().zip(force) {
+            full[component] = force;
+        }
+        let moment = cross(lever, [full[0], full[1], full[2]]);
+        for (&component, force) in active.iter().zip(&mut force).filter(|(component, _)| **component >= 3) {
+            *force += moment[component - 3];
         }
     }
     force
 }
 
+/// The same for every column of the rows of an end.
+#[inline(always)]
+fn carry_rows<const D: usize, const N: usize>(active: &Active<D>, lever: V3<f64>, rows: &mut [[f64; N]; D]) {
+    for column in 0..N {
+        let carried = on_joint(active, lever, std::array::from_fn(|row| rows[row][column]));
+        for row in 0..D {
+            rows[row][column] = carried[row];
+        }
+    }
+}
+
+/// The same for the columns of an end in one row.
+#[inline(always)]
+fn carry_columns<const D: usize>(active: &Active<D>, lever: V3<f64>, row: &mut [f64; D]) {
+    *row = on_joint(active, lever, *row);
+}
+
+/// What a force on the end of a lever resists turning by, row by row and column by column of the active components.
+#[inline(always)]
+fn swings<const D: usize>(
+    active: &Active<D>,
+    force: V3<f64>,
+    lever: V3<f64>,
+) -> impl Iterator<Item = (usize, usize, f64)> {
+    let swing = second_variation(force, lever);
+    let turns = move || active.iter().enumerate().filter(|(_, component)| **component >= 3);
+    turns().flat_map(move |(i, r)| turns().map(move |(j, c)| (i, j, swing[r - 3][c - 3])))
+}
+
+/// What belongs to one end, of what belongs to both.
+fn of_end<V, const D: usize>(both: &mut [V; 12], offset: usize) -> &mut [V; D] {
+    both[offset..].first_chunk_mut().expect("two ends have no more than twelve components")
+}
+
 pub(crate) fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active<D>, end: usize, info: &End<'_>) {
     let n = 2 * D;
     let offset = end * D;
-    // u = u_joint + φ × lever, so that a force f on the end has the moment lever × f about the joint.
     let k = &mut reduced.stiffness;
-    if D == 6 {
-        let [x, y, z] = info.lever;
-        for row in k.iter_mut() {
-            let (force, moment) = row[offset..offset + 6].split_at_mut(3);
-            moment[0] += y * force[2] - z * force[1];
-            moment[1] += z * force[0] - x * force[2];
-            moment[2] += x * force[1] - y * force[0];
-        }
-        let (forces, moments) = k[offset..offset + 6].split_at_mut(3);
-        for column in 0..12 {
-            let force = [forces[0][column], forces[1][column], forces[2][column]];
-            moments[0][column] += y * force[2] - z * force[1];
-            moments[1][column] += z * force[0] - x * force[2];
-            moments[2][column] += x * force[1] - y * force[0];
-        }
-        let (force, moment) = reduced.force[offset..offset + 6].split_at_mut(3);
-        moment[0] += y * force[2] - z * force[1];
-        moment[1] += z * force[0] - x * force[2];
-        moment[2] += x * force[1] - y * force[0];
-        let geometric = second_variation(info.force, info.lever);
-        for i in 0..3 {
-            for j in 0..3 {
-                k[offset + 3 + i][offset + 3 + j] += geometric[i][j];
-            }
-        }
-        return;
+    for row in &mut k[..n] {
+        carry_columns(active, info.lever, of_end(row, offset));
     }
-    for row in 0..n {
-        let force = std::array::from_fn(|i| k[row][offset + i]);
-        let moment = moment_about(active, info.lever, &force);
-        for j in 0..D {
-            k[row][offset + j] += moment[j];
-        }
+    let rows: &mut [[f64; 12]; D] = of_end(k, offset);
+    carry_rows(active, info.lever, rows);
+    for (i, j, swing) in swings(active, info.force, info.lever) {
+        rows[i][offset + j] += swing;
     }
-    for column in 0..n {
-        let force = std::array::from_fn(|i| k[offset + i][column]);
-        let moment = moment_about(active, info.lever, &force);
-        for j in 0..D {
-            k[offset + j][column] += moment[j];
-        }
-    }
-    let force = std::array::from_fn(|i| reduced.force[offset + i]);
-    let moment = moment_about(active, info.lever, &force);
-    for j in 0..D {
-        reduced.force[offset + j] += moment[j];
-    }
-    let geometric = second_variation(info.force, info.lever);
-    for (i, &r) in active.iter().enumerate() {
-        for (j, &c) in active.iter().enumerate() {
-            if r >= 3 && c >= 3 {
-                k[offset + i][offset + j] += geometric[r - 3][c - 3];
-            }
-        }
-    }
+    carry_columns(active, info.lever, of_end(&mut reduced.force, offset));
 }
 
 /// Moves of the free rotations of a member, and of its ends, for moves of its nodes (all six components).

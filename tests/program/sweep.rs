@@ -153,6 +153,7 @@ fn parameters_that_are_not_there_are_refused_before_anything_is_written() {
     for (arguments, message) in [
         (["--vary", "beta=10:60:5"].as_slice(), "has no parameter 'beta' to vary"),
         (&["--vary", "chi=10:60:5", "--set", "chi=20"], "'chi' is given values twice"),
+        (&["--vary", "chi=10,20,10.0"], "'chi' has the value 10 twice"),
         (&["--vary", "chi=1:10000:1", "--vary", "L=1:10000:1"], "more than 1000000 combinations"),
         (&["--vary", "chi=10:60"], "expected, such as beta=10:60:2"),
     ] {

@@ -1,5 +1,6 @@
 //! The values that a sweep gives to parameters.
 
+use std::collections::HashSet;
 use std::str::FromStr;
 
 /// More combinations than anyone waits for are a slip of the pen.
@@ -37,8 +38,12 @@ impl FromStr for Vary {
             [list] => list.split(',').map(number).collect::<Result<_, _>>()?,
             _ => return Err(usage.to_owned()),
         };
-        let values = numbers.iter().map(f64::to_string);
-        Ok(Self { name: name.to_owned(), values: values.collect(), unit: unit.to_owned() })
+        let mut seen = HashSet::new();
+        let values: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        if let Some(twice) = values.iter().find(|value| !seen.insert(value.as_str())) {
+            return Err(format!("'{name}' has the value {twice} twice: each is solved once"));
+        }
+        Ok(Self { name: name.to_owned(), unit: unit.to_owned(), values })
     }
 }
 

@@ -3,8 +3,8 @@
 //! Theory: docs/theory/joints.md, Eq. 5.5 and 5.6.
 
 use pennate_elements::beam::Placement;
-use pennate_elements::rotation::{self, compose, exp, log, second_variation, tangent_map, turn};
-use pennate_elements::small::{M3, V3, add, cross, dot, norm, scale, sub, zeros};
+use pennate_elements::rotation::{self, compose, exp, log, second_variation, tangent_map, tangent_slope, turn};
+use pennate_elements::small::{M3, V3, add, cross, dot, norm, scale, sub};
 
 use crate::structure::NodeId;
 
@@ -153,34 +153,65 @@ pub(super) fn row(held: &Held, fraction: f64, state: &JointState, arm: V3<f64>) 
         }
         HeldKind::Rotation { axis } => {
             let gradient = rotation_row(state.theta, axis);
-            let step = 1e-5;
-            let mut slopes: M3<f64> = zeros();
-            for i in 0..3 {
-                let mut spin = [0.0; 3];
-                spin[i] = step;
-                let ahead = rotation_row(spun(state.theta, spin), axis);
-                let behind = rotation_row(spun(state.theta, scale(-1.0, spin)), axis);
-                slopes[i] = scale(0.5 / step, sub(ahead, behind));
-            }
             Row {
                 value: dot(axis, state.theta) - target,
                 gradient: [0.0, 0.0, 0.0, gradient[0], gradient[1], gradient[2]],
-                hessian: std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (slopes[i][j] + slopes[j][i]))),
+                hessian: rotation_slopes(state.theta, gradient),
             }
         }
     }
 }
 
-fn spun(theta: V3<f64>, spin: V3<f64>) -> V3<f64> {
-    whole_turns(log(compose(exp(spin), exp(theta))), theta)
-}
-
 /// T⁻ᵀ axis: derivative of a component of the rotation vector with respect to spins.
 pub(super) fn rotation_row(theta: V3<f64>, axis: V3<f64>) -> V3<f64> {
-    let t = tangent_map(theta);
-    let m = nalgebra::Matrix3::from_fn(|i, j| t[i][j]).transpose();
-    match m.lu().solve(&nalgebra::Vector3::from(axis)) {
-        Some(x) => [x[0], x[1], x[2]],
-        None => axis,
+    changes(theta).map(|change| dot(change, axis))
+}
+
+/// What the rotation vector changes by with a spin about each axis, the columns of T⁻¹; none where whole turns have left none.
+fn changes(theta: V3<f64>) -> [V3<f64>; 3] {
+    let map = tangent_map(theta);
+    let inverse =
+        nalgebra::Matrix3::from_fn(|i, j| map[i][j]).try_inverse().unwrap_or_else(nalgebra::Matrix3::identity);
+    std::array::from_fn(|i| inverse.column(i).into())
+}
+
+/// The derivatives of [`rotation_row`] by spins, the mean of both ways round: those of Tᵀ g = axis, whose axis is fixed.
+fn rotation_slopes(theta: V3<f64>, gradient: V3<f64>) -> M3<f64> {
+    let changes = changes(theta);
+    let slope = |i: usize, j: usize| dot(gradient, tangent_slope(theta, changes[i], changes[j]));
+    std::array::from_fn(|i| std::array::from_fn(|j| -0.5 * (slope(i, j) + slope(j, i))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rotation vector after a spin.
+    fn spun(theta: V3<f64>, spin: V3<f64>) -> V3<f64> {
+        whole_turns(log(compose(exp(spin), exp(theta))), theta)
+    }
+
+    #[test]
+    fn slopes_of_a_held_rotation_are_its_derivatives() {
+        let axis = [0.6, 0.0, 0.8];
+        // Beyond a half and a whole turn too.
+        for theta in [[0.0; 3], [0.4, -0.7, 1.1], [2.0, -2.5, 1.0], [-3.0, 4.0, 5.0]] {
+            let h = 1e-4;
+            let along = |i: usize, by: f64| -> V3<f64> { std::array::from_fn(|c| if c == i { by } else { 0.0 }) };
+            let gradient = rotation_row(theta, axis);
+            let held = Held { node: 0, component: 3, kind: HeldKind::Rotation { axis }, from: 0.0, to: 0.0 };
+            let state = JointState { theta, ..JointState::default() };
+            let found = row(&held, 0.0, &state, [0.0; 3]).hessian;
+            let value = |spin: V3<f64>| dot(axis, spun(theta, spin));
+            for i in 0..3 {
+                let slope = (value(along(i, h)) - value(along(i, -h))) / (2.0 * h);
+                assert!((slope - gradient[i]).abs() < 1e-6, "{theta:?}: {slope} {gradient:?}");
+                for j in 0..3 {
+                    let at = |s: f64, t: f64| value(add(along(i, s * h), along(j, t * h)));
+                    let expected = (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * h * h);
+                    assert!((found[i][j] - expected).abs() < 1e-5, "{theta:?}, {i}, {j}: {expected}, {found:?}");
+                }
+            }
+        }
     }
 }

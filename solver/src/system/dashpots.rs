@@ -81,7 +81,7 @@ fn length_of(mesh: &PackMesh, lane: usize) -> f64 {
 
 impl<const D: usize> System<D> {
     /// Components of a displacement.
-    const TRANSLATIONS: usize = if D == 3 { 2 } else { 3 };
+    pub(super) const TRANSLATIONS: usize = if D == 3 { 2 } else { 3 };
 
     /// Ties every node to where it is in a state, by dashpots of this stiffness for a unit of mass.
     pub(crate) fn set_dashpots(&mut self, stiffness: f64, anchor: &State) {

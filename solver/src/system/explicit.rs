@@ -144,8 +144,8 @@ impl<const D: usize> System<D> {
                 }
             }
             let length = self.structure.members[index].length();
-            let turned = |motion: &[f64; D]| motion[D / 2 + D % 2..].iter().map(|spin| spin * spin).sum::<f64>();
-            let apart = first.iter().zip(last).take(D / 2 + D % 2).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
+            let turned = |motion: &[f64; D]| motion[Self::TRANSLATIONS..].iter().map(|spin| spin * spin).sum::<f64>();
+            let apart = first.iter().zip(last).take(Self::TRANSLATIONS).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
             let square = turned(&first).max(turned(&last)).max(apart / (length * length));
             sum + self.holding(index) * length * square
         };
@@ -157,7 +157,7 @@ impl<const D: usize> System<D> {
         let (pack, lane) = self.members.chain(member);
         let of_segment = |segment: usize| {
             let Moduli { stiffness, held, .. } = pack.segment(lane, segment).moduli;
-            let forces = stiffness.into_iter().zip(held).take(D / 2 + D % 2);
+            let forces = stiffness.into_iter().zip(held).take(Self::TRANSLATIONS);
             forces.filter(|(_, held)| *held > 0.0).fold(0.0, |most: f64, (stiffness, _)| most.max(stiffness))
         };
         (0..pack.mesh().segments()).map(of_segment).fold(0.0, f64::max)

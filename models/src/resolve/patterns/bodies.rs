@@ -7,8 +7,7 @@ use nalgebra::Vector3;
 use super::super::context::Context;
 use super::{bare, body_nodes, reference};
 use crate::error::InputError;
-use crate::input::read::Named;
-use crate::input::read::Spanned;
+use crate::input::read::{Named, Spanned};
 use crate::input::{Network, RigidBody};
 use crate::unit::Kind;
 
