@@ -13,9 +13,29 @@ import numpy as np
 import pytest
 
 import pennate
-from pennate._look import carry, fields, shapes
+from pennate._look import carry, fields, finer, shapes
 from pennate._report import page
 from pennate.__main__ import main
+
+
+# A shallow arch whose path comes back below no load at all: where a step ends depends on how many increments it counts.
+ARCH = """\
+format = "pennate/1"
+dimension = "plane"
+nodes = { A = [0, 0], C = [100, 10], B = [200, 0] }
+materials.rubber = { youngs_modulus = 2000, poissons_ratio = 0.3 }
+sections.strip = { rectangle = { width = 10, height = 2 } }
+members.left = { nodes = ["A", "C"], section = "strip", material = "rubber" }
+members.right = { nodes = ["C", "B"], section = "strip", material = "rubber" }
+supports = { A = "pinned", B = "pinned" }
+probes.down = { node = "C", displacement = "uy" }
+[[steps]]
+name = "push"
+force = { C = [0, -60] }
+method = "arc_length"
+branch = "primary"
+stop = { increments = 30 }
+"""
 
 
 def data_of(text: str) -> dict[str, Any]:
@@ -61,6 +81,34 @@ def test_the_picture_has_the_places_of_the_solver(solution: pennate.Solution) ->
     assert state["label"] == "push back, 100 %"
     # More states than the solver's own increments, which would jump from one end to the other.
     assert len(content["states"]) > 20
+
+
+def test_the_way_ends_where_the_solution_does() -> None:
+    network = pennate.loads(ARCH)
+    found = network.solve()
+    # A step that counts its increments would stop elsewhere with finer ones.
+    way = finer.finer(found, 60, 1e-4)
+    assert way["down"] == pytest.approx(found["down"], rel=1e-3)
+    assert data_of(page(found))["states"][-1]["label"] == f"push, {fields.number(100 * found.fraction[0])} %"
+    # What stops at a place of its path gets there with any increments.
+    lower = network.edit(steps={"push": {"stop": {"increments": None, "node": "C", "displacement": "uy", "at": -12}}}).solve()
+    fine = finer.finer(lower, 60, 1e-4)
+    assert len(fine.fractions(0)) > len(lower.fractions(0)) and fine["down"] == pytest.approx(-12.0)
+
+
+def test_states_are_compared_by_places_and_not_by_how_their_steps_ended() -> None:
+    network = pennate.loads(ARCH)
+    found, coarser = network.solve(), network.solve(accuracy=1e-3)
+    other = network.edit(steps={"push": {"stop": {"increments": 20}}}).solve()
+    assert other.status == found.status
+    assert finer.first_elsewhere(found, other) == 0
+    assert finer.first_elsewhere(found, coarser) is None
+
+
+def test_increments_that_are_an_expression_are_no_fewer_on_the_way() -> None:
+    network = pennate.loads(ARCH).edit(steps={"push": {"method": "newton", "stop": None, "branch": None}})
+    asked = network.edit(steps={"push": {"force": {"C": [0, -1]}, "increments": "= 4 * 10"}}).solve()
+    assert len(finer.finer(asked, 12, 1e-4).fractions(0)) >= 40
 
 
 def test_a_step_that_fails_is_said_in_words(snap: pennate.Network) -> None:

@@ -117,7 +117,8 @@ def animate(
 ) -> None:
     """Draws the way through all steps as a film.
 
-    The network is solved once more with at least so many increments a step, so that every frame is an equilibrium.
+    The network is solved once more with at least so many increments a step, so that every frame is an equilibrium. Steps that
+    would end in another state then keep their own increments.
 
     Args:
         solution: Solved with shapes, as it is by default.
