@@ -384,3 +384,48 @@ def test_the_command_says_why_there_is_nothing_to_show(
     path = study(folder, FRONT.replace(old, new).replace("most = 150", "most = 1000"))
     assert main(["optimize", str(path), "-o", str(folder / "out")]) == 1
     assert message in capsys.readouterr().err
+
+
+def muscle_study(folder: Path) -> Path:
+    """A study of the dyad with a muscle that stands in a file of its own."""
+    muscle = "\n".join(
+        [
+            "diameter = 13",
+            "wall = 2.0",
+            'pressure_unit = "psi"',
+            "table = [{ pressure = 15, E = 3.66, alpha = -8.526e-3, R1 = 6.95, R2 = 8.35 }]",
+        ]
+    )
+    (folder / "muscles").mkdir()
+    (folder / "muscles" / "own.toml").write_text(muscle)
+    network = """
+format = "pennate/1"
+dimension = "plane"
+parameters = { beta = 22 }
+nodes = { A = ["= -100 * cos(beta)", "= -100 * sin(beta)"], B = ["= 100 * cos(beta)", "= -100 * sin(beta)"], J = [0, 0] }
+muscles = { own = { file = "muscles/own.toml" } }
+members = { left = { nodes = ["A", "J"], muscle = "own" }, right = { nodes = ["B", "J"], muscle = "own" } }
+supports = { A = "clamped", B = "clamped" }
+steps = [{ name = "inflate", pressure = { all = 15 } }]
+probes = { stroke = { node = "J", displacement = "uy" } }
+"""
+    (folder / "dyad.toml").write_text(network)
+    text = """
+format = "pennate-study/1"
+network = "dyad.toml"
+variables = { beta = { from = 15, to = 40 } }
+targets = { stroke = { value = "= stroke", is = -20 } }
+search = { screen = 3, starts = 1 }
+"""
+    return study(folder, text)
+
+
+def test_designs_of_another_muscle_file_are_left_alone(tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    path = muscle_study(tmp_path)
+    pennate.optimize(path, tmp_path / "out", draw=False)
+    assert pennate.optimize(path, tmp_path / "out", draw=False).solved == 0
+    muscle = tmp_path / "muscles" / "own.toml"
+    muscle.write_text(muscle.read_text().replace("E = 3.66", "E = 7.32"))
+    with pytest.raises(pennate.StudyError, match="was solved with another network"):
+        pennate.optimize(path, tmp_path / "out", draw=False)

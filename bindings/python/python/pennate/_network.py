@@ -163,6 +163,14 @@ class Network:
         """Name of the file, as it stands in messages."""
         return self._read.parts()[1]
 
+    def _sources(self) -> list[tuple[str, str]]:
+        """Names and texts of what was read: of the network first, then of the files that it refers to.
+
+        The muscles that come with the program are not among them: its version tells what they are.
+        """
+        text, name, _, _, files = self._read.parts()
+        return [(name, text), *((os.fspath(path), content) for path, content in files)]
+
     def to_dict(self) -> dict[str, Any]:
         """What the file holds, as dictionaries and lists; parameters that were set have their new values."""
         tree: dict[str, Any] = self._read.tree()

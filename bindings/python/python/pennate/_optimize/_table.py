@@ -86,7 +86,8 @@ class Table:
         study = self.study
         parameters = study.network.parameters
         sources = {
-            "network": study.network.text,
+            # Texts alone: a folder with a study may be moved.
+            "network": json.dumps([text for _, text in study.network._sources()]),
             "parameters": json.dumps({name: parameters[name] for name in sorted(parameters)}),
         }
         sources["wanted"] = json.dumps(

@@ -234,9 +234,8 @@ def head(plan: Plan, network: Network, probes: Iterable[str]) -> list[str]:
 
 def manifest(network: Network, accuracy: float, method: str) -> dict[str, Any]:
     """What a table belongs to."""
-    text, name, _, settings, files = network._read.parts()
-    sources = [[name, text], *([os.fspath(path), text] for path, text in files)]
-    sources += [[f"--set {name}", value] for name, value in settings]
+    sources = [list(source) for source in network._sources()]
+    sources += [[f"--set {name}", value] for name, value in network._read.parts()[3]]
     if method != "solve":
         sources.append(["--method", method])
     return {"format": "pennate-sweep/1", "version": _core.__version__, "accuracy": accuracy, "sources": sources}
