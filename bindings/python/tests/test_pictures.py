@@ -177,6 +177,20 @@ def test_what_a_step_holds_is_no_support() -> None:
     assert joints[0].held == 63
 
 
+def test_only_what_a_step_prescribes_is_drawn_as_held_by() -> None:
+    shape = shape_of(1.0, held=scene.UY)
+    shape.point_data["reaction_force"] = np.tile([3.0, 4.0, 0.0], (len(shape.points), 1))
+    shape.point_data["reaction_moment"] = np.tile([0.0, 0.0, 5.0], (len(shape.points), 1))
+    joints = built(shape).joints
+    np.testing.assert_allclose([joint.held_by_force for joint in joints], [[0, 0, 0], [0, 0, 0], [0, 4, 0]])
+    assert not any(joint.held_by_moment.any() for joint in joints)
+    turned = shape_of(1.0, held=scene.RZ)
+    turned.point_data.update({name: shape.point_data[name] for name in ("reaction_force", "reaction_moment")})
+    joint = built(turned).joints[2]
+    assert not joint.held_by_force.any()
+    np.testing.assert_allclose(joint.held_by_moment, [0, 0, 5])
+
+
 def test_members_end_at_the_node_that_moved_with_them() -> None:
     """Two nodes at one place, of which one stays behind."""
     shape = shape_of(1.0, drop=2.0)

@@ -141,6 +141,47 @@ def test_one_command_goes_from_a_file_to_a_page(tmp_path: pathlib.Path, capsys: 
     assert "dyad.toml:" in capsys.readouterr().err and not (tmp_path / "no.html").exists()
 
 
+# A beam with a guide at its end, which a step moves or turns.
+GUIDED = """\
+format = "pennate/1"
+nodes = { A = [0, 0], B = [100, 0] }
+sections.rod = { circle = { radius = 2 } }
+materials.rubber = { youngs_modulus = 2000, poissons_ratio = 0.3 }
+members.beam = { nodes = ["A", "B"], section = "rod", material = "rubber" }
+supports = { A = "clamped", B = %s }
+probes.force = { node = "B", reaction = "uy" }
+probes.moment = { node = "B", reaction = "rz" }
+[[steps]]
+name = "move"
+%s
+"""
+
+
+@pytest.mark.parametrize(
+    ("support", "motion", "kind", "probe"),
+    [
+        ('["ux"]', "displacement = { B = { uy = -10 } }", "held by", "force"),
+        ('"pinned"', "rotation = { B = [0, 0, 20] }", "held by moment", "moment"),
+    ],
+)
+def test_what_a_motion_takes_is_told_from_what_supports_take(support: str, motion: str, kind: str, probe: str) -> None:
+    found = pennate.loads(GUIDED % (support, motion)).solve()
+    arrows = shapes.arrows(found.drawing(), found.drawing("unloaded"), len(found.nodes), 100.0)
+    assert [(arrow.kind, arrow.node) for arrow in arrows] == [(kind, 1)]
+    assert arrows[0].strength == pytest.approx(abs(found[probe][0]), rel=1e-9)
+    assert all(arrow[0] in data_of(page(found))["arrow"] for arrow in data_of(page(found))["states"][-1]["arrows"])
+
+
+def test_what_a_motion_takes_is_along_the_axes_that_it_is_prescribed_in() -> None:
+    support = '{ fix = ["ux"], x_axis = [0.8, 0.6, 0] }'
+    found = pennate.loads(GUIDED % (support, "displacement = { B = { uy = -10 } }")).solve()
+    force, moment = shapes.held_by(found.drawing()["point_data"], found.drawing("unloaded")["point_data"], 2)
+    across = np.array([-0.6, 0.8, 0.0])
+    assert abs(found.reaction[0, 1, :3] @ np.array([0.8, 0.6, 0.0])) > 1.0
+    np.testing.assert_allclose(force[1], (found.reaction[0, 1, :3] @ across) * across, rtol=1e-9)
+    assert not force[0].any() and not moment.any()
+
+
 def joined_of(network: pennate.Network) -> np.ndarray[Any, Any]:
     """(members, 2), the nodes at the ends of each member."""
     return np.array([[network.nodes.index(end) for end in network.ends[name]] for name in network.members])

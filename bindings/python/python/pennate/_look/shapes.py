@@ -50,8 +50,9 @@ class Support:
 
 @dataclasses.dataclass(frozen=True)
 class Arrow:
-    """A force, a moment, or what a step takes to hold a node, with its value in words; the tip is at the node."""
+    """A force, a moment, or the force or moment that a step takes to hold a node; the tip is at the node."""
 
+    # `"force"`, `"moment"`, `"held by"` or `"held by moment"`.
     kind: str
     node: int
     tail: Array
@@ -249,20 +250,43 @@ def supports(drawing: Drawing, at_rest: Drawing, joined: Integers, nodes: int, p
     return found
 
 
+def held_by(data: Mapping[str, Any], at_rest: Mapping[str, Any], nodes: int) -> tuple[Array, Array]:
+    """(nodes, 3) each, the forces and the moments that prescribed motions take: the reactions along what steps alone hold.
+
+    Args:
+        data: Arrays of the points of a state.
+        at_rest: Those of the unloaded state, in which supports alone hold.
+        nodes: How many there are.
+    """
+    prescribed = data["held"][:nodes] & ~at_rest["held"][:nodes]
+    first, second = (np.asarray(data[name][:nodes], dtype=np.float64) for name in ("held_x", "held_y"))
+    axes = np.stack([first, second, np.cross(first, second)], axis=1)
+    found = []
+    for name, bits in (("reaction_force", (UX, UY, UZ)), ("reaction_moment", (RX, RY, RZ))):
+        along = np.einsum("nij,nj->ni", axes, data[name][:nodes]) * (prescribed[:, None] & np.array(bits) != 0)
+        found.append(np.einsum("ni,nij->nj", along, axes))
+    return found[0], found[1]
+
+
 def arrows(drawing: Drawing, at_rest: Drawing, nodes: int, size: float) -> list[Arrow]:
-    """Forces and moments on nodes, and the forces that steps take to hold nodes; the largest of a kind is the longest."""
+    """Forces and moments on nodes, and those that steps take to hold nodes; the largest force and the largest moment are longest."""
     at, data = places(drawing), drawing["point_data"]
-    taken = data["held"][:nodes] & ~at_rest["point_data"]["held"][:nodes] != 0
+    held_force, held_moment = held_by(data, at_rest["point_data"], nodes)
     kinds = {
         "force": data["load_force"][:nodes],
+        "held by": held_force,
         "moment": data["load_moment"][:nodes],
-        "held by": np.where(taken[:, None], data["reaction_force"][:nodes], 0.0),
+        "held by moment": held_moment,
     }
     found = []
-    forces = max(float(np.linalg.norm(kinds[kind], axis=1).max(initial=0.0)) for kind in ("force", "held by"))
+    strengths = {kind: np.linalg.norm(vectors, axis=1) for kind, vectors in kinds.items()}
+    forces, moments = (
+        max(float(strengths[kind].max(initial=0.0)) for kind in pair)
+        for pair in (("force", "held by"), ("moment", "held by moment"))
+    )
     for kind, vectors in kinds.items():
-        strength = np.linalg.norm(vectors, axis=1)
-        longest = float(strength.max(initial=0.0)) if kind == "moment" else forces
+        strength = strengths[kind]
+        longest = moments if kind.endswith("moment") else forces
         for node in np.flatnonzero(strength > 1e-9 * longest):
             length = size * (0.07 + 0.09 * strength[node] / longest)
             direction = vectors[node] / strength[node]

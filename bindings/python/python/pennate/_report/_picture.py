@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 ROOM = 4_000_000
 # Grey of what has no value, ground, rigid bodies, and the unloaded shape; arrows by what they are.
 GREY, GROUND, BODY, PALE = (0.62, 0.66, 0.71), (0.64, 0.68, 0.72), (0.40, 0.46, 0.54), (0.70, 0.74, 0.79)
-ARROWS = {"force": (0.04, 0.48, 0.23), "moment": (0.48, 0.25, 0.62), "held by": (0.75, 0.45, 0.05)}
+HELD_BY = (0.75, 0.45, 0.05)
+ARROWS = {"force": (0.04, 0.48, 0.23), "moment": (0.48, 0.25, 0.62), "held by": HELD_BY, "held by moment": HELD_BY}
 # Seen from here, in radians: azimuth and elevation of plane and of spatial networks.
 VIEWS = {"plane": (-np.pi / 2, np.pi / 2), "space": (-0.91, 0.38)}
 LENGTHS = {"mm-N-MPa": ("mm", "N"), "m-N-Pa": ("m", "N")}

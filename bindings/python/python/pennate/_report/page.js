@@ -152,7 +152,7 @@ function build(shape, field, plain) {
     const head = add(tip, along, -0.045 * data.size);
     surface.piece(tail, head, 0.006 * data.size, 0.006 * data.size, paint);
     surface.piece(head, tip, 0.016 * data.size, 0, paint);
-    if (kind === "moment") surface.piece(add(head, along, -0.04 * data.size), head, 0.016 * data.size, 0, paint);
+    if (kind.endsWith("moment")) surface.piece(add(head, along, -0.04 * data.size), head, 0.016 * data.size, 0, paint);
   }
   return surface;
 }

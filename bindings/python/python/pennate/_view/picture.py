@@ -20,7 +20,8 @@ from .meshes import Mesh, across, ball, cap, cone, rod, tube
 from .solids import Instances, Solids
 
 GROUND, BODY, JOINT, GHOST = (163, 172, 182), (102, 117, 138), (158, 168, 180), (170, 179, 191)
-LOADS = {"force": (11, 122, 59), "moment": (122, 64, 158), "held by": (190, 115, 13)}
+HELD_BY = (190, 115, 13)
+LOADS = {"force": (11, 122, 59), "moment": (122, 64, 158), "held by": HELD_BY, "held by moment": HELD_BY}
 # Names are shown of networks of so many nodes; of more they would be a thicket.
 NAMED = 60
 # The thinnest tube that is seen, in parts of the size.
@@ -172,7 +173,7 @@ class Picture:
                 along = (tip - tail) / np.linalg.norm(tip - tail)
                 neck = tip - 0.07 * along
                 round_parts.between(tail[None], neck[None], 0.011, LOADS[arrow.kind])
-                for shift in (0.0, 0.06) if arrow.kind == "moment" else (0.0,):
+                for shift in (0.0, 0.06) if arrow.kind.endswith("moment") else (0.0,):
                     middle = ((tip + neck) / 2 - shift * along)[None]
                     tips.add(middle, along, np.array([0.028, 0.028, 0.07]), LOADS[arrow.kind])
         return round_parts, tips

@@ -16,6 +16,7 @@ from . import render, symbols
 from .colours import Theme
 from .labels import Mask, Wish, place_all
 from .paper import POINTS, TEXT, pixels_of
+from .results import Run, Step
 from .scene import unit
 from .states import Options, Panel, Sheet, largest_force
 
@@ -43,10 +44,7 @@ def names_of(
     for place, (axes, panel, taken) in enumerate(boxes):
         pen = symbols.Pen(axes, sheet.view, options.theme, 1.0 / scale)
         step = run.steps[panel.state.step] if panel.state.step is not None else None
-        digits = step.digits.get("force") if step else None
-        # A reaction of rounding alone gets no arrow.
-        noise = step.largest["force"] * max(10.0**-digits, run.mesh_error) if step and digits is not None else 0.0
-        loads = symbols.draw_loads(pen, panel.scene, run, largest, noise)
+        loads = symbols.draw_loads(pen, panel.scene, run, largest, noise_of(run, step))
         texts = [(note, "load", True) for note in loads]
         if place == 0:
             texts += [(note, style, False) for note, style in names(sheet, panel, taken, options)]
@@ -61,6 +59,19 @@ def names_of(
         for image in axes.images:
             image.set_visible(True)
         set_texts(figure, axes, texts, covered, with_ghost, options.theme)
+
+
+def noise_of(run: Run, step: Step | None) -> symbols.Noise:
+    """What is rounding and mesh alone at the end of a step."""
+    if step is None:
+        return symbols.Noise()
+    known = {kind: digits for kind, digits in step.digits.items() if digits is not None}
+    found = {
+        kind: step.largest[kind] * max(10.0 ** -known[kind], run.mesh_error)
+        for kind in ("force", "moment")
+        if kind in known
+    }
+    return symbols.Noise(**found)
 
 
 def inked(figure: Figure, theme: Theme) -> Mask:

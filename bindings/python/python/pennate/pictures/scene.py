@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from .._look.shapes import held_by
 from .results import Array, Integers, Run, Shape
 
 MUSCLE, MEMBER, RIGID = 0, 1, 2
@@ -73,8 +74,9 @@ class Joint:
     prescribed: int
     force: Array
     moment: Array
-    reaction_force: Array
-    reaction_moment: Array
+    # What that takes.
+    held_by_force: Array
+    held_by_moment: Array
     of_body: bool
 
     def inward(self) -> Array:
@@ -125,7 +127,8 @@ def build(run: Run, shape: Shape, values: Array, at_rest: Shape, thinnest: float
     rods = tuple(rod_of(run, shape, places, values, member, count, thinnest) for member in range(len(run.members)))
     bodies = bodies_of(shape, places, rods)
     of_body = {node for body in bodies for node in body.nodes}
-    joints = tuple(joint_of(run, shape, places, at_rest, rods, node, node in of_body) for node in range(count))
+    taken = held_by(shape.point_data, at_rest.point_data, count)
+    joints = tuple(joint_of(run, shape, places, at_rest, taken, rods, node, node in of_body) for node in range(count))
     return Scene(rods, joints, bodies)
 
 
@@ -196,7 +199,14 @@ def bodies_of(shape: Shape, places: Array, rods: tuple[Rod, ...]) -> tuple[Body,
 
 
 def joint_of(
-    run: Run, shape: Shape, places: Array, at_rest: Shape, rods: tuple[Rod, ...], node: int, of_body: bool
+    run: Run,
+    shape: Shape,
+    places: Array,
+    at_rest: Shape,
+    taken: tuple[Array, Array],
+    rods: tuple[Rod, ...],
+    node: int,
+    of_body: bool,
 ) -> Joint:
     """One node, with the members that end there."""
     ends = [rod.end(which) for rod in rods for which in (0, 1) if rod.nodes[which] == node]
@@ -217,7 +227,7 @@ def joint_of(
         prescribed=held & ~int(at_rest.point_data["held"][node]),
         force=data["load_force"][node],
         moment=data["load_moment"][node],
-        reaction_force=data["reaction_force"][node],
-        reaction_moment=data["reaction_moment"][node],
+        held_by_force=taken[0][node],
+        held_by_moment=taken[1][node],
         of_body=of_body,
     )

@@ -68,7 +68,7 @@ def draw_tile(page: Figure, tile: Tile, left: float, bottom: float) -> None:
     pen = symbols.Pen(axes, tile.view, theme, 1.0 / scale, SYMBOLS)
     if tile.run.plane:
         symbols.draw_supports(pen, panel.scene)
-    symbols.draw_loads(pen, panel.scene, tile.run, states.largest_force([panel]), 0.0)
+    symbols.draw_loads(pen, panel.scene, tile.run, states.largest_force([panel]), symbols.Noise())
     top = bottom + HIGH + HEAD
     write(page, left + 6.0, top - 2.0, tile.title, size=6.5, weight="bold", color=theme.ink, va="top")
     force = f"up to {with_unit(largest, tile.run.force_unit)}" if largest else "no force"

@@ -154,6 +154,6 @@ def largest_force(panels: Sequence[Panel]) -> float:
         float(np.linalg.norm(vector))
         for panel in panels
         for joint in panel.scene.joints
-        for vector in (joint.force, joint.reaction_force if joint.prescribed else joint.force)
+        for vector in (joint.force, joint.held_by_force)
     ]
     return max(forces, default=0.0) or 1.0

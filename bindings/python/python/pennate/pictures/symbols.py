@@ -62,6 +62,14 @@ class Note:
     towards: Array
 
 
+@dataclasses.dataclass(frozen=True)
+class Noise:
+    """What rounding and the mesh leave uncertain of forces and of moments: what is less gets no arrow."""
+
+    force: float = 0.0
+    moment: float = 0.0
+
+
 def draw_supports(pen: Pen, scene: Scene) -> None:
     """Supports of a plane network, and pins of members that are free to turn about their nodes."""
     for joint in scene.joints:
@@ -180,18 +188,21 @@ def draw_slider(pen: Pen, place: Array, normal: Array, size: float) -> None:
         pen.hatch(rail - reach * along, rail + reach * along, side * normal)
 
 
-def draw_loads(pen: Pen, scene: Scene, run: Run, largest: float, noise: float) -> list[Note]:
-    """Arrows for forces and moments; a step's prescribed motions show the force that they take. Returns their texts."""
+def draw_loads(pen: Pen, scene: Scene, run: Run, largest: float, noise: Noise) -> list[Note]:
+    """Arrows for forces and moments; a step's prescribed motions show those that they take. Returns their texts."""
     notes = []
+    moment_unit = f"{run.force_unit} {run.length_unit}"
     named = len({tuple(joint.force) for joint in scene.joints if np.any(joint.force)}) > 1
     for joint in scene.joints:
         index = f" on {joint.name}" if named else ""
-        if np.linalg.norm(joint.force) > noise:
+        if np.linalg.norm(joint.force) > noise.force:
             notes.append(draw_force(pen, joint, joint.force, largest, f"F{index} = ", run.force_unit))
         if np.linalg.norm(joint.moment) > 0:
-            notes.append(draw_moment(pen, joint, joint.moment, f"M{index} = ", f"{run.force_unit} {run.length_unit}"))
-        if joint.prescribed and np.linalg.norm(joint.reaction_force) > noise:
-            notes.append(draw_force(pen, joint, joint.reaction_force, largest, "held by ", run.force_unit))
+            notes.append(draw_moment(pen, joint, joint.moment, f"M{index} = ", moment_unit))
+        if np.linalg.norm(joint.held_by_force) > noise.force:
+            notes.append(draw_force(pen, joint, joint.held_by_force, largest, "held by ", run.force_unit))
+        if np.linalg.norm(joint.held_by_moment) > noise.moment:
+            notes.append(draw_moment(pen, joint, joint.held_by_moment, "held by ", moment_unit))
     for rod in scene.rods:
         if np.any(rod.load):
             notes.append(draw_distributed(pen, rod, f"{run.force_unit}/{run.length_unit}"))
