@@ -429,3 +429,12 @@ def test_designs_of_another_muscle_file_are_left_alone(tmp_path: Path) -> None:
     muscle.write_text(muscle.read_text().replace("E = 3.66", "E = 7.32"))
     with pytest.raises(pennate.StudyError, match="was solved with another network"):
         pennate.optimize(path, tmp_path / "out", draw=False)
+
+
+def test_picks_of_a_network_with_a_muscle_file_can_be_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("scipy")
+    muscle_study(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    outcome = pennate.optimize("study.toml", "out", draw=False)
+    monkeypatch.chdir(tmp_path.parent)
+    assert pennate.load(tmp_path / "out" / "pick_1.toml").solve()["stroke"] == pytest.approx(outcome.best[0].wanted[0], rel=1e-3)

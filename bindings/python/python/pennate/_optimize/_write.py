@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +17,7 @@ from ._study import Study
 from ._table import Design, digits
 
 if TYPE_CHECKING:
+    from .._network import Network
     from ._run import Outcome
 
 # Accuracy at which picks are solved once more.
@@ -70,11 +73,23 @@ def picks(study: Study, designs: list[Design], best: list[Design]) -> list[Desig
     return [best[k] for k in sorted(set(chosen))]
 
 
+def _anywhere(network: Network) -> str:
+    """A network as TOML that may stand in any directory: the files of its muscles are named by their full paths."""
+    import tomlkit
+
+    document = tomlkit.parse(toml_of(network))
+    directory = network._read.parts()[2]
+    for muscle in document.get("muscles", {}).values():
+        if isinstance(muscle, Mapping) and "file" in muscle:
+            muscle["file"] = os.path.abspath(os.path.join(directory, muscle["file"]))
+    return tomlkit.dumps(document)
+
+
 def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[str, object]:
     values = {each.name: value for each, value in zip(study.variables, design.x)}
     network = study.network.set(**values)
     name = f"pick_{number}.toml"
-    (outcome.directory / name).write_text(toml_of(network), "utf-8")
+    (outcome.directory / name).write_text(_anywhere(network), "utf-8")
     solution = network.solve(accuracy=ACCURACY)
     return {
         "network": name,
