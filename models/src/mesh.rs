@@ -140,9 +140,10 @@ impl Mesh {
         }
     }
 
-    /// The lowest order of any element: errors fall as slowly as its do.
+    /// The lowest order of any element that the file leaves to choose: errors fall as slowly as its do.
     pub fn lowest_order(&self, model: &Model) -> usize {
-        model.members.iter().map(|member| member.order(self.order)).min().unwrap_or(self.order)
+        let is_free = |member: &&Member| member.segments.iter().any(|segment| segment.elements.is_none());
+        model.members.iter().filter(is_free).map(|member| member.order(self.order)).min().unwrap_or(self.order)
     }
 
     /// Number of elements in all.
@@ -150,9 +151,9 @@ impl Mesh {
         self.refinement.iter().flatten().fold(0, |sum, &count| sum.saturating_add(count))
     }
 
-    /// Whether the file leaves anything of the mesh to choose.
-    pub fn is_free(model: &Model) -> bool {
-        model.members.iter().flat_map(|member| &member.segments).any(|segment| segment.elements.is_none())
+    /// Whether the file says of any segment how many elements it has.
+    pub fn is_forced(model: &Model) -> bool {
+        model.members.iter().flat_map(|member| &member.segments).any(|segment| segment.elements.is_some())
     }
 
     /// Keeps what is free within reason: a rod of a million turns cannot be resolved.

@@ -78,6 +78,31 @@ fn elements_that_are_forced_are_judged_by_ones_that_resolve_the_layer() {
     assert!(solution.accuracy.estimated.unwrap() > 0.05);
 }
 
+/// What corotational elements lack that the file forces, no finer ones of the member beside them make up for: the search ends there, with
+/// the error that is left, however small the one asked for.
+#[test]
+fn members_beside_elements_that_are_forced_do_not_grow_without_end() {
+    for accuracy in [1e-6, 1e-10] {
+        let solution = solve(
+            "nodes = { A = [0, 0], B = [60, 0], C = [100, 30] }
+             materials.m = { youngs_modulus = 2000, poissons_ratio = 0.3 }
+             sections.s = { circle = { radius = 2 } }
+             members.forced = { nodes = ['A', 'B'], section = 's', material = 'm', formulation = 'corotational', elements = 8 }
+             members.free = { nodes = ['B', 'C'], section = 's', material = 'm' }
+             supports.A = 'clamped'
+             steps = [{ name = 'bend', force = { C = [-3, 20] } }]",
+            accuracy,
+        );
+        assert_eq!(solution.accuracy.verdict, Verdict::Forced);
+        assert!(
+            solution.accuracy.estimated.is_some_and(|error| error > 1e-5 && error < 1e-2),
+            "{:?}",
+            solution.accuracy
+        );
+        assert!(solution.mesh.elements() < 100, "{accuracy:e}: {} elements", solution.mesh.elements());
+    }
+}
+
 /// Where there is no layer, nothing is graded: the mesh to begin with will do.
 #[test]
 fn a_short_stiff_rod_keeps_its_mesh() {

@@ -4,7 +4,7 @@ use pennate_models::{Mesh, Model};
 use pennate_solver::history::{History, Note, Status};
 
 use super::points::{are_located, has_unknown_points};
-use super::refine::{halved, is_at_limit, is_finer_everywhere, member_factors, missing, shortened};
+use super::refine::{halved, is_at_limit, is_finer_everywhere, member_factors, missing, missing_where_free, shortened};
 use super::{Round, Verdict};
 use crate::adapt::Next;
 
@@ -99,20 +99,27 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     if of_mesh <= asked {
         return Next::End(Verdict::Stalled);
     }
+    // What elements lack that the file forces, no finer ones beside them make up for.
+    let is_forced = Mesh::is_forced(model);
+    let (missing, share) = missing_where_free(model, mesh, missing(history));
+    let of_free = share * of_mesh;
+    if is_forced && of_free <= asked {
+        return Next::End(Verdict::Forced);
+    }
     // An error that does not count what is not known of singular points is no measure of progress.
     let before = best.filter(|before| !has_unknown_points(&before.history)).and_then(|before| before.error);
     // At the end of a step that rounding does not tell from a singular state, displacements are what rounding makes them, on any mesh.
-    let may_stall = error < ASYMPTOTIC || ends_within_rounding(history);
+    let may_stall = error < ASYMPTOTIC || ends_within_rounding(history) || is_forced;
     let stalled = may_stall && before.is_some_and(|before| error > 0.5 * before);
     // Errors of elements that are longer than a layer fall as they like.
     let fine = grading.longest <= 1.0;
     if stalled && fine && best.is_some_and(|before| is_finer_everywhere(model, mesh, &before.mesh)) {
-        return Next::End(Verdict::Stalled);
+        return Next::End(if is_forced { Verdict::Forced } else { Verdict::Stalled });
     }
     let factors = match stalled {
         // Finer members here and there were of no use.
         true => vec![2; mesh.refinement.len()],
-        false => member_factors(mesh, mesh.lowest_order(model), &missing(history), of_mesh / asked),
+        false => member_factors(mesh, mesh.lowest_order(model), &missing, of_free / asked),
     };
     let finer = mesh.refined(model, &factors);
     if finer == *mesh {

@@ -71,6 +71,16 @@ pub(crate) fn missing(history: &History) -> Vec<f64> {
     })
 }
 
+/// What members lack that have elements which the file leaves to choose, nothing of the others, and which part of all it is.
+pub(crate) fn missing_where_free(model: &Model, mesh: &Mesh, missing: Vec<f64>) -> (Vec<f64>, f64) {
+    let total: f64 = missing.iter().sum();
+    let free = |member: usize| (0..mesh.refinement[member].len()).any(|index| mesh.is_free_at(model, member, index));
+    let of_free: Vec<f64> =
+        missing.iter().enumerate().map(|(member, lacks)| if free(member) { *lacks } else { 0.0 }).collect();
+    let share = of_free.iter().sum::<f64>() / total;
+    if share.is_finite() { (of_free, share) } else { (missing, 1.0) }
+}
+
 /// Factors for the elements of all members that reduce an error which is too large by `excess`.
 ///
 /// The error is taken to go with the energy that the elements lack: member i, refined by f, keeps f^-2p of its part.
