@@ -438,3 +438,22 @@ def test_picks_of_a_network_with_a_muscle_file_can_be_solved(tmp_path: Path, mon
     outcome = pennate.optimize("study.toml", "out", draw=False)
     monkeypatch.chdir(tmp_path.parent)
     assert pennate.load(tmp_path / "out" / "pick_1.toml").solve()["stroke"] == pytest.approx(outcome.best[0].wanted[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("scale", ["1", "1e9", "-1e-9"])
+def test_the_scale_of_an_objective_changes_nothing_of_a_search(folder: Path, scale: str) -> None:
+    pytest.importorskip("cma")
+    objective = f'[objectives]\nfar = {{ minimize = "= {scale} * ((L - 60)^2 / 1e4 + (d - 1)^2 + 1)" }}\n'
+    objective = objective.replace("minimize", "maximize") if scale.startswith("-") else objective
+    limits = '[constraints]\nlong = { value = "= L", least = 80 }\n[search]\ngenerations = 60\n'
+    outcome = pennate.optimize(study(folder, VARIABLES + objective + limits), folder / "out", draw=False)
+    # A design that violates the limit is never taken for a better one.
+    assert outcome.best[0].x == pytest.approx((80, 1), abs=0.1)
+
+
+def test_designs_are_ranked_by_feasibility_before_cost() -> None:
+    from pennate._optimize._search import ranks
+
+    value = np.array([5e12, 3.0, np.inf, 1.0, 3.0, -7.0])
+    violation = np.array([0.0, 0.0, np.inf, 2.0, 0.0, 0.5])
+    assert ranks(value, violation).tolist() == [1, 0, 4, 3, 0, 2]

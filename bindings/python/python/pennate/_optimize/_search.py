@@ -16,10 +16,6 @@ from ._table import Design
 Listener = Callable[[dict[str, float], Sequence[Design]], object]
 """Hears of every batch: a line of progress, and the best designs so far."""
 
-# Objective of a design that violates a constraint, in a method that knows no constraints: worse than what is feasible.
-INFEASIBLE = 1e6
-
-
 def note(evaluator: Evaluator, listener: Listener, designs: Sequence[Design], /, **values: float) -> None:
     """One line of progress."""
     counts = {"batch": evaluator.batch, "solved": evaluator.asked, "failed": evaluator.failures.total()}
@@ -73,6 +69,17 @@ def _held(study: Study, population: Population) -> float:
     return dominated(study, cost[undominated(cost)] if len(cost) else cost)
 
 
+def ranks(value: Values, violation: Values) -> Values:
+    """(n,), places in the order of merit: designs that meet all constraints by their value, then the others by their violation.
+
+    Equal designs have equal places.
+    """
+    bad = (violation > 0.0) | ~np.isfinite(value)
+    order = np.column_stack([bad, np.where(bad, violation, value)])
+    places: Values = np.unique(order, axis=0, return_inverse=True)[1].reshape(-1).astype(np.float64)
+    return places
+
+
 def cma_es(evaluator: Evaluator, listener: Listener) -> None:
     """One objective, or the error of targets: CMA-ES of cma from the starting design."""
     import cma
@@ -93,10 +100,10 @@ def cma_es(evaluator: Evaluator, listener: Listener) -> None:
         designs = evaluator(np.array(asked))
         value = error(study, designs) if study.targets else costs(study, designs)[:, 0]
         violation = np.array([design.violation for design in designs])
-        bad = (violation > 0.0) | ~np.isfinite(value)
-        search.tell(asked, np.where(bad, INFEASIBLE * (1.0 + violation), value).tolist())
+        # The method knows no constraints, but of values it takes nothing except their order.
+        search.tell(asked, ranks(value, violation).tolist())
         best = front(study, best + evaluator.table.batches.get(evaluator.batch - 1, []))
-        least = min([least, *value[~bad].tolist()])
+        least = min([least, *value[(violation <= 0.0) & np.isfinite(value)].tolist()])
         note(evaluator, listener, best, best=least)
         if least <= study.stop.get("error", -np.inf):
             break
