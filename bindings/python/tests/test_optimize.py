@@ -457,3 +457,14 @@ def test_designs_are_ranked_by_feasibility_before_cost() -> None:
     value = np.array([5e12, 3.0, np.inf, 1.0, 3.0, -7.0])
     violation = np.array([0.0, 0.0, np.inf, 2.0, 0.0, 0.5])
     assert ranks(value, violation).tolist() == [1, 0, 4, 3, 0, 2]
+
+
+@pytest.mark.parametrize("value", ["= drop / 0", "= -drop / 0", "= 0 * drop / 0", "= drop * 1e308 * 1e308"])
+def test_a_constraint_without_a_value_is_violated_and_the_search_goes_on(folder: Path, value: str) -> None:
+    pytest.importorskip("pymoo")
+    text = FRONT.replace("[objectives]", f'ratio = {{ value = "{value}", most = 5 }}\n[objectives]')
+    first = pennate.optimize(study(folder, text), folder / "out", draw=False)
+    assert first.solved > 0 and not first.best and {design.violation for design in first.designs} == {np.inf}
+    again = pennate.optimize(study(folder, text), folder / "out", draw=False)
+    assert again.solved == 0
+    assert repr(again.designs) == repr(first.designs)

@@ -69,8 +69,9 @@ class Evaluator:
             if each.before == before:
                 value = self.value(each.value, x, probes)
                 off = self.spread(each.value, x, probes, rates) if rates is not None and probes is not None else 0.0
-                beyond = np.maximum(np.maximum(each.least - value + off, value + off - each.most), 0.0) / each.scale
-                total += np.where(np.isnan(beyond), UNSOLVED, beyond)
+                with np.errstate(all="ignore"):
+                    beyond = np.maximum(np.maximum(each.least - value + off, value + off - each.most), 0.0) / each.scale
+                    total += np.where(np.isfinite(beyond) & np.isfinite(value), beyond, UNSOLVED)
         return total
 
     def value(self, expression: Expression, x: Values, probes: Values | None) -> Values:

@@ -17,8 +17,8 @@ from .._core import __version__
 from ._reader import StudyError
 from ._study import Study
 
-# Designs that were not solved: worse than any violation of a constraint.
-UNSOLVED = 1e9
+# Violation of what has no value: worse than any that has one. Its cell is empty.
+UNSOLVED = math.inf
 # Seconds after which what was written is brought to the disk itself: a machine that loses its power loses no more.
 SAFE = 1.0
 # Files of a search beside the table of designs.
@@ -173,7 +173,9 @@ class Table:
         variables, probes, wanted, spread, slopes = self.widths
         x, status, stable = values(variables), next(places), {"true": True, "false": False}.get(next(places))
         found = (values(probes), values(wanted), values(spread))
-        violation, reason = float(next(places)), next(places)
+        violation, reason = float(next(places) or UNSOLVED), next(places)
+        if math.isnan(violation):
+            raise ValueError
         rates = values(slopes)
         return Design(number, batch, x, status, stable, *found, violation, reason, rates if not all(map(math.isnan, rates)) else ())
 
