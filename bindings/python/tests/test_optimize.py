@@ -468,3 +468,16 @@ def test_a_constraint_without_a_value_is_violated_and_the_search_goes_on(folder:
     again = pennate.optimize(study(folder, text), folder / "out", draw=False)
     assert again.solved == 0
     assert repr(again.designs) == repr(first.designs)
+
+
+def test_a_shorter_search_in_the_directory_of_a_longer_one_writes_what_it_writes_alone(folder: Path) -> None:
+    pytest.importorskip("cma")
+    text = VARIABLES + '[targets]\ndrop = { value = "= drop", is = 5 }\n[search]\nmethod = "cma-es"\ngenerations = 30\n'
+    pennate.optimize(study(folder, text), folder / "out", draw=False)
+    longer = (folder / "out" / "designs.csv").read_bytes()
+    path = study(folder, text.replace("generations = 30", "generations = 2"))
+    after = pennate.optimize(path, folder / "out", draw=False)
+    alone = pennate.optimize(path, folder / "alone", draw=False)
+    for name in ("best.csv", "progress.csv", "picks.json", "pick_1.toml"):
+        assert (folder / "out" / name).read_bytes() == (folder / "alone" / name).read_bytes()
+    assert (folder / "out" / "designs.csv").read_bytes() == longer and len(after.designs) == len(alone.designs)

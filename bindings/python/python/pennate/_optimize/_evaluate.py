@@ -57,6 +57,11 @@ class Evaluator:
         self.end = time.monotonic() + 60.0 * study.stop.get("minutes", math.inf)
         self.progress: list[dict[str, float]] = []
 
+    @property
+    def designs(self) -> list[Design]:
+        """Those that were asked for, in order: what stands behind them in the table belongs to a longer search."""
+        return [design for design in self.table.order if design.batch < self.batch]
+
     def values(self, scaled: Values) -> Values:
         """Designs in their units."""
         found: Values = self.low + np.clip(scaled, 0.0, 1.0) * self.span

@@ -34,7 +34,7 @@ class Picture:
             return
         _picture.load()
         begin = time.monotonic()
-        designs = self.evaluator.table.order
+        designs = self.evaluator.designs
         _picture.draw(self.study, self.path, designs, best, picks, self.evaluator.progress)
         end = time.monotonic()
         self.next = end + APART * (end - begin)

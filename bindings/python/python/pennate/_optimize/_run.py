@@ -33,7 +33,7 @@ class Outcome:
 
     study: Study
     designs: list[Design]
-    """All that were solved, in order."""
+    """All that this search asked for and that were solved, in order."""
     best: list[Design]
     """The front of several objectives, by the first of them; else the best design alone; empty where none is feasible."""
     solved: int
@@ -96,10 +96,11 @@ def optimize(
     try:
         METHODS[found.method](evaluator, listen)
     finally:
-        # Also where it was interrupted. Rows of a later batch are those of a longer search.
-        best = front(found, [design for design in table.order if design.batch < evaluator.batch])
-        outcome = Outcome(found, table.order, best, evaluator.solved, evaluator.progress, directory)
-        picture(best, _write.picks(found, outcome.designs, best), at_once=True)
+        # Also where it was interrupted.
+        designs = evaluator.designs
+        best = front(found, designs)
+        outcome = Outcome(found, designs, best, evaluator.solved, evaluator.progress, directory)
+        picture(best, _write.picks(found, designs, best), at_once=True)
         _write.write(outcome)
     return outcome
 
