@@ -481,3 +481,33 @@ def test_a_shorter_search_in_the_directory_of_a_longer_one_writes_what_it_writes
     for name in ("best.csv", "progress.csv", "picks.json", "pick_1.toml"):
         assert (folder / "out" / name).read_bytes() == (folder / "alone" / name).read_bytes()
     assert (folder / "out" / "designs.csv").read_bytes() == longer and len(after.designs) == len(alone.designs)
+
+
+@pytest.mark.parametrize(("text", "budgets"), [(FRONT, (12, 13, 30)), (TARGET, (6, 7, 9))], ids=["front", "targets"])
+def test_no_more_designs_are_solved_than_the_budget_has(folder: Path, text: str, budgets: tuple[int, ...]) -> None:
+    pytest.importorskip("pymoo")
+    path = study(folder, text.replace("stop = { error = 1e-3 }", "stop = { error = 1e-9 }"))
+    pennate.optimize(path, folder / "whole", draw=False)
+    whole = (folder / "whole" / "designs.csv").read_bytes()
+    for budget in budgets:
+        outcome = pennate.optimize(path, folder / "out", budget=budget, draw=False)
+        assert 0 < len(outcome.designs) <= budget
+        assert whole.startswith((folder / "out" / "designs.csv").read_bytes())
+    pennate.optimize(path, folder / "out", draw=False)
+    assert (folder / "out" / "designs.csv").read_bytes() == whole
+
+
+def test_a_budget_below_the_first_batch_is_refused(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    with pytest.raises(pennate.StudyError, match="the budget of 11 is less than the first batch of 12 designs"):
+        pennate.optimize(study(folder, FRONT), folder / "out", budget=11, draw=False)
+    for budget in (0, float("nan")):
+        with pytest.raises(ValueError, match="budget"):
+            pennate.optimize(study(folder, FRONT), folder / "other", budget=budget, draw=False)
+
+
+@pytest.mark.parametrize("stop", ["error = 1e9", "evaluations = 1", "minutes = 1e-9"])
+def test_least_squares_may_end_with_the_designs_that_are_solved_first(folder: Path, stop: str) -> None:
+    pytest.importorskip("scipy")
+    outcome = pennate.optimize(study(folder, TARGET.replace("error = 1e-3", stop)), folder / "out", draw=False)
+    assert len(outcome.designs) == 6 and len(outcome.best) == 1

@@ -26,7 +26,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="give a parameter another value")
     parser.add_argument("--seed", type=_whole(0), metavar="N", help="in place of that of the study")
     parser.add_argument("--threads", type=_whole(1, 1000), metavar="N", help="the files are the same with any number")
-    parser.add_argument("--budget", type=_whole(1), default=float("inf"), metavar="N", help="designs to solve at most")
+    parser.add_argument("--budget", type=_whole(1), default=float("inf"), metavar="N", help="designs to solve at most, in whole batches")
     parser.add_argument("--first", metavar="FILE", help="designs to begin with: a table such as the front.csv of another study")
     parser.add_argument("--live", action="store_true", help="tell of every batch; front.svg or progress.svg is redrawn in any case")
     parser.add_argument("--json", action="store_true", help="print what was found as JSON")

@@ -11,12 +11,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from ._expression import Expression
+from ._reader import StudyError
 from ._solve import Answers, Solver
 from ._study import Study, Values, in_file
 from ._table import UNSOLVED, Design, Table
 
 # Part of a range by which expressions of known values are differenced: half of the digits of a double.
 NEAR = 1e-6
+
+
+class Spent(Exception):
+    """The next batch would go beyond the budget: the search ends before it."""
 
 
 class Evaluator:
@@ -115,17 +120,22 @@ class Evaluator:
         """Designs of a batch in the order asked for.
 
         Those that violate what needs no solution are not solved, unless `anyway`; with `slopes` they have derivatives.
+
+        Raises:
+            Spent: There are more of them than the budget has left. None is solved: a batch keeps its company.
+            StudyError: The same, before anything was solved.
         """
         x = self.values(np.atleast_2d(scaled))
         before = self.violation(x, before=True)
         rows = [tuple(row) for row in x.tolist()]
-        batch, self.batch = self.batch, self.batch + 1
         wanted: dict[tuple[float, ...], int] = {}
         for index, row in enumerate(rows):
             if (anyway or before[index] == 0.0) and row not in wanted:
                 stored = self.table.known.get(row)
                 if stored is None or slopes and not stored.slopes:
                     wanted[row] = index
+        self._afford(len(wanted))
+        batch, self.batch = self.batch, self.batch + 1
         if [design.x for design in self.table.batches.get(batch, [])] != list(wanted):
             if self.table.order and self.table.order[-1].batch >= batch:
                 self.table.drop_from(batch)
@@ -142,6 +152,15 @@ class Evaluator:
             or Design(0, batch, row, "geometry", None, (), nothing, (), 1.0 + float(before[index]), "violates a constraint")
             for index, row in enumerate(rows)
         ]
+
+    def _afford(self, count: int) -> None:
+        """Refuses a batch that goes beyond the budget."""
+        if self.asked + count <= self.budget:
+            return
+        if self.asked:
+            raise Spent
+        what = f"error: the budget of {self.budget:g} is less than the first batch of {count} designs"
+        raise StudyError(f"{what}\nhelp: allow {count} or more, or write a smaller population or screen in the study")
 
     def _solve(self, batch: int, x: Values, before: Values, slopes: bool) -> list[Design]:
         beside = [np.full(len(x), self.parameters[name]) for name in self.beside]

@@ -38,7 +38,7 @@ GAIN, PATIENCE = 0.05, 4
 
 
 class Reached(Exception):
-    """The error asked for, or the number of designs, is reached."""
+    """The error asked for, or the number of designs or minutes, is reached."""
 
 
 class Point(NamedTuple):
@@ -69,8 +69,8 @@ def least_squares(evaluator: Evaluator, listener: Listener) -> None:
     screened = evaluator(starts)
     errors = error(study, screened)
     search = _Search(evaluator, listener, front(study, screened))
-    search.note()
     try:
+        search.note()
         for k in np.argsort(errors, kind="stable")[: study.starts]:
             if np.isfinite(errors[k]):
                 search.follow(starts[k])

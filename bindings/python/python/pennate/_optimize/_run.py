@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import dataclasses
 import os
 import tempfile
@@ -13,7 +14,7 @@ import numpy as np
 
 from .. import _arguments
 from . import _least, _search, _write
-from ._evaluate import Evaluator
+from ._evaluate import Evaluator, Spent
 from ._front import front
 from ._progress import Picture
 from ._read import read
@@ -67,7 +68,7 @@ def optimize(
         threads: One for each core by default, or one for each worker of an executor; the files are the same with any number.
         executor: Solves the designs elsewhere: any `concurrent.futures.Executor`, of processes, dask or MPI. The files are
             the same.
-        budget: Designs to solve at most, those of earlier runs among them.
+        budget: Designs to solve at most, those of earlier runs among them: a batch that would go beyond is not begun.
         progress: Called after each batch.
         draw: Keep a picture current, where matplotlib is there.
 
@@ -81,6 +82,8 @@ def optimize(
     if threads is not None:
         _arguments.count(threads, "threads")
     budget = _arguments.real(budget, "budget", "a number of designs")
+    if not budget >= 1:
+        raise ValueError(f"budget: a number of designs, one or more, expected, not {budget:g}")
     _arguments.listener(progress)
     found = study if isinstance(study, Study) else read(study, settings, seed, first)
     directory = Path(output)
@@ -94,7 +97,8 @@ def optimize(
             progress(entry)
 
     try:
-        METHODS[found.method](evaluator, listen)
+        with contextlib.suppress(Spent):
+            METHODS[found.method](evaluator, listen)
     finally:
         # Also where it was interrupted.
         designs = evaluator.designs
