@@ -511,3 +511,50 @@ def test_least_squares_may_end_with_the_designs_that_are_solved_first(folder: Pa
     pytest.importorskip("scipy")
     outcome = pennate.optimize(study(folder, TARGET.replace("error = 1e-3", stop)), folder / "out", draw=False)
     assert len(outcome.designs) == 6 and len(outcome.best) == 1
+
+
+def test_two_searches_in_one_directory_are_kept_apart(folder: Path) -> None:
+    pytest.importorskip("pymoo")
+    path = study(folder, FRONT)
+    seen: list[str] = []
+
+    def another(entry: dict[str, float]) -> None:
+        with pytest.raises(pennate.StudyError) as raised:
+            pennate.optimize(path, folder / "out", draw=False)
+        seen.append(str(raised.value))
+        command = [sys.executable, "-m", "pennate", "optimize", str(path), "-o", str(folder / "out")]
+        if len(seen) == 1:
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            assert done.returncode == 2 and "another search is at work" in done.stderr and str(os.getpid()) in done.stderr
+
+    outcome = pennate.optimize(path, folder / "out", draw=False, progress=another)
+    assert len(seen) == 4 and f"process {os.getpid()}" in seen[0]
+    rows = (folder / "out" / "designs.csv").read_text().splitlines()[1:]
+    assert len(rows) == len(outcome.designs) == len(set(rows))
+    assert pennate.optimize(path, folder / "out", draw=False).solved == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="workers are forked")
+def test_a_search_that_died_keeps_nobody_out_by_its_workers(tmp_path: Path) -> None:
+    code = """
+import os, pathlib, sys, time
+from pennate._optimize._lock import alone
+with alone(pathlib.Path(sys.argv[1])):
+    if os.fork() == 0:
+        print("forked", flush=True)
+        time.sleep(60)
+    else:
+        time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, start_new_session=True) as search:
+        assert search.stdout is not None
+        search.stdout.readline()
+        from pennate._optimize._lock import alone
+
+        with pytest.raises(pennate.StudyError, match="another search"), alone(tmp_path):
+            pass
+        search.kill()
+        search.wait()
+        with alone(tmp_path):
+            pass
+        os.killpg(search.pid, signal.SIGKILL)

@@ -16,10 +16,11 @@ from .. import _arguments
 from . import _least, _search, _write
 from ._evaluate import Evaluator, Spent
 from ._front import front
+from ._lock import alone
 from ._progress import Picture
 from ._read import read
 from ._study import Study, Values
-from ._table import Design, Table
+from ._table import Design, Table, check_owner
 
 METHODS: dict[str, Callable[[Evaluator, _search.Listener], None]] = {
     "nsga2": _search.nsga2,
@@ -73,7 +74,7 @@ def optimize(
         draw: Keep a picture current, where matplotlib is there.
 
     Raises:
-        StudyError: The study is wrong, or the directory belongs to another one.
+        StudyError: The study is wrong, the directory belongs to another one, or another search is at work there.
         NetworkError: The network is wrong.
         KeyboardInterrupt: Ctrl-C; whole batches are kept, and written as if the search had ended there.
     """
@@ -87,9 +88,17 @@ def optimize(
     _arguments.listener(progress)
     found = study if isinstance(study, Study) else read(study, settings, seed, first)
     directory = Path(output)
-    table = Table(found, directory)
-    evaluator = Evaluator(found, table, threads, budget, executor)
-    picture = Picture(found, directory, evaluator, draw)
+    check_owner(directory)
+    with alone(directory):
+        evaluator = Evaluator(found, Table(found, directory), threads, budget, executor)
+        return _searched(evaluator, directory, Picture(found, directory, evaluator, draw), progress)
+
+
+def _searched(
+    evaluator: Evaluator, directory: Path, picture: Picture, progress: Callable[[dict[str, float]], object] | None
+) -> Outcome:
+    """Runs the search of an evaluator, and writes what it found."""
+    found = evaluator.study
 
     def listen(entry: dict[str, float], best: Sequence[Design]) -> None:
         picture(best)

@@ -21,8 +21,10 @@ from ._study import Study
 UNSOLVED = math.inf
 # Seconds after which what was written is brought to the disk itself: a machine that loses its power loses no more.
 SAFE = 1.0
-# Files of a search beside the table of designs.
-WRITTEN = ("study.json", "front.csv", "best.csv", "progress.csv", "picks.json", "pick_1.toml", "front.svg", "progress.svg")
+# The table of designs, what it belongs to, and the files of a search beside them.
+TABLE = "designs.csv"
+KEY = "study.json"
+WRITTEN = (KEY, "front.csv", "best.csv", "progress.csv", "picks.json", "pick_1.toml", "front.svg", "progress.svg")
 VERDICTS: dict[bool | None, str] = {True: "true", False: "false", None: ""}
 
 
@@ -58,11 +60,30 @@ def digits(value: float) -> str:
     return repr(value) if math.isfinite(value) else ""
 
 
+def check_owner(directory: Path) -> None:
+    """Refuses a directory with files of somebody else that a search would write over."""
+    if (directory / TABLE).exists() or _earlier(directory) is not None:
+        return
+    for name in WRITTEN:
+        if (directory / name).exists():
+            help = "give another directory with -o: a search would write over it"
+            raise StudyError(f"error: {directory / name} is no file of a search\nhelp: {help}")
+
+
+def _earlier(directory: Path) -> dict[str, str] | None:
+    """What a directory belongs to; nothing where it is not one of a search."""
+    try:
+        sources = json.loads((directory / KEY).read_text(encoding="utf-8"))["sources"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return sources if isinstance(sources, dict) else None
+
+
 class Table:
     """The designs of a study, in memory and in a file that grows by whole batches."""
 
     def __init__(self, study: Study, directory: Path) -> None:
-        self.path = directory / "designs.csv"
+        self.path = directory / TABLE
         self.study = study
         self.known: dict[tuple[float, ...], Design] = {}
         """Designs of the batches that were asked for so far: what comes later in the file is not known yet."""
@@ -76,7 +97,7 @@ class Table:
         found = [*study.probes, *names, *spread, "violation", "reason", *slopes]
         self.head = ["number", "batch", *variables, "status", "stable", *found]
         self.widths = (len(variables), len(study.probes), len(names), len(spread), len(slopes))
-        self.key = directory / "study.json"
+        self.key = directory / KEY
         self.synced = 0.0
         directory.mkdir(parents=True, exist_ok=True)
         self._open()
@@ -109,12 +130,8 @@ class Table:
         return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sources.items()}
 
     def _open(self) -> None:
-        facts, earlier = self.facts(), self._earlier()
+        facts, earlier = self.facts(), _earlier(self.path.parent)
         if not self.path.exists():
-            foreign = [name for name in WRITTEN if earlier is None and (self.path.parent / name).exists()]
-            if foreign:
-                help = "give another directory with -o: a search would write over it"
-                raise StudyError(f"error: {self.path.parent / foreign[0]} is no file of a search\nhelp: {help}")
             self._write_head(facts)
             return
         if earlier != facts:
@@ -125,14 +142,6 @@ class Table:
             help = "give another directory with -o, or remove the one that may go"
             raise StudyError(f"error: {self.path} {what}\nhelp: {help}")
         self._read()
-
-    def _earlier(self) -> dict[str, str] | None:
-        """What the directory belongs to; nothing where it is not one of a search."""
-        try:
-            sources = json.loads(self.key.read_text(encoding="utf-8"))["sources"]
-        except (OSError, ValueError, KeyError, TypeError):
-            return None
-        return sources if isinstance(sources, dict) else None
 
     def _write_head(self, facts: dict[str, str]) -> None:
         # The key comes first, and each file appears whole: a table without its key would belong to nobody.
