@@ -388,14 +388,12 @@ def test_the_command_says_why_there_is_nothing_to_show(
 
 def muscle_study(folder: Path) -> Path:
     """A study of the dyad with a muscle that stands in a file of its own."""
-    muscle = "\n".join(
-        [
-            "diameter = 13",
-            "wall = 2.0",
-            'pressure_unit = "psi"',
-            "table = [{ pressure = 15, E = 3.66, alpha = -8.526e-3, R1 = 6.95, R2 = 8.35 }]",
-        ]
-    )
+    muscle = """
+diameter = 13
+wall = 2.0
+pressure_unit = "psi"
+table = [{ pressure = 15, E = 3.66, alpha = -8.526e-3, R1 = 6.95, R2 = 8.35 }]
+"""
     (folder / "muscles").mkdir()
     (folder / "muscles" / "own.toml").write_text(muscle)
     network = """

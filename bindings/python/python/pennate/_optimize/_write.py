@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import MutableMapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,7 +80,7 @@ def _anywhere(network: Network) -> str:
     document = tomlkit.parse(toml_of(network))
     directory = network._read.parts()[2]
     for muscle in document.get("muscles", {}).values():
-        if isinstance(muscle, Mapping) and "file" in muscle:
+        if isinstance(muscle, MutableMapping) and "file" in muscle:
             muscle["file"] = os.path.abspath(os.path.join(directory, muscle["file"]))
     return tomlkit.dumps(document)
 
