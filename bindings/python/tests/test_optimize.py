@@ -317,6 +317,22 @@ def test_a_search_begins_with_the_designs_of_a_table(folder: Path) -> None:
         pennate.optimize(study(folder, FRONT), folder / "other", first=folder / "first.csv")
 
 
+@pytest.mark.parametrize(
+    ("cell", "message"),
+    [
+        ("nan", "row 2 of .*first.csv has nan for 'L', which goes from 50 to 200"),
+        ("-inf", "row 2 of .*first.csv has -inf for 'L', which goes from 50 to 200"),
+        ("200.1", "row 2 of .*first.csv has 200.1 for 'L', which goes from 50 to 200"),
+        ("", "no table of designs"),
+    ],
+)
+def test_designs_beyond_the_ranges_are_none_to_begin_with(folder: Path, cell: str, message: str) -> None:
+    (folder / "first.csv").write_text(f"L,d\n200.0000000000001,1\n{cell},1.5\n")
+    with pytest.raises(pennate.StudyError, match=message) as raised:
+        pennate.optimize(study(folder, FRONT.replace("[search]", '[search]\nfirst = "first.csv"')), folder / "out")
+    assert [finding.line for finding in raised.value.errors] == [15]
+
+
 def test_parameters_that_the_network_makes_of_others_follow_them(folder: Path) -> None:
     pytest.importorskip("pymoo")
     text = NETWORK.replace("F = 1 }", 'F = 1, area = "= pi * d^2 / 4", weight = "= area * L" }')

@@ -19,6 +19,8 @@ from ._reader import Reader, StudyError
 from ._study import Constraint, Named, Objective, Pick, Study, Target, Values, Variable, in_file
 
 FORMAT = "pennate-study/1"
+# Part of a range that values of a table may be beyond it.
+ROUNDED = 1e-12
 METHODS = ("nsga2", "cma-es", "least-squares")
 
 
@@ -141,7 +143,7 @@ def _checked(
         derived=derived,
         tolerances=tolerances,
         reference=_reference(reader, search, objectives),
-        first=_first(reader, search, [each.name for each in variables], first),
+        first=_first(reader, search, variables, first),
     )
     reader.check()
     return study
@@ -407,9 +409,11 @@ def _reference(reader: Reader, search: dict[str, Any], objectives: list[Objectiv
     return tuple(values) if len(values) > 1 else ()
 
 
-def _first(reader: Reader, search: dict[str, Any], names: list[str], given: str | os.PathLike[str] | None) -> Values:
-    """Designs of a table with a column for every variable."""
-    written = search.get("first")
+def _first(
+    reader: Reader, search: dict[str, Any], variables: list[Variable], given: str | os.PathLike[str] | None
+) -> Values:
+    """Designs of a table with a column for every variable, each within its range."""
+    written, names = search.get("first"), [each.name for each in variables]
     if given is None and written is None:
         return np.zeros((0, len(names)))
     path = Path(given) if given is not None else reader.path.parent / str(written)
@@ -417,10 +421,18 @@ def _first(reader: Reader, search: dict[str, Any], names: list[str], given: str 
     try:
         with path.open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
-        return np.array([[float(row[name]) for name in names] for row in rows]).reshape(len(rows), len(names))
+        designs = np.array([[float(row[name]) for name in names] for row in rows]).reshape(len(rows), len(names))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reader.wrong(f"the designs to begin with cannot be read: {error}", "give the path of a table such as front.csv", *keys)
     except (KeyError, ValueError, TypeError) as error:
         help = f"it needs numbers in the columns {', '.join(names)}"
         reader.wrong(f"{path} is no table of designs of this study: {error}", help, *keys)
+    else:
+        for each, column in zip(variables, designs.T):
+            # A value at the end of a range may have been rounded beyond it.
+            room = ROUNDED * (each.high - each.low)
+            for row in np.flatnonzero(~((column >= each.low - room) & (column <= each.high + room)))[:1]:
+                what = f"row {row + 1} of {path} has {column[row]:g} for '{each.name}', which goes from {each.low:g} to {each.high:g}"
+                reader.wrong(what, "take it out of the table, or let the range hold it", *keys)
+        return designs
     return np.zeros((0, len(names)))
