@@ -10,12 +10,14 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from .._errors import Error
+from ._check import Checked, accuracy, ends, off
 from ._limits import CHANCES, unmet, unmet_by_chance
 from ._picture import can_draw
 from ._progress import Terminal
 from ._read import read
 from ._run import Outcome, optimize
 from ._table import Design
+from ._write import best_file, holds
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -113,9 +115,32 @@ def words(outcome: Outcome) -> str:
     for design in outcome.best[:1] + outcome.best[1:][-1:]:
         values = [f"{each.name} {value:.6g}" for each, value in zip(outcome.study.wanted, design.wanted)]
         lines.append(f"design {design.number}: " + ", ".join(values))
+    lines += [*checks(outcome), *doubtful(outcome)]
     if outcome.progress and not can_draw():
         lines.append("no picture: matplotlib comes with pip install 'pennate[study]'")
     return "\n".join(lines)
+
+
+def checks(outcome: Outcome) -> list[str]:
+    """What the best designs are on meshes of their own, in a line."""
+    study, checked = outcome.study, [each for each in outcome.checked if each]
+    if not checked:
+        return []
+    count = f"{len(checked)} of the {len(outcome.best)}" if len(checked) < len(outcome.best) else f"the {len(outcome.best)}"
+    which = f"{count} designs of the front" if len(study.objectives) > 1 else "the best design"
+    parts = [f"{number} with the end '{kind}'" for kind, number in ends(checked).most_common()]
+    differences = off(study, outcome.designs, outcome.best, outcome.checked)
+    far = differences[differences > study.accuracy]
+    if len(far):
+        parts.append(f"{len(far)} off by more than {study.accuracy:g} of the largest value, by up to {far.max():.1g}")
+    told = f"{', '.join(parts)} (columns 'checked' of {best_file(study)})" if parts else f"within {study.accuracy:g} of the largest value"
+    return [f"{which}, solved once more at {accuracy(study):g}, each on a mesh of its own: {told}"]
+
+
+def doubtful(outcome: Outcome) -> list[str]:
+    """Picks that do not converge, or are unstable, where they are solved by themselves."""
+    words = [(pick, "unstable" if pick["status"] == "converged" else pick["status"]) for pick in outcome.picks if not holds(pick)]
+    return [f"{pick['network']} ends with '{word}' where it is solved by itself" for pick, word in words]
 
 
 def summary(outcome: Outcome) -> dict[str, object]:
@@ -126,13 +151,19 @@ def summary(outcome: Outcome) -> dict[str, object]:
         found = {"variables": dict(zip(names[0], design.x)), "wanted": dict(zip(names[1], design.wanted))}
         return {"number": design.number, **found, "stable": design.stable}
 
+    def found_alone(other: Checked | None) -> dict[str, object]:
+        if other is None:
+            return {"checked": None}
+        return {"checked": {"status": other.status, "stable": other.stable, "wanted": dict(zip(names[1], other.wanted))}}
+
     last = outcome.progress[-1] if outcome.progress else {}
     return {
         "designs": len(outcome.designs),
         "solved_now": outcome.solved,
         "without_an_answer": sum(design.status != "solved" for design in outcome.designs),
         **{key: value for key, value in last.items() if key in ("hypervolume", "best") and math.isfinite(value)},
-        "best": [entry(design) for design in outcome.best],
+        "best": [{**entry(design), **found_alone(other)} for design, other in zip(outcome.best, outcome.checked)],
+        "picks": outcome.picks,
     }
 
 

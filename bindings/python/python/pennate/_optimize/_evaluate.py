@@ -48,6 +48,8 @@ class Evaluator:
         self.beside = [name for name, _ in study.tolerances if name not in names]
         self.names = [*names, *self.beside]
         threads = 1 if threads is None and executor is not None else threads
+        self.threads = threads
+        """Of this process; one for each core where it is `None`."""
         probes = list(study.probes) or None
         problem = study.network.problem(self.names, probes, accuracy=study.accuracy, threads=threads)
         self.solver = Solver(problem, executor)

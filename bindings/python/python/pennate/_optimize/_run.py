@@ -9,11 +9,13 @@ import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .. import _arguments
 from . import _least, _search, _write
+from ._check import Checked, check
 from ._evaluate import Evaluator, Spent
 from ._front import front
 from ._lock import alone
@@ -43,6 +45,10 @@ class Outcome:
     progress: list[dict[str, float]]
     """One entry a batch."""
     directory: Path
+    picks: list[dict[str, Any]] = dataclasses.field(default_factory=list)
+    """What `picks.json` holds."""
+    checked: list[Checked | None] = dataclasses.field(default_factory=list)
+    """What each of the best designs is on a mesh of its own; `None` for some where there are very many."""
 
 
 def optimize(
@@ -114,7 +120,10 @@ def _searched(
         best = front(found, designs)
         outcome = Outcome(found, designs, best, evaluator.solved, evaluator.progress, directory)
         picture(best, _write.picks(found, designs, best), at_once=True)
-        _write.write(outcome)
+        # The front stands there before it is checked: that takes its time, and may be interrupted.
+        outcome = dataclasses.replace(outcome, picks=_write.write(outcome))
+        outcome = dataclasses.replace(outcome, checked=check(evaluator, best))
+        _write.write_best(outcome)
     return outcome
 
 

@@ -6,15 +6,15 @@ import csv
 import io
 import json
 import os
-from collections.abc import MutableMapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, MutableMapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._toml import toml_of
 from ._front import costs, ranked
 from ._study import Study
-from ._table import Design, digits
+from ._table import VERDICTS, Design, digits
 
 if TYPE_CHECKING:
     from .._network import Network
@@ -24,15 +24,35 @@ if TYPE_CHECKING:
 ACCURACY = 1e-8
 
 
-def write(outcome: Outcome) -> None:
-    """Writes everything but `designs.csv`, which grew on the way."""
-    study, directory = outcome.study, outcome.directory
+def best_file(study: Study) -> str:
+    """The file of the best designs."""
+    return "front.csv" if len(study.objectives) > 1 else "best.csv"
+
+
+def holds(pick: Mapping[str, Any]) -> bool:
+    """Whether a pick that was solved has an equilibrium that is not unstable."""
+    return pick["status"] == "converged" and False not in pick["stable"]
+
+
+def write_best(outcome: Outcome) -> None:
+    """Writes the front or the best design, and what it is on a mesh of its own."""
+    study = outcome.study
     names = [each.name for each in study.wanted]
     spread = [f"{name}_spread" for name in names] if study.tolerances else []
-    head = ["number", *(each.name for each in study.variables), *study.probes, *names, *spread]
-    rows = [[str(d.number), *map(digits, (*d.x, *d.probes, *d.wanted, *d.spread))] for d in outcome.best]
-    name = "front.csv" if len(study.objectives) > 1 else "best.csv"
-    (directory / name).write_text(_csv([head, *rows]), "utf-8", newline="")
+    columns = ["checked", "checked_stable", *(f"{name}_checked" for name in names)]
+    head = ["number", *(each.name for each in study.variables), *study.probes, *names, *spread, *columns]
+    rows = []
+    for place, design in enumerate(outcome.best):
+        found = outcome.checked[place] if outcome.checked else None
+        other = [found.status, VERDICTS[found.stable], *map(digits, found.wanted)] if found else [""] * len(columns)
+        rows.append([str(design.number), *map(digits, (*design.x, *design.probes, *design.wanted, *design.spread)), *other])
+    (outcome.directory / best_file(study)).write_text(_csv([head, *rows]), "utf-8", newline="")
+
+
+def write(outcome: Outcome) -> list[dict[str, Any]]:
+    """Writes everything but `designs.csv`, which grew on the way; returns what is said of the picks."""
+    study, directory = outcome.study, outcome.directory
+    write_best(outcome)
     if outcome.progress:
         # Kinds of failures that came up, among the columns that all lines have.
         kinds = sorted({key for entry in outcome.progress for key in entry} - set(outcome.progress[0]))
@@ -46,6 +66,7 @@ def write(outcome: Outcome) -> None:
     for k, design in enumerate(picks(study, outcome.designs, outcome.best), 1):
         summary.append(_pick(study, design, k, outcome))
     (directory / "picks.json").write_text(json.dumps(summary, indent=2) + "\n", "utf-8")
+    return summary
 
 
 def _csv(rows: list[list[str]]) -> str:
@@ -85,7 +106,7 @@ def _anywhere(network: Network) -> str:
     return tomlkit.dumps(document)
 
 
-def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[str, object]:
+def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[str, Any]:
     values = {each.name: value for each, value in zip(study.variables, design.x)}
     network = study.network.set(**values)
     name = f"pick_{number}.toml"
@@ -96,6 +117,6 @@ def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[s
         "design": design.number,
         "variables": values,
         "status": solution.status,
-        "stable": solution.stable,
+        "stable": list(solution.stable),
         "wanted": {each.name: value for each, value in zip(study.wanted, design.wanted)},
     }
