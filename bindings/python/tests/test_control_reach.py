@@ -162,6 +162,28 @@ def test_an_arm_that_buckles_leans_to_the_side_of_its_actuator_live_and_in_its_t
     assert arm.tip(bare)[0, 1] < -50 and np.linalg.norm(table.tip(bare) - arm.tip(bare)) < 1e-3
 
 
+@pytest.mark.parametrize("load", [17.0, 22.0, 30.0, 60.0])
+def test_an_arm_leans_to_the_side_of_the_first_actuator_with_any_load(load: float) -> None:
+    bending = np.linspace(0.0, br2.BENDING, 40)
+    bare, least, little = (np.stack([bending, 0 * bending + Pr], axis=1) for Pr in (0.0, 0.01, 0.02))
+    arm = br2.solved(load, both=True)
+    tips = arm.tip(bare)
+    assert tips[:, 1].max() < 0.05 and tips[:, 1].min() < -1.0
+    assert np.abs(tips - arm.tip(least)).max() < 1e-6
+    # It does not come back from the other side where there is a little pressure.
+    assert arm.tip(little)[:, 1].max() < 0.05
+    assert np.abs(arm.tip(little * [1, -1]) * [1, -1, 1] - arm.tip(little)).max() < 1e-3
+
+
+def test_a_table_has_its_further_points_where_the_arm_with_its_load_buckles() -> None:
+    arm, table = br2.solved(25), br2.table(25)
+    rng = np.random.default_rng(3)
+    beside = np.column_stack([rng.uniform(110, 130, 60), rng.uniform(0, 1, 60)])
+    assert np.linalg.norm(table.tip(beside) - arm.tip(beside), axis=1).max() < 0.3
+    bare = np.array([[120.0, 0.0], [124.1, 0.0], [150.0, 0.0]])
+    assert np.linalg.norm(table.tip(bare) - arm.tip(bare), axis=1).max() < 0.3
+
+
 def test_a_table_keeps_a_jump_and_has_further_points() -> None:
     class Jump:
         names = ("a",)

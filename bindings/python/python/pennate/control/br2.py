@@ -30,8 +30,9 @@ LEVELS = (51, 29)
 STRIDES = (1, 2, 4)
 # From this load on, g, the arm buckles near full bending pressure; up to 16 g no state was found unstable.
 BUCKLING = 16.0
-# Further points of tables of such arms, kPa: the tip goes by the root of the distance from the pressure at which they buckle.
-BENDING_POINTS = tuple(np.arange(150.0, 165.0, 0.5).tolist())
+# Further points of tables of such arms, kPa: the tip goes by the root of the distance from the bending pressure at which they
+# buckle, around which the first ones lie.
+BENDING_POINTS = tuple(np.arange(-7.5, 7.5, 0.5).tolist())
 ROTATING_POINTS = (0.1, 0.2, 0.5, 1.0, 2.0, 3.5, 5.0)
 # Given in section 4.4: the greatest changes of a continuous action, kPa, kPa and degrees. 31.2 kPa lies on no grid of psi.
 LARGEST = (31.2, 96.5, 60.0)
@@ -70,8 +71,18 @@ def _tabulated(load: float, both: bool) -> Table:
     extra: tuple[tuple[float, ...], ...] = ((), ())
     if load > BUCKLING:
         signs = (-1, 1) if both else (1,)
-        extra = (BENDING_POINTS, tuple(sign * value for sign in signs for value in ROTATING_POINTS))
+        around = tuple(point for by in BENDING_POINTS if 0.0 < (point := _buckles(load) + by) < BENDING)
+        extra = (around, tuple(sign * value for sign in signs for value in ROTATING_POINTS))
     return Table(_single(load, both), counts, kinks, extra)
+
+
+@lru_cache(maxsize=32)
+def _buckles(load: float) -> float:
+    """The bending pressure at which the arm falls to its side, kPa: where hardly any more of it moves the tip most."""
+    bending = np.arange(0.0, BENDING, 1.0)
+    sideways = _single(load, False).tip(np.stack([bending, 0.0 * bending], axis=1))[:, 1]
+    steepest = int(np.abs(np.diff(sideways)).argmax())
+    return float(bending[steepest] + bending[steepest + 1]) / 2
 
 
 def environment(
