@@ -91,7 +91,9 @@ def test_the_way_ends_where_the_solution_does() -> None:
     assert way["down"] == pytest.approx(found["down"], rel=1e-3)
     assert data_of(page(found))["states"][-1]["label"] == f"push, {fields.number(100 * found.fraction[0])} %"
     # What stops at a place of its path gets there with any increments.
-    lower = network.edit(steps={"push": {"stop": {"increments": None, "node": "C", "displacement": "uy", "at": -12}}}).solve()
+    lower = network.edit(
+        steps={"push": {"stop": {"increments": None, "node": "C", "displacement": "uy", "at": -12}}}
+    ).solve()
     fine = finer.finer(lower, 60, 1e-4)
     assert len(fine.fractions(0)) > len(lower.fractions(0)) and fine["down"] == pytest.approx(-12.0)
 
