@@ -266,11 +266,31 @@ def write_results(folder: pathlib.Path) -> results.Run:
         "units": "mm-N-MPa",
         "dimension": "plane",
         "accuracy": {"reached": None},
+        "pictures": ["dyad_0.vtu", "dyad_1.vtu", "dyad.pvd"],
         "steps": [step],
     }
     (folder / "results.json").write_text(json.dumps(content))
     (folder / "history.csv").write_text("step,fraction,pressure all (psi)\n")
     return results.read(folder)
+
+
+def test_pictures_of_another_run_are_not_taken_for_those_of_the_results(tmp_path: pathlib.Path) -> None:
+    write_results(tmp_path)
+    (tmp_path / "other.pvd").write_text((tmp_path / "dyad.pvd").read_text())
+    assert results.find_pvd(tmp_path) == results.find_pvd(tmp_path / "dyad.pvd") == tmp_path / "dyad.pvd"
+    with pytest.raises(results.PictureError, match="other.pvd is of another run: .*results.json belongs to dyad.pvd"):
+        results.read(tmp_path / "other.pvd")
+    (tmp_path / "dyad_1.vtu").rename(tmp_path / "elsewhere.vtu")
+    with pytest.raises(results.PictureError, match="lists dyad_1.vtu, which is missing"):
+        results.read(tmp_path)
+    content = json.loads((tmp_path / "results.json").read_text())
+    del content["pictures"]
+    (tmp_path / "results.json").write_text(json.dumps(content))
+    with pytest.raises(results.PictureError, match="lists no pictures: the network was solved without them; .*--vtk"):
+        results.read(tmp_path)
+    (tmp_path / "results.json").write_text("{")
+    with pytest.raises(results.PictureError, match="holds no results"):
+        results.read(tmp_path)
 
 
 @pytest.mark.parametrize("theme", [colours.LIGHT, colours.DARK])

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+RESULTS = "results.json"
+WRITES = "'pennate solve FILE -o DIR --vtk' writes results and pictures into DIR"
+
 # Units of length and force in the two unit systems of a network file.
 UNITS = {"mm-N-MPa": ("mm", "N"), "m-N-Pa": ("m", "N")}
 
@@ -102,16 +105,34 @@ class Run:
 
 
 def find_pvd(source: pathlib.Path) -> pathlib.Path:
-    """The `.pvd` file of a folder, or the one that was named."""
-    if source.is_file():
-        return source
-    found = sorted(source.glob("*.pvd"))
-    if len(found) != 1:
-        raise PictureError(
-            f"{source}: one .pvd file expected, {len(found)} found; "
-            "'pennate solve FILE -o DIR --vtk' writes one into DIR"
-        )
-    return found[0]
+    """The `.pvd` file that `results.json` of a folder lists, or the one that was named, if it is that one.
+
+    Others may be of another run: of another network, or of one that was solved with other parameters.
+    """
+    folder = source.parent if source.is_file() else source
+    listed = [str(name) for name in contents(folder).get("pictures", []) if str(name).endswith(".pvd")]
+    if not listed:
+        raise PictureError(f"{folder / RESULTS} lists no pictures: the network was solved without them; {WRITES}")
+    pvd = folder / listed[0]
+    if source.is_file() and source.name != pvd.name:
+        raise PictureError(f"{source} is of another run: {folder / RESULTS} belongs to {pvd.name}")
+    if not pvd.is_file():
+        raise PictureError(f"{pvd} is missing, though {folder / RESULTS} lists it; {WRITES}")
+    return pvd
+
+
+def contents(folder: pathlib.Path) -> dict[str, Any]:
+    """What `results.json` of a folder holds."""
+    place = folder / RESULTS
+    if not place.is_file():
+        raise PictureError(f"{place} is missing; {WRITES}")
+    try:
+        found = json.loads(place.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise PictureError(f"{place} holds no results: {error}") from None
+    if not (isinstance(found, dict) and found.get("steps")):
+        raise PictureError(f"{place} holds no results of 'pennate solve'")
+    return found
 
 
 def list_files(pvd: pathlib.Path) -> list[pathlib.Path]:
@@ -122,18 +143,18 @@ def list_files(pvd: pathlib.Path) -> list[pathlib.Path]:
     times = list(reader.time_values)
     if any(later <= sooner for sooner, later in zip(times, times[1:])):
         raise PictureError(f"{pvd}: times do not increase: {times}")
-    return [pvd.parent / data.path for data in reader.datasets]
+    files = [pvd.parent / data.path for data in reader.datasets]
+    missing = [file.name for file in files if not file.is_file()]
+    if missing:
+        raise PictureError(f"{pvd} lists {missing[0]}, which is missing; {WRITES}")
+    return files
 
 
 def read(source: pathlib.Path) -> Run:
     """Reads a folder of results, or the folder that a `.pvd` file lies in."""
     pvd = find_pvd(source)
-    place = pvd.parent / "results.json"
-    if not place.is_file():
-        raise PictureError(f"{place} is missing: 'pennate solve FILE -o DIR --vtk' writes it beside the .pvd file")
-    results = json.loads(place.read_text(encoding="utf-8"))
     states = tuple(state_of(file) for file in list_files(pvd))
-    return run_of(results, states, pressure_unit(heads_of(pvd.parent / "history.csv")))
+    return run_of(contents(pvd.parent), states, pressure_unit(heads_of(pvd.parent / "history.csv")))
 
 
 def of(solution: Solution) -> Run:
