@@ -128,6 +128,7 @@ fn history() -> History {
             kind: CriticalKind::LimitPoint,
             fraction: 0.76,
             in_prestress: false,
+            increments_before: 2,
             error: None,
             located: None,
             node: 1,

@@ -311,6 +311,8 @@ pub struct CriticalPoint {
     pub fraction: f64,
     /// Whether it lies on the way to the first step, and the fraction is a part of the prestress.
     pub in_prestress: bool,
+    /// Increments of the step that come before it on the path: fractions alone do not tell where a path turns back or jumps.
+    pub increments_before: usize,
     /// Estimated discretization error of the fraction.
     pub error: Option<f64>,
     /// How well the fraction is located on its mesh: how far apart two locations of it are, or where it was not located the

@@ -53,12 +53,16 @@ pub fn write(solution: &Solution, directory: &Path, name: &str, written: &mut Ve
     Ok(())
 }
 
-/// The increment at a point: the path keeps its state there, if it could locate it. States in the prestress are at the beginning of the
-/// ramp.
+/// The increment at a point, the one before it on the path or the one after it: the path keeps its state there, if it could locate it.
+/// States in the prestress are at the beginning of the ramp.
 fn nearest<'a>(step: &'a StepHistory, point: &CriticalPoint) -> Option<&'a Increment> {
-    let fraction = if point.in_prestress { 0.0 } else { point.fraction };
-    let far = |increment: &Increment| (increment.fraction - fraction).abs();
-    step.increments.iter().min_by(|a, b| far(a).total_cmp(&far(b)))
+    if point.in_prestress {
+        return step.increments.first();
+    }
+    let far = |increment: &&Increment| (increment.fraction - point.fraction).abs();
+    let end = (point.increments_before + 1).min(step.increments.len());
+    let beside = &step.increments[end.saturating_sub(2)..end];
+    beside.iter().min_by(|a, b| far(a).total_cmp(&far(b)))
 }
 
 fn picture_scale(model: &Model, point: &CriticalPoint, members: &[Vec<[f64; 6]>]) -> f64 {

@@ -69,7 +69,9 @@ pub(super) fn keep_lost_points(coarse: &History, fine: &mut History) {
             // Those of the prestress come first.
             let place = |point: &CriticalPoint| (!point.in_prestress, point.fraction);
             let later = own.critical_points.iter().position(|own| place(own) > place(point));
-            let lost = CriticalPoint { error: None, located: None, ..point.clone() };
+            // Of increments of this mesh; both paths come to their end, and where one went further it did so by its fraction.
+            let increments_before = own.increments.iter().take_while(|before| before.fraction < point.fraction).count();
+            let lost = CriticalPoint { error: None, located: None, increments_before, ..point.clone() };
             own.critical_points.insert(later.unwrap_or(own.critical_points.len()), lost);
         }
     }

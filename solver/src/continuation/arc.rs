@@ -14,7 +14,7 @@ use super::locate::Value;
 use super::record::Ending;
 use super::touching::Between;
 use super::{Continuation, Count, Tuning};
-use crate::history::Status;
+use crate::history::{CriticalPoint, Status};
 use crate::newton::{Lost, Why};
 use crate::structure::Stop;
 use crate::system::{Answer, Residual, System};
@@ -472,7 +472,9 @@ impl<const D: usize> Continuation<'_, D> {
     /// Ends a ramp at the last state.
     pub(super) fn end_short(&mut self, run: &mut Run<'_>, fraction: f64, count: Count, ending: Ending) -> bool {
         self.base = count;
-        run.record.critical_points.extend(ending.point);
+        let mut points: Vec<CriticalPoint> = ending.point.into_iter().collect();
+        run.record.place(&mut points);
+        run.record.critical_points.append(&mut points);
         run.record.status = ending.status;
         run.record.failure = Some(ending.failure);
         self.system.restore(&self.last);

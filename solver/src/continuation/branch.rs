@@ -36,6 +36,7 @@ impl<const D: usize> Continuation<'_, D> {
         ends: [f64; 2],
         events: &Events,
     ) -> Onward {
+        run.record.place(&mut points);
         let first = points[0].clone();
         let residual = self.system.residual();
         self.accept(run.record, self.system.loading.fraction, residual);
@@ -116,8 +117,9 @@ impl<const D: usize> Continuation<'_, D> {
             Release::Stable { fraction, jump } => {
                 run.record.jumps.push(jump);
                 if self.base.lateral > 0 {
-                    let aside = self.rough_point(CriticalKind::Bifurcation, (None, fraction), true);
-                    run.record.critical_points.push(aside);
+                    let mut aside = [self.rough_point(CriticalKind::Bifurcation, (None, fraction), true)];
+                    run.record.place(&mut aside);
+                    run.record.critical_points.extend(aside);
                 }
                 self.system.save(&mut self.last);
                 let residual = self.system.residual();
@@ -460,7 +462,10 @@ impl<const D: usize> Continuation<'_, D> {
 /// Notes where a branch meets another one: the point, where it was found, or else that there is one.
 fn note_meeting(run: &mut Run<'_>, met: Option<Meeting>, fraction: f64) {
     match met {
-        Some(met) => run.record.critical_points.push(met.point),
+        Some(Meeting { mut point, .. }) => {
+            run.record.place(std::slice::from_mut(&mut point));
+            run.record.critical_points.push(point);
+        }
         None => run.record.notes.push(Note::TouchedSingular { fraction }),
     }
 }

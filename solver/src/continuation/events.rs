@@ -176,6 +176,7 @@ impl<const D: usize> Continuation<'_, D> {
                 let sideways = count.lateral != self.base.lateral && count.own == self.base.own;
                 points.push(self.rough_point(CriticalKind::Bifurcation, (Some(from), fraction), sideways));
             }
+            record.place(&mut points);
             record.critical_points.append(&mut points);
         }
         if count.neutral && !self.base.neutral {
@@ -205,6 +206,7 @@ impl<const D: usize> Continuation<'_, D> {
         if !found {
             points.push(self.point_between(run, by, increment));
         }
+        run.record.place(&mut points);
         if stops {
             return Some(self.stop_or_go_on(run, by, (points, found), ends, events));
         }

@@ -586,6 +586,7 @@ impl<const D: usize> Continuation<'_, D> {
                 kind: wanted.kind(),
                 fraction: root.fraction,
                 in_prestress: false,
+                increments_before: 0,
                 error: None,
                 located: Some(root.scatter.max(doubt)),
                 node,

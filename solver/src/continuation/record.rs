@@ -12,6 +12,13 @@ use crate::structure::{Dimension, NodeId};
 use crate::system::{Residual, Untaken};
 use pennate_elements::small::norm;
 
+impl StepHistory {
+    /// Says of singular points that they lie behind the increments that there are by now.
+    pub(super) fn place(&self, points: &mut [CriticalPoint]) {
+        points.iter_mut().for_each(|point| point.increments_before = self.increments.len());
+    }
+}
+
 impl<const D: usize> Continuation<'_, D> {
     /// What a step ends with at a loss of stability that could not be located.
     pub(super) fn ending_at_loss(&mut self, [from, target]: [f64; 2], sideways: bool, behind: bool) -> Ending {
@@ -104,6 +111,7 @@ impl<const D: usize> Continuation<'_, D> {
             kind,
             fraction,
             in_prestress: false,
+            increments_before: 0,
             error: None,
             located,
             node,
