@@ -13,6 +13,7 @@ use crate::hsim::{Muscle, Part};
 use crate::parameter::Parameter;
 use crate::probes::Probes;
 use crate::section::Shape;
+use crate::unit;
 
 /// Index of a member in [`Model::members`].
 pub type MemberId = usize;
@@ -339,6 +340,22 @@ impl Model {
             SegmentLaw::MuscleEnd(muscle) => self.muscles[*muscle].part(Part::End, control).0,
             SegmentLaw::MuscleMiddle(muscle) => self.muscles[*muscle].part(Part::Middle, control).0,
             SegmentLaw::Fixed(law) => law.section,
+        }
+    }
+
+    /// The pressure of a muscle in the unit of the first muscle of the network, so that pictures compare like with like; zero for a
+    /// member.
+    pub fn drawn_pressure(&self, member: MemberId, control: f64) -> f64 {
+        let MemberKind::Muscle(own) = self.members[member].kind else { return 0.0 };
+        let first = self.members.iter().find_map(|member| match member.kind {
+            MemberKind::Muscle(muscle) => Some(muscle),
+            _ => None,
+        });
+        let [own, shown] = [own, first.unwrap_or(own)].map(|muscle| self.muscles[muscle].pressure_unit.as_str());
+        // The same unit, as a rule, which is not to cost a digit.
+        match (unit::parse(own), unit::parse(shown)) {
+            (Ok(own), Ok(shown)) if own.factor != shown.factor => control * own.factor / shown.factor,
+            _ => control,
         }
     }
 

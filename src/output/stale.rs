@@ -35,13 +35,14 @@ pub(crate) fn clear(directory: &Path, name: &str, results: &str) -> Result<(), W
 }
 
 /// Whether a file is called as pennate calls the pictures of a run of this name: `NAME.pvd`, `NAME_0001.vtu`,
-/// `NAME_mode_0001.vtu`.
+/// `NAME_mode_0001.vtu`, `NAME_buckling_01.vtu`.
 fn is_of(file: &str, name: &str) -> bool {
     let Some(rest) = file.strip_prefix(name) else { return false };
     let number = rest.strip_suffix(".vtu").and_then(|rest| rest.strip_prefix('_'));
-    let number = number.map(|number| number.strip_prefix("mode_").unwrap_or(number));
-    rest == ".pvd"
-        || number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+    let is_digits = |number: &str| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    let kinds = ["", "mode_", "buckling_"];
+    let is_number = |number: &str| kinds.iter().any(|kind| number.strip_prefix(kind).is_some_and(is_digits));
+    rest == ".pvd" || number.is_some_and(is_number)
 }
 
 #[cfg(test)]
@@ -51,11 +52,20 @@ mod tests {
     #[test]
     fn only_listed_pictures_of_the_same_name_go() {
         let directory = tempfile::tempdir().unwrap();
-        let files = ["a.pvd", "a_0001.vtu", "a_mode_0001.vtu", "a_0002.vtu", "b_0001.vtu", "a_notes.vtu", "a.toml"];
+        let files = [
+            "a.pvd",
+            "a_0001.vtu",
+            "a_mode_0001.vtu",
+            "a_buckling_01.vtu",
+            "a_0002.vtu",
+            "b_0001.vtu",
+            "a_notes.vtu",
+            "a.toml",
+        ];
         for file in files {
             fs::write(directory.path().join(file), "").unwrap();
         }
-        let listed = r#"["a.pvd", "a_0001.vtu", "a_mode_0001.vtu", "a_0009.vtu", "b_0001.vtu", "a_notes.vtu", "a.toml", "../x_1.vtu"]"#;
+        let listed = r#"["a.pvd", "a_0001.vtu", "a_mode_0001.vtu", "a_buckling_01.vtu", "a_0009.vtu", "b_0001.vtu", "a_notes.vtu", "a.toml", "../x_1.vtu"]"#;
         let results = |format: &str| format!("{{ \"format\": \"{format}\", \"pictures\": {listed} }}");
         let left = || files.into_iter().filter(|file| directory.path().join(file).exists()).collect::<Vec<_>>();
         fs::write(directory.path().join("results.json"), results("other/1")).unwrap();

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use pennate_analysis::solution::{Solution, norm, unloaded};
+use pennate_analysis::solution::{Solution, diagonal, unloaded};
 use pennate_models::Model;
 use pennate_models::discretize::plane_turn;
 use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint, StepHistory};
@@ -254,6 +254,7 @@ impl Grid {
 
     fn add_member(&mut self, model: &Model, member: usize, shape: &MemberShape, control: f64, load: [f64; 3]) {
         let muscle = model.members[member].is_muscle();
+        let pressure = model.drawn_pressure(member, control);
         let turn = plane_turn(model.dimension, &model.members[member]);
         let first = self.points.len();
         let mut segment = None;
@@ -268,7 +269,7 @@ impl Grid {
                 points: [self.points.len() - 2, self.points.len() - 1],
                 values: in_own_axes(values, &turn),
                 load,
-                pressure: if muscle { control } else { 0.0 },
+                pressure,
                 member: member as i32,
                 kind: if muscle { KIND_MUSCLE } else { KIND_MEMBER },
             });
@@ -373,7 +374,7 @@ fn freed(release: &Release) -> i32 {
 /// Radius to draw at each node: the largest of the members that end there; where none does, a hundredth of the
 /// network's extent, so that the lines of a body can be seen.
 fn node_radii(model: &Model, state: &Equilibrium) -> Vec<f64> {
-    let extent = model.nodes.iter().map(|node| norm(node.position)).fold(0.0, f64::max);
+    let extent = diagonal(model.nodes.iter().map(|node| node.position));
     let mut radii = vec![0.0_f64; model.nodes.len()];
     for (index, member) in model.members.iter().enumerate() {
         let control = state.members[index].control;

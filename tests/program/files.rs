@@ -3,21 +3,39 @@
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
+
+use vtkio::model::{Attribute, DataSet, UnstructuredGridPiece, Vtk};
 
 use crate::workplace::{DYAD, MUSCLE, Workplace, err, expect, out, results, solve};
 
-/// Points and a vector of point data of a picture.
-fn picture(path: &Path, name: &str) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
-    use vtkio::model::{Attribute, DataSet, Vtk};
-    let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(path).unwrap().data else { panic!("no grid") };
-    let piece = pieces[0].load_piece_data(None).unwrap();
-    let triples = |values: Vec<f64>| values.chunks(3).map(|x| [x[0], x[1], x[2]]).collect::<Vec<_>>();
-    let data = piece.data.point.iter().find_map(|attribute| match attribute {
+/// A number of every line of a picture, or of every point.
+fn of_cells(path: &Path, name: &str) -> Vec<f64> {
+    scalars(&piece_of(path).data.cell, name)
+}
+
+fn of_points(path: &Path, name: &str) -> Vec<f64> {
+    scalars(&piece_of(path).data.point, name)
+}
+
+fn scalars(attributes: &[Attribute], name: &str) -> Vec<f64> {
+    let found = attributes.iter().find_map(|attribute| match attribute {
         Attribute::DataArray(array) if array.name == name => array.data.clone().cast_into::<f64>(),
         _ => None,
     });
-    (triples(piece.points.cast_into::<f64>().unwrap()), triples(data.expect("the point data")))
+    found.unwrap_or_else(|| panic!("no array {name}"))
+}
+
+fn piece_of(path: &Path) -> UnstructuredGridPiece {
+    let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(path).unwrap().data else { panic!("no grid") };
+    pieces[0].load_piece_data(None).unwrap()
+}
+
+/// Points and a vector of point data of a picture.
+fn picture(path: &Path, name: &str) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
+    let piece = piece_of(path);
+    let triples = |values: Vec<f64>| values.chunks(3).map(|x| [x[0], x[1], x[2]]).collect::<Vec<_>>();
+    (triples(piece.points.cast_into::<f64>().unwrap()), triples(scalars(&piece.data.point, name)))
 }
 
 /// The mode of a column that is clamped at both ends is 1 - cos(2 pi x / L), to which the cubics come near.
@@ -41,6 +59,116 @@ fn the_mode_of_a_critical_point_is_drawn_inside_of_members_too() {
         assert!((mode[1].hypot(mode[2]) - expected).abs() < 0.03 * largest, "{place:?}: {mode:?}");
         assert!(mode[0].abs() < 0.01 * largest, "{mode:?}");
     }
+}
+
+/// A path that jumps away from its critical point is at the same fraction before and after: the mode is drawn where it is lost.
+#[test]
+fn the_mode_of_a_jump_is_drawn_before_it() {
+    let place = Workplace::new();
+    let file = place.file(
+        "toggle.toml",
+        "format = \"pennate/1\"
+         dimension = \"plane\"
+         nodes = { A = [0, 0], C = [100, 12], B = [200, 0] }
+         sections.s = { rectangle = { width = 10, height = 2 } }
+         materials.m = { youngs_modulus = 2000, poissons_ratio = 0.3 }
+         members.l = { nodes = [\"A\", \"C\"], section = \"s\", material = \"m\", release = { end = \"pin\" } }
+         members.r = { nodes = [\"C\", \"B\"], section = \"s\", material = \"m\", release = { start = \"pin\" } }
+         supports = { A = \"pinned\", B = \"pinned\" }
+         [[steps]]
+         name = \"push\"
+         force = { C = [0, -10] }
+         method = \"jump\"",
+    );
+    expect(&solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap(), 0);
+    let step = &results(&place.path("out"))["steps"][0];
+    assert_eq!(step["jumps"][0]["fraction"], step["critical_points"][0]["fraction"]);
+    let (places, _) = picture(&place.path("out/toggle_mode_0001.vtu"), "mode");
+    assert!(places[1][1] > 11.0, "the middle, before it snaps through: {:?}", places[1]);
+    assert!(step["nodes"]["C"]["displacement"][1].as_f64().unwrap() < -24.0);
+}
+
+/// Muscles at one pressure have one colour, whatever units their tables are in: that of the first muscle.
+#[test]
+fn pressures_of_a_picture_have_one_unit() {
+    let place = Workplace::new();
+    let file = place.file(
+        "two.toml",
+        "format = \"pennate/1\"
+         nodes = { A = [0, 0], B = [130, 0], C = [0, 50], D = [130, 50] }
+         muscles.one = { library = \"silicone\" }
+         members.a = { nodes = [\"A\", \"B\"], muscle = \"one\" }
+         members.b = { nodes = [\"C\", \"D\"], muscle = \"two\" }
+         supports = { A = \"clamped\", C = \"clamped\" }
+         steps = [{ name = \"both\", pressure = { a = \"100 kPa\", b = \"100 kPa\" } }]
+         [muscles.two]
+         diameter = 13
+         wall = 2
+         pressure_unit = \"kPa\"
+         table = [
+             { pressure = 70, E = 3.6, alpha = -1.3e-3, R1 = 6.8, R2 = 7.9 },
+             { pressure = 170, E = 4.25, alpha = -1e-3, R1 = 7.15, R2 = 8.9 },
+         ]",
+    );
+    expect(&solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap(), 0);
+    let pressures = of_cells(&place.path("out/two_0001.vtu"), "pressure");
+    // A pound-force per square inch, in pascals, is 0.45359237 kg times 9.80665 m/s² over (0.0254 m)².
+    let expected = 1e5 / (0.45359237 * 9.80665 / (0.0254 * 0.0254));
+    assert!(pressures.iter().all(|pressure| (pressure / expected - 1.0).abs() < 1e-9), "{pressures:?}, not {expected}");
+}
+
+/// The lines of a body are as thick wherever the network lies.
+#[test]
+fn radii_do_not_depend_on_the_origin() {
+    let radii = |x: f64| {
+        let place = Workplace::new();
+        let file = place.file(
+            "body.toml",
+            &format!(
+                "format = \"pennate/1\"
+                 nodes = {{ A = [{x}, 0], B = [{}, 0], C = [{}, 50] }}
+                 sections.s = {{ circle = {{ radius = 2 }} }}
+                 materials.m = {{ youngs_modulus = 2000, poissons_ratio = 0.3 }}
+                 members.m = {{ nodes = [\"A\", \"B\"], section = \"s\", material = \"m\" }}
+                 rigid_bodies.b = {{ nodes = [\"B\", \"C\"] }}
+                 supports.A = \"clamped\"
+                 steps = [{{ name = \"s\", force = {{ C = [0, 1] }} }}]",
+                x + 100.0,
+                x + 120.0
+            ),
+        );
+        expect(&solve(&file).arg("-o").arg(place.path("out")).arg("--vtk").output().unwrap(), 0);
+        of_points(&place.path("out/body_0000.vtu"), "radius")
+    };
+    let (near, far) = (radii(0.0), radii(1e5));
+    assert!((near[2] - 0.01 * 120_f64.hypot(50.0)).abs() < 1e-9, "{near:?}");
+    assert!(near.iter().zip(&far).all(|(near, far)| (near - far).abs() < 1e-9), "{near:?}, {far:?}");
+}
+
+/// Modes and buckling modes of one network do not take each other's place in a folder.
+#[test]
+fn modes_and_buckling_share_a_folder() {
+    let place = Workplace::new();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/networks/dyad.toml");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pennate"));
+        let output = command.args(arguments).arg(&file).arg("-o").arg(place.path("out")).output().unwrap();
+        expect(&output, 0);
+    };
+    let listed = |results: &str| {
+        let text = fs::read_to_string(place.path("out").join(results)).unwrap();
+        let read: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let pictures = read["pictures"].as_array().unwrap().clone();
+        pictures.iter().map(|name| place.path("out").join(name.as_str().unwrap())).collect::<Vec<_>>()
+    };
+    run(&["modes", "--vtk", "--count", "2"]);
+    run(&["buckle", "--vtk", "--count", "1"]);
+    let (modes, buckling) = (listed("modes.json"), listed("buckling.json"));
+    assert_eq!((modes.len(), buckling.len()), (2, 1));
+    let holds = |path: &Path, field: &str| fs::read_to_string(path).unwrap().contains(&format!("Name=\"{field}\""));
+    assert!(modes.iter().all(|path| holds(path, "frequency_hz")), "{modes:?}");
+    run(&["modes", "--count", "1"]);
+    assert!(holds(&buckling[0], "factor") && !modes[0].exists());
 }
 
 #[test]

@@ -16,13 +16,17 @@ use crate::output::motion::{AMPLITUDE, Moving, Point, part};
 /// Spin of a mode without displacements in a picture, radians.
 const TURN: f64 = 0.5;
 
-/// Writes `NAME_mode_01.vtu`, … into a directory; adds their names.
+/// Writes `NAME_mode_01.vtu`, or `NAME_buckling_01.vtu`, … into a directory, so that one folder can hold both; adds their names.
 ///
 /// # Errors
 /// [`WriteError`] names the file that could not be written.
 pub fn write(spectrum: &Spectrum, directory: &Path, name: &str, written: &mut Vec<String>) -> Result<(), WriteError> {
+    let kind = match spectrum.question {
+        Question::Modes => "mode",
+        Question::Buckling => "buckling",
+    };
     for (index, entry) in spectrum.entries.iter().enumerate() {
-        let file = format!("{name}_mode_{:02}.vtu", index + 1);
+        let file = format!("{name}_{kind}_{:02}.vtu", index + 1);
         write_whole(&directory.join(&file), |writer| write_mode(spectrum, index, entry, writer))?;
         written.push(file);
     }
