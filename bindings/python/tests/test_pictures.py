@@ -212,6 +212,29 @@ def test_names_cover_nothing() -> None:
     assert places[0].centre[1] > 110.0
 
 
+def test_dollar_signs_in_names_are_drawn_as_they_are() -> None:
+    name, canvas = r"price $5 and $6, \$\q$", paper.new_figure(300.0, 100.0, "#ffffff", 100)
+    # As a formula the signs would go, and what is none would end the drawing.
+    wide = paper.write(canvas, 10.0, 10.0, name, size=paper.TITLE)
+    assert wide > paper.write(canvas, 10.0, 50.0, name.replace("$", ""), size=paper.TITLE) + 10.0
+    assert paper.text_width(name, paper.TITLE, "normal") == pytest.approx(wide, abs=3.0)
+    network = pennate.loads(r"""
+        format = "pennate/1"
+        title = "$\t$"
+        nodes = { 'A$\q$' = [0, 0], B = [50, 20] }
+        materials.steel = { youngs_modulus = 200000, poissons_ratio = 0.3 }
+        sections.wire = { circle = { radius = 0.75 } }
+        members.'$\w$' = { nodes = ['A$\q$', "B"], section = "wire", material = "steel" }
+        supports.'A$\q$' = "clamped"
+        [[steps]]
+        name = 'push $\x$'
+        force = { 'A$\q$' = [1, 0, 0], B = [0, -1, 0] }
+    """)
+    drawn = network.solve().plot(names="all")
+    texts = [each.get_text() for each in drawn.findobj(match=lambda artist: hasattr(artist, "get_text"))]
+    assert r"push \$\x\$" in texts and r"\$\w\$" in texts
+
+
 def test_a_name_without_a_place_is_left_out_unless_it_is_needed() -> None:
     full = np.ones((100, 100), dtype=bool)
     wish = labels.Wish("F", "load", np.array([50.0, 50.0]), 5.0, np.array([20.0, 10.0]), np.zeros(2), False)

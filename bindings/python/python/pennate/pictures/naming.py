@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from . import render, symbols
 from .colours import Theme
 from .labels import Mask, Wish, place_all
-from .paper import POINTS, TEXT, pixels_of
+from .paper import POINTS, TEXT, pixels_of, plain
 from .results import Run, Step
 from .scene import unit
 from .states import Options, Panel, Sheet, largest_force
@@ -132,7 +132,7 @@ def set_texts(
     ink = {"node": theme.ink, "member": theme.faint, "load": theme.load}
     wishes = []
     for note, style, needed in texts:
-        trial = figure.text(0, 0, note.text, **STYLES[style])
+        trial = figure.text(0, 0, plain(note.text), **STYLES[style])
         extent = trial.get_window_extent()
         trial.remove()
         wishes.append(
@@ -156,7 +156,7 @@ def set_texts(
         figure.text(
             at[0],
             at[1],
-            place.wish.text,
+            plain(place.wish.text),
             ha="center",
             va="center",
             color=ink[place.wish.style],

@@ -43,7 +43,7 @@ def add_axes(figure: Figure, left: float, bottom: float, width: float, height: f
 def write(figure: Figure, x: float, y: float, text: str, **style: Any) -> float:
     """A text at a place in points; returns its width."""
     total = figure.get_size_inches() * POINTS
-    drawn = figure.text(x / total[0], y / total[1], text, **style)
+    drawn = figure.text(x / total[0], y / total[1], plain(text), **style)
     return float(drawn.get_window_extent().width * POINTS / figure.dpi)
 
 
@@ -51,7 +51,13 @@ def text_width(text: str, size: float, weight: str) -> float:
     """In points."""
     if not text:
         return 0.0
-    return float(TextPath((0, 0), text, size=size, prop=FontProperties(family=FONT, weight=weight)).get_extents().x1)
+    path = TextPath((0, 0), plain(text), size=size, prop=FontProperties(family=FONT, weight=weight))
+    return float(path.get_extents().x1)
+
+
+def plain(text: str) -> str:
+    """A text whose dollar signs are signs and not the limits of a formula."""
+    return text.replace("$", r"\$")
 
 
 def pixels_of(figure: Figure) -> npt.NDArray[np.uint8]:
