@@ -6,7 +6,7 @@ import csv
 import os
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +96,10 @@ def _checked(
     network = _set(reader, tree, _loaded(reader, tree), settings)
     parameters = set(network.parameters)
     after = {probe for probe in network.probes} | {f"{probe}@{step}" for probe in network.probes for step in network.steps}
-    variables = _variables(reader, tree, network)
+    varied = set(tree["variables"]) if isinstance(tree.get("variables"), dict) else set()
+    derived = _derived(reader, network, varied)
+    changing = _changing(varied, derived, after)
+    variables = _variables(reader, tree, network, changing)
     # The mesh is made for the starting design.
     try:
         network = network.set(**{each.name: each.start for each in variables}) if variables else network
@@ -106,8 +109,7 @@ def _checked(
         reader.check()
     constraints = _constraints(reader, tree, parameters, after)
     objectives, targets = _wanted(reader, tree, parameters | after)
-    tolerances = _tolerances(reader, tree, network)
-    derived = _derived(reader, network)
+    tolerances = _tolerances(reader, tree, network, changing)
     if tolerances and targets:
         reader.wrong("tolerances go with objectives", "write [objectives], or leave [tolerances] out", "tolerances")
     search = reader.table(tree, "search")
@@ -209,7 +211,17 @@ def _set(reader: Reader, tree: dict[str, Any], network: _network.Network, settin
     return network.set(**fixed) if fixed else network
 
 
-def _variables(reader: Reader, tree: dict[str, Any], network: _network.Network) -> list[Variable]:
+def _changing(varied: set[str], derived: Sequence[tuple[str, Expression]], after: set[str]) -> dict[str, str]:
+    """What has another value in each design, by its name, and how messages say that."""
+    found = {probe: "is a probe" for probe in after}
+    found |= {name: "is a variable" for name in varied}
+    for name, value in derived:
+        for other in sorted(value.names & set(found)):
+            found[name] = f"follows '{other}'"
+    return found
+
+
+def _variables(reader: Reader, tree: dict[str, Any], network: _network.Network, changing: dict[str, str]) -> list[Variable]:
     parameters = network.parameters
     given = reader.table(tree, "variables")
     if not given:
@@ -225,9 +237,9 @@ def _variables(reader: Reader, tree: dict[str, Any], network: _network.Network) 
             reader.wrong(f"variable '{name}' has no range", f"write {name} = {{ from = 0, to = 1 }}", *keys)
             continue
         reader.unknown(data, "variables", *keys)
-        known = set(parameters) - set(given)
+        known = set(parameters) - set(changing)
         data = {key: _measured(network, name, value) for key, value in data.items()}
-        ends = [reader.expression(data[key], known, *keys, key) for key in ("from", "to")]
+        ends = [reader.expression(data[key], known, *keys, key, others=changing) for key in ("from", "to")]
         if None in ends:
             continue
         low, high = (_in_unit(network, name, data[key], each) for key, each in zip(("from", "to"), ends) if each is not None)
@@ -310,12 +322,12 @@ def _wanted(reader: Reader, tree: dict[str, Any], names: set[str]) -> tuple[list
     return objectives, targets
 
 
-def _derived(reader: Reader, network: _network.Network) -> tuple[tuple[str, Expression], ...]:
-    """Parameters that the network makes of others, and that nobody sets: they follow what is varied."""
+def _derived(reader: Reader, network: _network.Network, varied: set[str]) -> tuple[tuple[str, Expression], ...]:
+    """Parameters that the network makes of others, and that nobody sets or varies: they follow what is varied."""
     written = network.to_dict().get("parameters", {})
-    texts = {name: text for name, text in written.items() if isinstance(text, str) and text.strip().startswith("=")}
+    others = ((name, text) for name, text in written.items() if name not in varied)
+    open_names = {name: text for name, text in others if isinstance(text, str) and text.strip().startswith("=")}
     found: list[tuple[str, Expression]] = []
-    open_names = dict(texts)
     while open_names:
         before = len(open_names)
         for name, text in list(open_names.items()):
@@ -333,7 +345,9 @@ def _derived(reader: Reader, network: _network.Network) -> tuple[tuple[str, Expr
     return tuple(found)
 
 
-def _tolerances(reader: Reader, tree: dict[str, Any], network: _network.Network) -> tuple[tuple[str, float], ...]:
+def _tolerances(
+    reader: Reader, tree: dict[str, Any], network: _network.Network, changing: dict[str, str]
+) -> tuple[tuple[str, float], ...]:
     """How far parameters may be off, in their units."""
     found = []
     for name, given in reader.table(tree, "tolerances").items():
@@ -342,7 +356,7 @@ def _tolerances(reader: Reader, tree: dict[str, Any], network: _network.Network)
             help = reader.unlike(name, network.parameters, "its parameters")
             reader.wrong(f"the network has no parameter '{name}' that could be off", help, *keys)
             continue
-        value = reader.expression(given, set(network.parameters), *keys)
+        value = reader.expression(given, set(network.parameters) - set(changing), *keys, others=changing)
         if value is None:
             continue
         size = _in_unit(network, name, given, value)

@@ -85,7 +85,8 @@ class Reader:
         self.wrong(f"'{key}' is no table", f"write a header [{key}]", key)
         return {}
 
-    def expression(self, given: Any, names: set[str], *keys: str) -> Expression | None:
+    def expression(self, given: Any, names: set[str], *keys: str, others: Mapping[str, str] | None = None) -> Expression | None:
+        """An expression of some names; `others` are known too, and says why it may not refer to them."""
         if isinstance(given, bool) or not isinstance(given, (int, float, str)):
             self.wrong(f"'{keys[-1]}' is no expression", 'write for example "= u@free"', *keys)
             return None
@@ -98,6 +99,10 @@ class Reader:
             self.wrong(str(error), 'write for example "= max(u@free, 0)"', *keys)
             return None
         for name in sorted(found.names - names):
+            if others and name in others:
+                help = "write a number, or refer to parameters that are the same in all designs"
+                self.wrong(f"'{found.text}' refers to '{name}', which {others[name]}", help, *keys)
+                return None
             near = difflib.get_close_matches(name, sorted(names), 1)
             known = ", ".join(sorted(names)[:12])
             help = f"did you mean '{near[0]}'?" if near else f"known are {known}"
