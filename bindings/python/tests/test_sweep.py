@@ -521,3 +521,42 @@ def test_an_arm_on_an_executor_is_the_same(dyad: pennate.Network) -> None:
     inputs = np.linspace(11, 24, 20)[:, None]
     np.testing.assert_array_equal(arms[0].tip(inputs), arms[1].tip(inputs))
     assert executor.calls == 3
+
+
+def test_designs_that_are_labelled_along_another_axis_are_turned(dyad: pennate.Network) -> None:
+    pandas = pytest.importorskip("pandas")
+    names = ["beta", "pressure"]
+    problem = dyad.problem(names, ["stroke@inflate"], accuracy=1e-4)
+    # As many designs as parameters: the shape does not tell.
+    x = np.array([[22.0, 18.0], [30.0, 20.0]])
+    y = problem(x)
+    labels = {"parameter": names, "design": ["first", "second"]}
+    for given in (
+        xarray.DataArray(x, dims=("design", "parameter"), coords=labels),
+        xarray.DataArray(x.T, dims=("parameter", "design"), coords=labels),
+        xarray.DataArray(x.T, dims=("parameter", "design"), coords={"parameter": names}),
+        pandas.DataFrame(x, columns=names),
+        pandas.DataFrame(x, columns=names, index=names),
+        pandas.DataFrame(x.T, index=names),
+        pandas.DataFrame(x.T, index=names, columns=["first", "second"]),
+    ):
+        np.testing.assert_array_equal(problem(given), y)
+        np.testing.assert_array_equal(problem.gradient(given)[0], problem.gradient(x)[0])
+        mesh = dyad.problem(names, ["stroke@inflate"], accuracy=1e-4, sample=given)
+        np.testing.assert_array_equal(mesh.error, dyad.problem(names, ["stroke@inflate"], accuracy=1e-4, sample=x).error)
+    one = pandas.Series(x[0], index=names)
+    np.testing.assert_array_equal(problem(one), problem(x[0]))
+
+
+def test_labels_that_do_not_tell_which_axis_is_meant_are_refused(dyad: pennate.Network) -> None:
+    pandas = pytest.importorskip("pandas")
+    problem = dyad.problem(["beta", "pressure"], ["stroke@inflate"], accuracy=1e-4)
+    x = np.full((2, 2), 20.0)
+    for given, message in (
+        (pandas.DataFrame(x, index=["pressure", "beta"]), "columns pressure, beta, but beta, pressure are expected, in this order"),
+        (pandas.DataFrame(np.full((3, 2), 20.0), index=["beta", "pressure", "L"]), "rows beta, pressure, L, but"),
+        (xarray.DataArray(x, dims=("p", "d"), coords={"p": ["beta", "L"]}), "rows beta, L, but beta, pressure are expected"),
+        (pandas.DataFrame(x, columns=["a", "b"]), "columns a, b, but"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            problem(given)

@@ -119,11 +119,11 @@ def listener(given: Any, name: str = "progress") -> Any:
 def numbers(given: npt.ArrayLike, what: str, columns: Sequence[str] = ()) -> Array:
     """An array of real numbers; `columns` are the names of its last axis, which messages say.
 
-    What is masked is not a number.
+    A table or a labelled array that has these names along another axis is turned. What is masked is not a number.
     """
     if type(given) is np.ndarray and given.dtype == np.float64:
         return given
-    _check_columns(given, what, columns)
+    given = _upright(given, what, columns)
     try:
         found = np.asarray(given)
     except ValueError:
@@ -138,21 +138,45 @@ def numbers(given: npt.ArrayLike, what: str, columns: Sequence[str] = ()) -> Arr
     return found
 
 
-def _check_columns(given: object, what: str, columns: Sequence[str]) -> None:
-    """A table or a labelled array that names its columns, or a row of one, must have them in order."""
-    heads = getattr(given, "columns", None)
-    if heads is None:
-        heads = getattr(given, "index", None)
-    if heads is None and hasattr(given, "dims") and hasattr(given, "coords"):
-        last = tuple(given.dims)[-1:]
-        heads = given.coords[last[0]].values if last and last[0] in given.coords else None
-    if heads is None or callable(heads) or not columns:
-        return
-    have = [str(head) for head in heads]
-    if have != list(columns) and all(isinstance(head, str) for head in heads):
+def _upright(given: Any, what: str, columns: Sequence[str]) -> Any:
+    """A table or a labelled array with the names of columns along its last axis, if names stand along one; a row may have them too.
+
+    They must be those expected, in order.
+    """
+    labels = _labels(given) if columns else []
+    if not labels:
+        return given
+    names = set(columns)
+    if set(labels[-1]) != names:
+        others = [axis for axis, heads in enumerate(labels[:-1]) if names & set(heads)]
+        if len(others) == 1 and set(labels[others[0]]) == names:
+            given, labels = _last(given, others[0]), [*labels, labels[others[0]]]
+        elif others:
+            have = " and ".join(", ".join(labels[axis]) for axis in others)
+            raise ValueError(f"{what} has the rows {have}, but {', '.join(columns)} are expected, as columns or as rows")
+    if labels[-1] and labels[-1] != list(columns):
         raise ValueError(
-            f"{what} has the columns {', '.join(have)}, but {', '.join(columns)} are expected, in this order"
+            f"{what} has the columns {', '.join(labels[-1])}, but {', '.join(columns)} are expected, in this order"
         )
+    return given
+
+
+def _labels(given: Any) -> list[list[str]]:
+    """Names along the axes of a table, of a row of one or of a labelled array; none along an axis whose labels are no texts."""
+    if hasattr(given, "dims") and hasattr(given, "coords"):
+        axes = [given.coords[dim].values if dim in given.coords else () for dim in given.dims]
+    else:
+        axes = [getattr(given, name, None) for name in ("index", "columns")]
+        axes = [axis for axis in axes if axis is not None and not callable(axis)]
+    return [[str(head) for head in heads] if all(isinstance(head, str) for head in heads) else [] for heads in axes]
+
+
+def _last(given: Any, axis: int) -> Any:
+    """A table or a labelled array with one of its axes behind all others."""
+    if not hasattr(given, "dims"):
+        return given.T
+    dims = list(given.dims)
+    return given.transpose(*dims[:axis], *dims[axis + 1 :], dims[axis])
 
 
 def _converted(found: npt.NDArray[Any], what: str, columns: Sequence[str]) -> Array:

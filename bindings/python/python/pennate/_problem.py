@@ -101,7 +101,7 @@ class Problem:
         """The probes of some designs.
 
         Args:
-            x: (n, k) or (k,), values of the parameters.
+            x: (n, k) or (k,), values of the parameters; labels that are their names tell the axis of k.
 
         Returns:
             (n, m) or (m,); not a number where there is no answer, and `reasons` says why.
@@ -113,7 +113,7 @@ class Problem:
         """The probes of some designs, and their derivatives by all parameters.
 
         Args:
-            x: (n, k) or (k,), values of the parameters.
+            x: (n, k) or (k,), values of the parameters; labels that are their names tell the axis of k.
 
         Returns:
             `y`, (n, m) or (m,), and `j`, (n, m, k) or (m, k); not a number where there is no answer, or no derivative.
