@@ -628,6 +628,7 @@ def test_designs_of_the_front_that_do_not_hold_by_themselves_are_told(
     assert f"the {len(lengths)} designs of the front, solved once more at 1e-06" in told
     assert f"{counts[0]} with the end 'bifurcation'" in told and f"{counts[1]} with the end 'unstable'" in told
     assert f"{counts[2]} off by more than 0.0001 of the largest value, by up to 0.1 " in told
+    assert "help: a search with accuracy = 1e-05 in the study has a finer mesh" in told
     monkeypatch.setattr(pennate.Solution, "status", property(lambda solution: "limit_point"))
     assert main(["optimize", str(path), "-o", str(folder / "out"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

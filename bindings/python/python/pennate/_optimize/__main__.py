@@ -122,19 +122,24 @@ def words(outcome: Outcome) -> str:
 
 
 def checks(outcome: Outcome) -> list[str]:
-    """What the best designs are on meshes of their own, in a line."""
+    """What the best designs are on meshes of their own, and what would help where they differ."""
     study, checked = outcome.study, [each for each in outcome.checked if each]
     if not checked:
         return []
     count = f"{len(checked)} of the {len(outcome.best)}" if len(checked) < len(outcome.best) else f"the {len(outcome.best)}"
-    which = f"{count} designs of the front" if len(study.objectives) > 1 else "the best design"
+    which, where = f"{count} designs of the front", "each on a mesh of its own"
+    if len(study.objectives) < 2:
+        which, where = "the best design", "on a mesh of its own"
     parts = [f"{number} with the end '{kind}'" for kind, number in ends(checked).most_common()]
     differences = off(study, outcome.designs, outcome.best, outcome.checked)
     far = differences[differences > study.accuracy]
     if len(far):
         parts.append(f"{len(far)} off by more than {study.accuracy:g} of the largest value, by up to {far.max():.1g}")
-    told = f"{', '.join(parts)} (columns 'checked' of {best_file(study)})" if parts else f"within {study.accuracy:g} of the largest value"
-    return [f"{which}, solved once more at {accuracy(study):g}, each on a mesh of its own: {told}"]
+    head = f"{which}, solved once more at {accuracy(study):g}, {where}: "
+    if not parts:
+        return [f"{head}within {study.accuracy:g} of the largest value"]
+    help = f"help: a search with accuracy = {study.accuracy / 10.0:g} in the study has a finer mesh"
+    return [f"{head}{', '.join(parts)} (columns 'checked' of {best_file(study)})", help]
 
 
 def doubtful(outcome: Outcome) -> list[str]:

@@ -86,7 +86,8 @@ def off(study: Study, designs: Sequence[Design], best: Sequence[Design], checked
     for place, (design, other) in enumerate(zip(best, checked)):
         if other is not None and other.holds:
             difference = np.abs(np.subtract(design.wanted, other.wanted))
-            found[place] = np.max(np.where(difference > 0.0, difference / np.where(largest > 0.0, largest, 1.0), 0.0))
+            relative = difference / np.where(largest > 0.0, largest, 1.0)
+            found[place] = np.max(np.where(np.isnan(relative), np.inf, relative))
     return found
 
 
