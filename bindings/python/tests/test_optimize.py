@@ -560,8 +560,8 @@ def test_two_searches_in_one_directory_are_kept_apart(folder: Path) -> None:
 def test_a_search_that_died_keeps_nobody_out_by_its_workers(tmp_path: Path) -> None:
     code = """
 import os, pathlib, sys, time
-from pennate._optimize._lock import alone
-with alone(pathlib.Path(sys.argv[1])):
+from pennate._optimize._lock import locked
+with locked(pathlib.Path(sys.argv[1])):
     if os.fork() == 0:
         print("forked", flush=True)
         time.sleep(60)
@@ -571,13 +571,13 @@ with alone(pathlib.Path(sys.argv[1])):
     with subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, start_new_session=True) as search:
         assert search.stdout is not None
         search.stdout.readline()
-        from pennate._optimize._lock import alone
+        from pennate._optimize._lock import locked
 
-        with pytest.raises(pennate.StudyError, match="another search"), alone(tmp_path):
+        with pytest.raises(pennate.StudyError, match="another search"), locked(tmp_path):
             pass
         search.kill()
         search.wait()
-        with alone(tmp_path):
+        with locked(tmp_path):
             pass
         os.killpg(search.pid, signal.SIGKILL)
 
@@ -631,7 +631,7 @@ def test_designs_of_the_front_that_do_not_hold_by_themselves_are_told(
     assert "help: a search with accuracy = 1e-05 in the study has a finer mesh" in told
     monkeypatch.setattr(pennate.Solution, "status", property(lambda solution: "limit_point"))
     assert main(["optimize", str(path), "-o", str(folder / "out"), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert [each["checked"]["status"] for each in found["best"]].count("bifurcation") == counts[0]
     assert {pick["status"] for pick in found["picks"]} == {"limit_point"}
 

@@ -123,7 +123,7 @@ def numbers(given: npt.ArrayLike, what: str, columns: Sequence[str] = ()) -> Arr
     """
     if type(given) is np.ndarray and given.dtype == np.float64:
         return given
-    given = _upright(given, what, columns)
+    given = _columns_last(given, what, columns)
     try:
         found = np.asarray(given)
     except ValueError:
@@ -138,7 +138,7 @@ def numbers(given: npt.ArrayLike, what: str, columns: Sequence[str] = ()) -> Arr
     return found
 
 
-def _upright(given: Any, what: str, columns: Sequence[str]) -> Any:
+def _columns_last(given: Any, what: str, columns: Sequence[str]) -> Any:
     """A table or a labelled array with the names of columns along its last axis, if names stand along one; a row may have them too.
 
     They must be those expected, in order.

@@ -159,7 +159,9 @@ def summary(outcome: Outcome) -> dict[str, object]:
     def found_alone(other: Checked | None) -> dict[str, object]:
         if other is None:
             return {"checked": None}
-        return {"checked": {"status": other.status, "stable": other.stable, "wanted": dict(zip(names[1], other.wanted))}}
+        # JSON knows no number that is none.
+        wanted = [value if math.isfinite(value) else None for value in other.wanted]
+        return {"checked": {"status": other.status, "stable": other.stable, "wanted": dict(zip(names[1], wanted))}}
 
     last = outcome.progress[-1] if outcome.progress else {}
     return {

@@ -136,7 +136,7 @@ class Evaluator:
                 stored = self.table.known.get(row)
                 if stored is None or slopes and not stored.slopes:
                     wanted[row] = index
-        self._afford(len(wanted))
+        self._check_budget(len(wanted))
         batch, self.batch = self.batch, self.batch + 1
         if [design.x for design in self.table.batches.get(batch, [])] != list(wanted):
             if self.table.order and self.table.order[-1].batch >= batch:
@@ -155,7 +155,7 @@ class Evaluator:
             for index, row in enumerate(rows)
         ]
 
-    def _afford(self, count: int) -> None:
+    def _check_budget(self, count: int) -> None:
         """Refuses a batch that goes beyond the budget."""
         if self.asked + count <= self.budget:
             return

@@ -20,7 +20,7 @@ _held: weakref.WeakSet[IO[str]] = weakref.WeakSet()
 
 
 @contextlib.contextmanager
-def alone(directory: Path) -> Iterator[None]:
+def locked(directory: Path) -> Iterator[None]:
     """Keeps others out of a directory.
 
     The lock is the operating system's and ends with the process, however that ends; the file `study.lock` stays, and says who had
@@ -32,7 +32,7 @@ def alone(directory: Path) -> Iterator[None]:
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / "study.lock"
     with path.open("a+", encoding="utf-8") as file:
-        if not _locked(file):
+        if not _lock(file):
             file.seek(0)
             who = file.read(200).strip() or "another process"
             help = "wait until it has ended, or give another directory with -o"
@@ -47,8 +47,8 @@ def alone(directory: Path) -> Iterator[None]:
             _held.discard(file)
 
 
-def _locked(file: IO[str]) -> bool:
-    """Takes the lock of a file, which closing it gives back; whether nobody else has it."""
+def _lock(file: IO[str]) -> bool:
+    """Takes the lock of a file, which closing it gives back; returns whether nobody else has it."""
     try:
         if sys.platform == "win32":
             import msvcrt

@@ -18,7 +18,7 @@ from . import _least, _search, _write
 from ._check import Checked, check
 from ._evaluate import Evaluator, Spent
 from ._front import front
-from ._lock import alone
+from ._lock import locked
 from ._progress import Picture
 from ._read import read
 from ._study import Study, Values
@@ -95,7 +95,7 @@ def optimize(
     found = study if isinstance(study, Study) else read(study, settings, seed, first)
     directory = Path(output)
     check_owner(directory)
-    with alone(directory):
+    with locked(directory):
         evaluator = Evaluator(found, Table(found, directory), threads, budget, executor)
         return _searched(evaluator, directory, Picture(found, directory, evaluator, draw), progress)
 

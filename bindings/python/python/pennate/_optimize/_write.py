@@ -94,7 +94,7 @@ def picks(study: Study, designs: list[Design], best: list[Design]) -> list[Desig
     return [best[k] for k in sorted(set(chosen))]
 
 
-def _anywhere(network: Network) -> str:
+def _with_full_paths(network: Network) -> str:
     """A network as TOML that may stand in any directory: the files of its muscles are named by their full paths."""
     import tomlkit
 
@@ -110,7 +110,7 @@ def _pick(study: Study, design: Design, number: int, outcome: Outcome) -> dict[s
     values = {each.name: value for each, value in zip(study.variables, design.x)}
     network = study.network.set(**values)
     name = f"pick_{number}.toml"
-    (outcome.directory / name).write_text(_anywhere(network), "utf-8")
+    (outcome.directory / name).write_text(_with_full_paths(network), "utf-8")
     solution = network.solve(accuracy=ACCURACY)
     return {
         "network": name,
