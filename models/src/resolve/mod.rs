@@ -254,7 +254,9 @@ fn resolve(network: &Network, settings: &[(String, String)], cx: &mut Context) -
     let expressions = network.probes.iter().flatten().filter(is_expression).count();
     // Directions in them follow the parameters.
     whole |= cx.expressions_met != met_before + expressions;
+    let still = topology::stand_still(&parts, &steps);
     let nodes: Vec<Node> = nodes.into_iter().collect::<Option<_>>()?;
+    probes::warn_of_rotations(&probes, network.probes.as_ref(), &still, &nodes, cx);
     let members: Vec<Member> = members.into_iter().collect::<Option<_>>()?;
     let out = plane::leaves_plane(&nodes, &members, (&supports, &support_places), &steps)
         .or_else(|| plane::probe_leaves(&probes, network.probes.as_ref()));

@@ -29,6 +29,30 @@ pub(crate) struct Observed<'a> {
     pub(crate) steps: &'a [Step],
 }
 
+/// Warns of probes of the rotation of nodes that have none, of those that stand `still`.
+pub(crate) fn warn_of_rotations(
+    probes: &Probes,
+    map: Option<&Map<Spanned<input::Probe>>>,
+    still: &[bool],
+    nodes: &[Node],
+    cx: &mut Context,
+) {
+    for (probe, named) in probes.probes.iter().zip(map.into_iter().flatten()) {
+        let (Probe::Rotation { node, .. } | Probe::Angle { node }) = *probe else { continue };
+        if still[node] {
+            let message = format!(
+                "probe '{}' asks for the rotation of node '{}', which has none and stays at zero: the ends of members there are released from it",
+                named.name, nodes[node].name
+            );
+            cx.warn(
+                InputError::new(message)
+                    .at(named.value.span)
+                    .help("weld the end of the member whose rotation is meant to the node"),
+            );
+        }
+    }
+}
+
 /// Resolves the probes; whether they are those of a plane network is set later.
 pub(crate) fn probes(map: Option<&Map<Spanned<input::Probe>>>, observed: &Observed<'_>, cx: &mut Context) -> Probes {
     let entries: Vec<&Named<Spanned<input::Probe>>> = map.into_iter().flatten().collect();

@@ -100,6 +100,47 @@ pub(crate) fn rotations<'a>(
     rotations
 }
 
+/// Whether the rotation of each node stays zero, since no moment ever goes through the node: all ends there are pinned, or all but one that
+/// has a rotation of its own released, and nothing acts on its rotation.
+pub(crate) fn stand_still(parts: &Parts<'_>, steps: &[Step]) -> Vec<bool> {
+    let count = parts.nodes.len();
+    let (mut acted, mut ends) = (vec![false; count], vec![(0, false); count]);
+    for member in parts.members.iter().flatten() {
+        for (node, release) in member.nodes.into_iter().zip(&member.releases) {
+            let (taking, welded) = &mut ends[node];
+            *taking += usize::from(*release != Release::Pin);
+            *welded |= *release == Release::Welded;
+        }
+    }
+    for spring in parts.springs {
+        let engaged = spring.spring.nodes().iter().zip(spring.spring.engages()).filter(|(_, turns)| *turns);
+        engaged.for_each(|(&node, _)| acted[node] = true);
+    }
+    for support in parts.supports {
+        acted[support.node] |= support.fixed[3..].contains(&true);
+    }
+    for step in steps {
+        for change in &step.changes {
+            let (Change::Prescribe { node, component, .. }
+            | Change::Hold { node, component }
+            | Change::MoveBy { node, component, .. }
+            | Change::Free { node, component }) = *change;
+            acted[node] |= component >= 3;
+        }
+        for (target, value) in &step.targets {
+            if let Target::Moment(node, _) | Target::FollowerMoment(node, _) | Target::FollowerForce(node, _) = *target
+            {
+                acted[node] |= *value != 0.0;
+            }
+        }
+    }
+    let is_still = |node: usize| {
+        let (taking, welded) = ends[node];
+        taking <= 1 && !welded && !acted[node] && parts.bodies.of_node[node].is_none()
+    };
+    (0..count).map(is_still).collect()
+}
+
 /// Where nodes are; `None` where the definition of one is wrong.
 pub(crate) type Place<'a> = dyn Fn(usize) -> Option<[f64; 3]> + 'a;
 

@@ -492,6 +492,36 @@ actuation = { helix = 1 }
 }
 
 /// A node whose ends are all released has no rotation that a force could follow.
+/// A rotation of zero is what the solver says of a node that nothing turns, and no measurement.
+#[test]
+fn a_probe_of_a_rotation_that_is_none_is_told_of() {
+    let read = |release: &str, more: &str| {
+        let text = format!(
+            "format = \"pennate/1\"\ndimension = \"space\"\nnodes = {{ A = [-100, 0, 0], B = [100, 0, 0], J = [0, 60, 0] }}\n\
+            sections.r.stiffness = {{ EA = 1e3, EI2 = 1e5, EI3 = 1e5, GJ = 1e5 }}\n\
+            members.a = {{ nodes = [\"A\", \"J\"], section = \"r\", release = {{ end = \"pin\" }} }}\n\
+            members.b = {{ nodes = [\"B\", \"J\"], section = \"r\"{release} }}\n\
+            probes.turn = {{ node = \"J\", rotation = \"rz\" }}\n\
+            supports = {{ A = \"clamped\", B = \"clamped\" }}\nsteps = [{{ force = {{ J = [0, -50, 0] }}{more} }}]\n"
+        );
+        pennate_models::read_text("turn.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors}")).warnings
+    };
+    let hinge = ", release = { end = { hinge = [0, 1, 0] } }";
+    assert_eq!(read("", ""), []);
+    for acts in
+        [", rotation = { J = [0, 0, 5] }", ", moment = { J = [0, 0, 1] }", ", follower_force = { J = [1, 0, 0] }"]
+    {
+        assert_eq!(read(hinge, acts), [], "{acts}");
+    }
+    for release in [", release = { end = \"pin\" }", hinge] {
+        let [warning] = &read(release, "")[..] else { panic!("one warning: {release}") };
+        assert_eq!(
+            warning.message,
+            "probe 'turn' asks for the rotation of node 'J', which has none and stays at zero: the ends of members there are released from it"
+        );
+    }
+}
+
 #[test]
 fn a_follower_force_that_follows_nothing_is_told_of() {
     let read = |release: &str| {
