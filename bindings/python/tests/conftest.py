@@ -86,6 +86,25 @@ force = { C = [0, -2000] }
 """
 
 
+# A rigid body on a spring, and a node on another one: no member at all.
+LOOSE = """\
+format = "pennate/1"
+nodes = { A = [0, 0], B = [100, 0], C = [100, 50], D = [0, 50] }
+rigid_bodies.plate = { nodes = ["A", "B", "C"], mass = 1e-3 }
+springs.k = { node = "A", stiffness = { ux = 1, uy = 1, rz = 1000 } }
+springs.l = { nodes = ["A", "D"], stiffness = { ux = 1, uy = 1, rz = 1000 } }
+[[steps]]
+name = "push"
+force = { B = [0, -1] }
+"""
+
+
+@pytest.fixture(scope="session")
+def loose() -> pennate.Network:
+    """A network without members."""
+    return pennate.loads(LOOSE, name="loose.toml")
+
+
 @pytest.fixture(scope="session")
 def dyad() -> pennate.Network:
     """Two muscles that pull a joint down, inflated, then pushed back."""

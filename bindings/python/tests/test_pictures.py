@@ -384,6 +384,26 @@ def test_what_cannot_be_solved_is_drawn_all_the_same() -> None:
     assert loose._repr_mimebundle_()["image/png"][:4] == b"\x89PNG"
 
 
+def test_a_network_without_members_is_drawn(loose: pennate.Network, tmp_path: pathlib.Path) -> None:
+    solution = loose.solve()
+    assert loose._repr_mimebundle_()["image/png"][:4] == solution._repr_mimebundle_()["image/png"][:4] == b"\x89PNG"
+    assert solution.mesh().n_cells == 0
+    for run in (results.of(solution), results.of_network(loose)):
+        found = states.make_sheet(run, states.Options(), view.view_named("xy")).panels[0].scene
+        assert len(found.bodies) == 1 and found.bodies[0].radius > 0
+        assert [joint.name for joint in found.joints if joint.alone] == ["D"]
+    place = tmp_path / "loose.toml"
+    place.write_text(loose.text)
+    small = ["--resolution", "40", "--width", "110"]
+    assert main(["solve", str(place), "-o", str(tmp_path / "out"), "--vtk"]) == 0
+    for source, name in ((place, "a.png"), (tmp_path / "out", "b.png")):
+        assert main(["plot", str(source), "-o", str(tmp_path / name), *small]) == 0
+    solution.animate(tmp_path / "c.gif", frames=2, resolution=40)
+    for name in ("a.png", "b.png", "c.gif"):
+        with Image.open(tmp_path / name) as picture:
+            assert (np.asarray(picture.convert("L")) < 160).mean() > 0.005
+
+
 def test_a_mesh_is_tubes_of_the_deformed_members() -> None:
     solution = pennate.scene("dyad").solve()
     mesh = solution.mesh(sides=12)

@@ -184,6 +184,18 @@ def test_what_a_motion_takes_is_along_the_axes_that_it_is_prescribed_in() -> Non
     assert not force[0].any() and not moment.any()
 
 
+def test_a_network_without_members_is_shown(loose: pennate.Network) -> None:
+    text = page(loose.solve())
+    content = data_of(text)
+    assert content["members"] == [] and len(content["bars"]) == 2
+    # A node at which nothing ends is a ball.
+    assert [ball[0] for ball in content["balls"]] == [3]
+    assert min(ball[1] for ball in content["balls"]) > 0.005 * content["size"]
+    # The lines in place of the picture are those of the body.
+    still = text.split("<noscript>")[1].split("</noscript>")[0]
+    assert still.count("<line") == 2 and "nan" not in still
+
+
 def joined_of(network: pennate.Network) -> np.ndarray[Any, Any]:
     """(members, 2), the nodes at the ends of each member."""
     return np.array([[network.nodes.index(end) for end in network.ends[name]] for name in network.members])

@@ -332,6 +332,12 @@ def test_the_page_begins_with_our_script_and_is_whole(page: Session) -> None:
     assert body[begin:].startswith(b"<script>") and b"antialias: false" in body[begin : begin + 4000]
 
 
+def test_a_network_without_members_has_a_page(loose: pennate.Network) -> None:
+    with Session(loose, port=0) as page:
+        page.settle()
+        assert page.display.shown is not None and "Error" not in page.panel.verdict.content
+
+
 def test_pieces_of_several_lines_end_where_sections_and_members_do(spiral: pennate.Solution) -> None:
     drawing = spiral.drawing()
     fine, coarse = shapes.tubes(drawing, 1), shapes.tubes(drawing, 1, shapes.runs(drawing, 4))

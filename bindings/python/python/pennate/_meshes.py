@@ -32,6 +32,8 @@ def tubes(drawing: dict[str, Any], sides: int) -> pyvista.PolyData:
     place = np.full(len(points), -1)
     place[used] = np.arange(len(used))
     faces[:, 1:] = place[faces[:, 1:] // sides] * sides + faces[:, 1:] % sides
+    if not len(used):
+        return pyvista.PolyData()
     mesh = pyvista.PolyData(rings[used].reshape(-1, 3), faces=faces.ravel())
     mesh.point_data["Normals"] = around[used].reshape(-1, 3)
     for name, values in data.items():

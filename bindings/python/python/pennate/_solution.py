@@ -319,6 +319,11 @@ class Solution:
 
     # Pictures.
 
+    @property
+    def _drawable(self) -> bool:
+        """Whether there are the shapes of all members, of which there may be none."""
+        return bool(self._facts["shapes"]) or not self.members
+
     def drawing(self, step: str | int | None = None, increment: int = -1) -> dict[str, Any]:
         """Places, lines, and arrays of points and lines, as `.vtu` files have them.
 
@@ -337,7 +342,7 @@ class Solution:
             at = increment + count if increment < 0 else increment
             if not 0 <= at < count:
                 raise ValueError(f"step '{self.steps[place]}' has {count} increments, not a number {increment}")
-        if not self._facts["shapes"]:
+        if not self._drawable:
             raise ValueError("the shapes of the members were not kept: solve(shapes=True) keeps them")
         found = self._source.drawing(place, at)
         if found is None:
@@ -402,7 +407,7 @@ class Solution:
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         bundle: dict[str, Any] = {"text/plain": str(self)}
-        if self._facts["shapes"] and any(self._facts["increments"]):
+        if self._drawable and any(self._facts["increments"]):
             try:
                 from .pictures import png
             except ImportError:
@@ -420,7 +425,7 @@ class Stored:
         counts = solution._facts["increments"]
         self.all_fractions = [source.fractions(step) for step in range(len(counts))]
         self.drawings: dict[tuple[int | None, int], dict[str, Any] | None] = {}
-        if solution._facts["shapes"]:
+        if solution._drawable:
             places = [(None, 0), *((step, each) for step, count in enumerate(counts) for each in range(count))]
             self.drawings = {place: source.drawing(*place) for place in places}
 

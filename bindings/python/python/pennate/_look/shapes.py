@@ -23,6 +23,8 @@ UX, UY, UZ, RX, RY, RZ = (1 << component for component in range(6))
 TRANSLATIONS, ROTATIONS = UX | UY | UZ, RX | RY | RZ
 # A tube turns by no more than this from one cylinder to the next, in radians, while there are no more cylinders than that.
 SMOOTH, MANY = np.deg2rad(6.0), 3000
+# The radius of what no member says the thickness of, as a part of the extent of the nodes.
+MARK = 0.01
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,6 +75,11 @@ def places(drawing: Drawing) -> Array:
     return np.asarray(drawing["points"] + drawing["point_data"]["displacement"])
 
 
+def mark(places: Array) -> float:
+    """The radius of what no member says the thickness of, from the places of the nodes."""
+    return MARK * (float(np.linalg.norm(np.ptp(places, axis=0))) or 1.0)
+
+
 def extent(*drawings: Drawing) -> Extent:
     """The box of all of them, tubes included."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -115,7 +122,7 @@ def runs(drawing: Drawing, length: int) -> Integers:
     count = np.arange(len(own))
     place = count - np.maximum.accumulate(np.where(fresh, count, 0))
     starts = np.flatnonzero(place % length == 0)
-    ends = np.append(starts[1:], len(own)) - 1
+    ends = np.append(starts[1:], len(own))[: len(starts)] - 1
     return np.stack([own[starts], own[ends]], axis=1)
 
 
@@ -170,7 +177,10 @@ def ends(drawing: Drawing, members: int) -> Integers:
 
 
 def balls(drawing: Drawing, joined: Integers, count: int) -> tuple[Array, Array, Integers]:
-    """Places, radii and nodes of the balls that close joints; `joined` has the nodes at the ends of each member."""
+    """Places, radii and nodes of the balls that close joints, and of those that stand for nodes alone.
+
+    `joined` has the nodes at the ends of each member.
+    """
     at, radius = places(drawing), drawing["point_data"]["radius"]
     tips = ends(drawing, len(joined))
     largest, many = np.zeros(count), np.zeros(count, dtype=int)
@@ -181,7 +191,9 @@ def balls(drawing: Drawing, joined: Integers, count: int) -> tuple[Array, Array,
     of_body = np.isin(np.arange(count), rigid)
     held = drawing["point_data"]["held"][:count]
     pinned = (held & (UX | UY) == UX | UY) & (held & RZ == 0)
-    shown = np.flatnonzero((largest > 0) & ((many > 1) | of_body | pinned))
+    alone = (many == 0) & ~of_body
+    largest[alone] = mark(drawing["points"][:count])
+    shown = np.flatnonzero(alone | (largest > 0) & ((many > 1) | of_body | pinned))
     return at[shown], largest[shown], shown
 
 
@@ -189,7 +201,7 @@ def bars(drawing: Drawing) -> tuple[Array, Array, float]:
     """Ends of the bars that rigid bodies are made of, and their radius."""
     at, radius = places(drawing), drawing["point_data"]["radius"]
     own = drawing["cell_data"]["kind"] != RIGID
-    thick = 0.45 * float(radius[drawing["lines"][own]].mean()) if own.any() else 0.0
+    thick = 0.45 * float(radius[drawing["lines"][own]].mean()) if own.any() else mark(drawing["points"])
     found = bar_nodes(drawing)
     return at[found[:, 0]], at[found[:, 1]], thick
 
@@ -224,7 +236,8 @@ def inward(drawing: Drawing, joined: Integers, node: int) -> Array:
 def supports(drawing: Drawing, at_rest: Drawing, joined: Integers, nodes: int, plane: bool) -> list[Support]:
     """Symbols of what holds the network; what steps hold is no support."""
     at, data = places(drawing), drawing["point_data"]
-    radius = data["radius"][drawing["lines"]].mean()
+    lines = drawing["lines"] if len(drawing["lines"]) else np.arange(nodes)
+    radius = data["radius"][lines].mean()
     found = []
     for node in np.flatnonzero(at_rest["point_data"]["held"][:nodes] & (TRANSLATIONS if not plane else UX | UY)):
         held = int(at_rest["point_data"]["held"][node] & data["held"][node])

@@ -141,13 +141,16 @@ def _still(way: Solution) -> str:
     own = np.flatnonzero(drawing["cell_data"]["kind"] != shapes.RIGID)
     field = fields.fields(*_picture.units(way))["axial_force"]
     values = fields.values(drawing, field)[own]
-    colours = fields.scale_of(field, values).colours(values)
-    lines = np.asarray(drawing["lines"])[own]
+    colours = [colour.tolist() for colour in fields.scale_of(field, values).colours(values)]
+    bars = shapes.bar_nodes(drawing)
+    lines = np.concatenate([bars, np.asarray(drawing["lines"])[own]])
     widths = 2 * drawing["point_data"]["radius"][lines].mean(axis=1)
+    widths[: len(bars)] = 2 * shapes.bars(drawing)[2]
+    colours = [[round(255 * part) for part in _picture.BODY]] * len(bars) + colours
     low, high = flat.min(axis=0), flat.max(axis=0)
     margin = 0.08 * float(np.linalg.norm(high - low)) + float(widths.max(initial=0.0))
     frame = (low[0] - margin, low[1] - margin, high[0] - low[0] + 2 * margin, high[1] - low[1] + 2 * margin)
-    names = ["#" + bytes(colour.tolist()).hex() for colour in colours]
+    names = ["#" + bytes(colour).hex() for colour in colours]
     return _curves.still(flat[lines], names, np.maximum(widths, 0.004 * max(frame[2:])), frame)
 
 

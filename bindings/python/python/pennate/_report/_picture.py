@@ -100,7 +100,7 @@ def data(solution: Solution) -> dict[str, Any]:
         -1, 2
     )
     reach = max(float(np.abs(shapes.places(state.drawing) - whole.centre).max()) for state in way)
-    thickest = max(float(state.drawing["point_data"]["radius"].max()) for state in way)
+    thickest = max(float(state.drawing["point_data"]["radius"].max()) for state in way) or 1.0
     shown = [(field, *_scaled(field, way, lined)) for field in fields.fields(length, force, pressure).values()]
     shown = [entry for entry in shown if entry[1].high != 0 or entry[1].low != 0 or entry[0].key == "axial_force"]
     own = lined[0]

@@ -119,4 +119,6 @@ def ghost_of(sheet: Sheet, frame: Frame, pixels: float, options: Options) -> ren
 
 def edge_jump(scene: Scene) -> float:
     """How far behind something must lie to be parted from it by a line."""
-    return 0.8 * float(np.median(np.concatenate([piece.radii for rod in scene.rods for piece in rod.pieces])))
+    radii = [piece.radii for rod in scene.rods for piece in rod.pieces]
+    others = [body.radius for body in scene.bodies] + [joint.radius for joint in scene.joints if joint.alone]
+    return 0.8 * float(np.median(np.concatenate(radii) if radii else others))

@@ -21,8 +21,8 @@ def draw_foot(figure: Figure, sheet: Sheet, scale: float, options: Options) -> N
     left = draw_scale(figure, sheet.run.length_unit, scale, 8.0, 10.0, min(0.2 * width, 70.0), theme)
     if options.ghost and any(panel.state.step is not None for panel in sheet.panels):
         left = draw_ghost_key(figure, left + 14.0, theme)
-    if not sheet.run.steps:
-        # What nobody solved has no forces, and they are not zero either.
+    if not sheet.run.steps or not sheet.run.members:
+        # What nobody solved has no forces, and they are not zero either; nor has a network without members.
         return
     if sheet.colouring.uniform:
         write(figure, width - 8.0, 15.0, sheet.colouring.words(), size=SMALL, color=theme.ink, va="center", ha="right")

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .._look.shapes import held_by
+from .._look.shapes import held_by, mark
 from .results import Array, Integers, Run, Shape
 
 MUSCLE, MEMBER, RIGID = 0, 1, 2
@@ -61,7 +61,7 @@ class Joint:
 
     name: str
     place: Array
-    # Of the thickest member that ends here; zero where none does.
+    # Of the thickest member that ends here; without one that of the body, or of a mark where there is none either.
     radius: float
     # Of the members that end here: directions away from the node, radii, and values.
     directions: Array
@@ -78,6 +78,11 @@ class Joint:
     held_by_force: Array
     held_by_moment: Array
     of_body: bool
+
+    @property
+    def alone(self) -> bool:
+        """Whether neither a member nor a body is at this node."""
+        return not self.of_body and not len(self.directions)
 
     def inward(self) -> Array:
         """The mean direction of the members that end here; zero where they balance."""
@@ -125,10 +130,15 @@ def build(run: Run, shape: Shape, values: Array, at_rest: Shape, thinnest: float
     places = shape.points + shape.point_data["displacement"]
     count = len(run.nodes)
     rods = tuple(rod_of(run, shape, places, values, member, count, thinnest) for member in range(len(run.members)))
-    bodies = bodies_of(shape, places, rods)
-    of_body = {node for body in bodies for node in body.nodes}
+    marked = max(mark(shape.points[:count]), thinnest)
+    bodies = bodies_of(shape, places, rods, marked)
+    # Where there is no member the thickness is that of the body.
+    thick = {node: body.radius for body in bodies for node in body.nodes}
     taken = held_by(shape.point_data, at_rest.point_data, count)
-    joints = tuple(joint_of(run, shape, places, at_rest, taken, rods, node, node in of_body) for node in range(count))
+    joints = tuple(
+        joint_of(run, shape, places, at_rest, taken, rods, node, node in thick, thick.get(node, marked))
+        for node in range(count)
+    )
     return Scene(rods, joints, bodies)
 
 
@@ -186,10 +196,11 @@ def piece_of(shape: Shape, places: Array, cells: Integers, values: Array, thinne
     return Piece(smooth[:, :3], second, third, np.interp(fine, along, radii), np.interp(fine, along, at_points))
 
 
-def bodies_of(shape: Shape, places: Array, rods: tuple[Rod, ...]) -> tuple[Body, ...]:
-    """Rigid bodies: lines from one reference to the other nodes."""
+def bodies_of(shape: Shape, places: Array, rods: tuple[Rod, ...], marked: float) -> tuple[Body, ...]:
+    """Rigid bodies: lines from one reference to the other nodes, thinner than members, where there are any."""
     lines = shape.cells[shape.cell_data["kind"] == RIGID]
-    mean = float(np.mean([max(float(piece.radii.max()) for piece in rod.pieces) for rod in rods]))
+    radii = [max(float(piece.radii.max()) for piece in rod.pieces) for rod in rods]
+    mean = float(np.mean(radii)) if radii else marked / 0.45
     bodies = []
     for reference in dict.fromkeys(int(line[0]) for line in lines):
         nodes = (reference, *(int(line[1]) for line in lines if line[0] == reference))
@@ -207,6 +218,7 @@ def joint_of(
     rods: tuple[Rod, ...],
     node: int,
     of_body: bool,
+    thick: float,
 ) -> Joint:
     """One node, with the members that end there."""
     ends = [rod.end(which) for rod in rods for which in (0, 1) if rod.nodes[which] == node]
@@ -218,7 +230,7 @@ def joint_of(
     return Joint(
         name=run.nodes[node],
         place=places[node],
-        radius=float(radii.max(initial=0.0)),
+        radius=float(radii.max()) if ends else thick,
         directions=np.array([direction for _, direction, _, _ in ends]).reshape(-1, 3),
         radii=radii,
         values=np.array([value for _, _, _, value in ends]),

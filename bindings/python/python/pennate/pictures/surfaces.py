@@ -71,7 +71,9 @@ def network(scene: Scene, colouring: Scale, theme: Theme, plane: bool) -> Surfac
         add_rod(surface, scene, rod, [painted(colouring, piece.values, default) for piece in rod.pieces])
     muscles = {node for rod in scene.rods if rod.muscle for node in rod.nodes}
     for index, joint in enumerate(scene.joints):
-        if closed(joint):
+        if joint.alone:
+            add_ball(surface, joint.place, joint.radius, np.array(to_rgb(theme.body)))
+        elif closed(joint):
             add_joint(surface, joint, colouring, theme.muscle if index in muscles else theme.member)
     for body in scene.bodies:
         add_body(surface, body, theme, plane)
@@ -83,7 +85,7 @@ def network(scene: Scene, colouring: Scale, theme: Theme, plane: bool) -> Surfac
 def closed(joint: Joint) -> bool:
     """Whether a ball closes a joint: where members meet, on bodies, and where a member may turn about its support."""
     pinned = joint.held & TRANSLATIONS and joint.held & ROTATIONS != ROTATIONS
-    return len(joint.directions) > 1 or (joint.radius > 0 and bool(joint.of_body or pinned))
+    return len(joint.directions) > 1 or (len(joint.directions) > 0 and bool(joint.of_body or pinned))
 
 
 def ghost(scene: Scene, theme: Theme, plane: bool) -> Surface:
@@ -93,7 +95,7 @@ def ghost(scene: Scene, theme: Theme, plane: bool) -> Surface:
     for rod in scene.rods:
         add_rod(surface, scene, rod, [colour] * len(rod.pieces))
     for joint in scene.joints:
-        if closed(joint):
+        if joint.alone or closed(joint):
             add_ball(surface, joint.place, joint.radius, colour)
     for body in scene.bodies:
         add_body(surface, body, dataclasses.replace(theme, body=theme.ghost), plane)

@@ -71,6 +71,6 @@ def frame_of(view: View, scenes: list[Scene]) -> Frame:
         flat = view.flat(places)
         low = np.minimum(low, (flat - radii[:, None]).min(axis=0))
         high = np.maximum(high, (flat + radii[:, None]).max(axis=0))
-    # A straight line has no height; it gets some.
-    thin = np.maximum(0.02 * (high - low).max() - (high - low), 0.0) / 2
+    # A straight line has no height; it gets some. A body has no thickness before it is drawn: one that is a point gets some too.
+    thin = np.maximum(0.02 * ((high - low).max() or 1.0) - (high - low), 0.0) / 2
     return Frame(low - thin, high + thin)
