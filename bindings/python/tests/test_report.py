@@ -138,6 +138,17 @@ def test_one_command_goes_from_a_file_to_a_page(tmp_path: pathlib.Path, capsys: 
     network.write_text(pennate.scene("dyad").text)
     assert main(["report", str(network), "--set", "pressure=20", "-o", str(tmp_path / "dyad.html")]) == 0
     assert (tmp_path / "dyad.html").stat().st_size < 300_000
+    capsys.readouterr()
+    for output in (network, tmp_path / "page.txt"):
+        assert main(["report", str(network), "-o", str(output)]) == 2
+        assert "a page is an .html" in capsys.readouterr().err
+    named = tmp_path / "network.html"
+    named.write_text(network.read_text())
+    assert main(["report", str(named), "-o", str(tmp_path / ".." / tmp_path.name / "network.html")]) == 2
+    assert "is the network file itself, which is not written over" in capsys.readouterr().err
+    assert named.read_text() == network.read_text() == pennate.scene("dyad").text
+    with pytest.raises(ValueError, match="a page is an .html"):
+        pennate.load(network).solve().report(tmp_path / "dyad.toml")
     network.write_text(network.read_text().replace("clamped", "clampd"))
     assert main(["report", str(network), "-o", str(tmp_path / "no.html")]) == 2
     assert "dyad.toml:" in capsys.readouterr().err and not (tmp_path / "no.html").exists()

@@ -63,6 +63,13 @@ def solution(parsed: argparse.Namespace) -> Solution:
     return found
 
 
+def check_output(parsed: argparse.Namespace) -> None:
+    """Refuses an output that is the source."""
+    source, output = parsed.source, parsed.output
+    if source.resolve() == output.resolve() or (source.exists() and output.exists() and source.samefile(output)):
+        raise ValueError(f"{output} is the network file itself, which is not written over; give another file with -o")
+
+
 def status(found: Solution) -> int:
     """The exit status after a solution."""
     return 0 if found.status == "converged" else 1

@@ -14,9 +14,17 @@ from ._page import page
 if TYPE_CHECKING:
     from .._solution import Solution
 
-__all__ = ["page", "write"]
+__all__ = ["check", "page", "write"]
 
 
 def write(solution: Solution, output: str | os.PathLike[str]) -> None:
     """Writes the report of a solution, which must have its shapes."""
-    pathlib.Path(output).write_text(page(solution), encoding="utf-8")
+    target = pathlib.Path(output)
+    check(target)
+    target.write_text(page(solution), encoding="utf-8")
+
+
+def check(output: pathlib.Path) -> None:
+    """Refuses what is no page before anything is solved or written."""
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{output}: a page is an .html")

@@ -19,9 +19,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; returns the exit status."""
     parsed = parser().parse_args(arguments)
     from .._errors import Error
-    from . import write
+    from . import check, write
 
     try:
+        check(parsed.output)
+        _commands.check_output(parsed)
         solution = _commands.solution(parsed)
         write(solution, parsed.output)
     except (Error, OSError, ValueError) as error:
