@@ -433,6 +433,19 @@ def test_one_command_goes_from_a_file_to_a_picture_and_a_film(
     with Image.open(tmp_path / "dyad.gif") as moving:
         assert getattr(moving, "n_frames") >= 3
     assert main(["plot", str(network), "-o", str(tmp_path / "dyad.bmp")]) == 2
+    capsys.readouterr()
+    for wrong, message in (
+        (["--width", "3"], "width: one state needs 36 mm or more, not 3"),
+        (["--width", "0"], "width: more than 0 and less than 5000 mm expected, not 0"),
+        (["--width", "nan"], "width: more than 0 and less than 5000 mm expected, not nan"),
+        (["--resolution", "0"], "resolution: 10 to 2000 pixels an inch expected, not 0"),
+    ):
+        assert main(["plot", str(network), "-o", str(tmp_path / "no.png"), *wrong]) == 2
+        assert message in capsys.readouterr().err and not (tmp_path / "no.png").exists()
+    assert main(["plot", str(network), "-o", str(tmp_path / "no.gif"), "--steps", "inflate"]) == 2
+    assert "steps: a film goes through all of them" in capsys.readouterr().err
+    assert main(["plot", str(network), "-o", str(network)]) == 2
+    assert pennate.load(network).text == pennate.scene("dyad").text
     assert main(["plot", str(network), "-o", str(tmp_path / "a.png"), "--field", "colour"]) == 2
     assert "there is no field 'colour'" in capsys.readouterr().err
     with pytest.raises(SystemExit):

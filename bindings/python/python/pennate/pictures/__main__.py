@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     try:
         return draw(parsed)
-    except (PictureError, Error, OSError) as error:
+    except (PictureError, Error, OSError, ValueError) as error:
         return _commands.wrong(error)
 
 
@@ -43,11 +43,15 @@ def draw(parsed: argparse.Namespace) -> int:
         "transparent": parsed.transparent,
         "ghost": not parsed.no_ghost,
     }
+    _commands.check_output(parsed)
     steps = [name.strip() for name in parsed.steps.split(",")] if parsed.steps else []
-    wishes |= {name: getattr(parsed, name) for name in ("names", "width", "resolution") if getattr(parsed, name)}
+    given = {name: getattr(parsed, name) for name in ("names", "width", "resolution")}
+    wishes |= {name: value for name, value in given.items() if value is not None}
     moving = parsed.output.suffix.lower() in (".gif", ".mp4")
     if not moving and parsed.output.suffix.lower() != ".png":
         raise PictureError(f"{parsed.output}: a .png, or a film as .gif or .mp4")
+    if moving and steps:
+        raise PictureError(f"steps: a film goes through all of them; a .png shows the ends of {parsed.steps}")
     solution = None
     if parsed.source.suffix.lower() in (".toml", ".json") and not parsed.source.is_dir():
         solution = _commands.solution(parsed)
@@ -76,7 +80,7 @@ def parser() -> argparse.ArgumentParser:
     add = found.add_argument
     add("-o", "--output", type=pathlib.Path, required=True, help="the picture: .png, or a film as .gif or .mp4")
     add("--field", default="axial_force", help="what the colours show: axial_force, bending_moment_3, displacement, …")
-    add("--steps", help="steps to draw, separated by commas; 'unloaded' is the network as built")
+    add("--steps", help="steps to draw, separated by commas, not of a film; 'unloaded' is the network as built")
     add("--view", help="xy, xz, yz, space, or azimuth and elevation in degrees, '--view=-60,20'")
     add("--names", choices=("auto", "all", "none"), help="names of nodes and members")
     add("--no-ghost", action="store_true", help="without the unloaded shape behind")

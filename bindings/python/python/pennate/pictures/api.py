@@ -50,8 +50,10 @@ def options(
     """
     if names not in ("auto", "all", "none"):
         raise results.PictureError(f"names: 'auto', 'all' or 'none' expected, not {names!r}")
-    if not (0 < width < 5000 and 10 <= resolution <= 2000):
-        raise results.PictureError("width: up to 5000 mm, resolution: 10 to 2000 pixels an inch")
+    if not 0 < width < 5000:
+        raise results.PictureError(f"width: more than 0 and less than 5000 mm expected, not {width:g}")
+    if not 10 <= resolution <= 2000:
+        raise results.PictureError(f"resolution: 10 to 2000 pixels an inch expected, not {resolution:g}")
     place = {name: index for index, name in enumerate(step.name for step in run.steps)}
 
     def chosen(step: str | int) -> int | None:

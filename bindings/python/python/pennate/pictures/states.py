@@ -13,12 +13,14 @@ from .._look.fields import Scale, number, with_unit
 from . import colours
 from .colours import Theme
 from .paper import MILLIMETRE
-from .results import Array, Run, Shape, State
+from .results import Array, PictureError, Run, Shape, State
 from .scene import Scene, build
 from .view import Frame, View, frame_of
 
 # Sizes on paper, in points: around a network, above it, below all, and between two.
 MARGIN, HEAD, FOOT, GUTTER = 18.0, 15.0, 33.0, 8.0
+# A network has at least so much room, in points.
+ROOM = 12.0
 # The thinnest radius that can be seen on paper, in points.
 THINNEST = 0.55
 # A figure is at most so high over its width, with one state and with several.
@@ -134,6 +136,10 @@ def captions(run: Run, state: State, shape: Shape) -> tuple[str, str]:
 def lay_out(frame: Frame, count: int, options: Options) -> Layout:
     """As many columns as make the network largest on a sheet of the width."""
     width = options.width * MILLIMETRE
+    least = min(least_width(columns, count) for columns in range(1, count + 1))
+    if width < least:
+        states = f"{count} states need" if count > 1 else "one state needs"
+        raise PictureError(f"width: {states} {math.ceil(least / MILLIMETRE)} mm or more, not {options.width:g}")
     best: tuple[float, Layout] | None = None
     for columns in range(1, count + 1):
         rows = math.ceil(count / columns)
@@ -146,6 +152,13 @@ def lay_out(frame: Frame, count: int, options: Options) -> Layout:
             best = worth, Layout(columns, rows, scale)
     assert best is not None and best[1].scale > 0
     return best[1]
+
+
+def least_width(columns: int, count: int) -> float:
+    """The width of a sheet, in points, from which on so many columns leave some room for the network in every direction."""
+    rows = math.ceil(count / columns)
+    across = columns * (ROOM + 2 * MARGIN) + GUTTER * (columns - 1)
+    return max(across, (rows * (ROOM + HEAD + 2 * MARGIN) + FOOT) / TALLEST[count > 1])
 
 
 def largest_force(panels: Sequence[Panel]) -> float:
