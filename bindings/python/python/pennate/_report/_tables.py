@@ -100,8 +100,6 @@ def members(solution: Solution, length: str, force: str) -> str:
 
 
 def last(solution: Solution) -> int:
-    """The last step of which there are results."""
-    reached = [
-        index for index, part in enumerate(solution.fraction) if part > 0 and np.isfinite(solution.energy[index])
-    ]
-    return reached[-1] if reached else 0
+    """The last step of which there are results, at whatever part of its ramp it ended."""
+    reached = np.flatnonzero(np.isfinite(solution.energy))
+    return int(reached[-1]) if len(reached) else 0
