@@ -195,6 +195,23 @@ def test_what_a_motion_takes_is_along_the_axes_that_it_is_prescribed_in() -> Non
     assert not force[0].any() and not moment.any()
 
 
+def test_a_support_is_drawn_until_a_step_frees_it() -> None:
+    network = pennate.loads(GUIDED % ('["uy"]', "force = { B = [1, 0] }"))
+    freed = network.edit(steps=[*network.to_dict()["steps"], {"name": "let go", "free": {"B": ["uy"]}}]).solve()
+    labelled = {state["label"]: [each[:2] for each in state["supports"]] for state in data_of(page(freed))["states"]}
+    assert labelled["unloaded"] == labelled["move, 100 %"] == [["block", 0], ["guide", 1]]
+    assert labelled["let go, 100 %"] == [["block", 0]]
+
+
+def test_all_numbers_are_those_of_the_last_step_also_where_its_fraction_is_below_zero() -> None:
+    network = pennate.loads(ARCH)
+    (push,) = network.to_dict()["steps"]
+    before = {"name": "before", "increments": 1}
+    found = network.edit(steps=[before, {**push, "stop": {"increments": 22}}]).solve()
+    assert found.fraction[1] < 0 and found.status == "converged"
+    assert "At the end of step ‘push’" in page(found)
+
+
 def test_a_network_without_members_is_shown(loose: pennate.Network) -> None:
     text = page(loose.solve())
     content = data_of(text)

@@ -241,6 +241,9 @@ def supports(drawing: Drawing, at_rest: Drawing, joined: Integers, nodes: int, p
     found = []
     for node in np.flatnonzero(at_rest["point_data"]["held"][:nodes] & (TRANSLATIONS if not plane else UX | UY)):
         held = int(at_rest["point_data"]["held"][node] & data["held"][node])
+        if not held & (TRANSLATIONS if not plane else UX | UY):
+            # A step has freed it.
+            continue
         if plane:
             # Out of the plane it is held as a plane network is.
             held = held & (UX | UY) | UZ | (ROTATIONS if held & RZ else 0)

@@ -134,18 +134,25 @@ def data(solution: Solution) -> dict[str, Any]:
             for node, radius in zip(closed, radii)
         ],
         "bars": [[int(a), int(b), max(thick, 0.002 * whole.size)] for a, b in shapes.bar_nodes(first)],
-        "supports": [
-            [each.kind, each.node, each.axis.tolist(), _shift(each), max(each.size, 0.008 * whole.size)]
-            for each in shapes.supports(way[-1].drawing, first, joined, len(nodes), plane)
-        ],
         "fields": [_legend(field, scale, reached) for field, scale, reached in shown],
         "states": [
             _state(block, state, whole, reach, thickest, own, shown, first, len(nodes))
+            | {"supports": _supports(state, first, joined, len(nodes), plane, whole)}
             for state, own in zip(way, lined)
         ],
     }
     found["blob"] = block.text()
     return found
+
+
+def _supports(
+    state: State, first: dict[str, Any], joined: npt.NDArray[np.int64], nodes: int, plane: bool, whole: shapes.Extent
+) -> list[list[Any]]:
+    """What holds the network in a state: the page puts it behind its nodes."""
+    return [
+        [each.kind, each.node, _rounded(each.axis), _shift(each), max(each.size, 0.008 * whole.size)]
+        for each in shapes.supports(state.drawing, first, joined, nodes, plane)
+    ]
 
 
 def _shift(support: shapes.Support) -> float:

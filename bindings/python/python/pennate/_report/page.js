@@ -137,7 +137,7 @@ function build(shape, field, plain) {
   for (const [start, end, radius] of data.bars)
     surface.piece(at(shape.places, start), at(shape.places, end), radius, radius, plain || data.body);
   if (plain) return surface;
-  for (const [kind, node, axis, shift, size] of data.supports) {
+  for (const [kind, node, axis, shift, size] of shape.state.supports) {
     const place = add(at(shape.places, node), axis, shift);
     if (kind === "cone") {
       surface.piece(place, add(place, axis, 1.9 * size), 0.35 * size, 1.2 * size, data.ground);
