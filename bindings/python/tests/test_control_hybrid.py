@@ -97,6 +97,18 @@ def test_integration_does_not_wind_up_at_a_limit() -> None:
         Servo(arm, [0.0, 0.0], gain=0.0)
 
 
+def test_a_servo_refuses_what_it_cannot_go_by() -> None:
+    model = br2.table(0)
+    for wrong, message in (
+        ({"tolerance": np.nan}, "tolerance: a length, 0 or more, expected, not nan"),
+        ({"largest": (0.0, 1.0)}, "largest: changes above 0 expected, not 0 for Pb"),
+        ({"restarts": -1}, "restarts: a whole number, 0 or more, expected"),
+        ({"gain": 2.0}, "gain: more than 0 and at most 1 expected"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            control.Servo(model, (100.0, 100.0), **wrong)  # type: ignore[arg-type]
+
+
 def _served(arm: Bench, points: control._arms.Array) -> tuple[list[float], float]:
     """Errors at waypoints, each to 3 mm or at most 15 moves, and the mean of the moves."""
     inputs = np.array([br2.BENDING / 2, 0.0, 0.0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -145,6 +147,52 @@ def test_what_is_wrong_is_said() -> None:
         control.Solved(pennate.scene("br2"), {"Pb": (5, 5)})
     with pytest.raises(ValueError, match="not between its limits"):
         control.Table(arm, (10, 10), ((), (200.0,)))
+
+
+class Wall:
+    """A plane table that has no equilibrium beyond half of its first input."""
+
+    names = ("a", "b")
+    lower, upper = np.zeros(2), np.ones(2)
+
+    def tip(self, inputs: Array) -> Array:
+        tips = np.stack([10 * inputs[:, 0], 10 * inputs[:, 1], 0 * inputs[:, 0]], axis=1)
+        tips[inputs[:, 0] > 0.5] = np.nan
+        return tips
+
+    def jacobian(self, inputs: Array) -> tuple[Array, Array]:
+        return self.tip(inputs), np.tile(np.array([[10.0, 0.0], [0.0, 10.0], [0.0, 0.0]]), (len(inputs), 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"largest": [0.0, 0.0]}, "largest: changes above 0 expected, not 0 for a"),
+        ({"largest": [1.0, np.nan]}, "largest: changes above 0 expected, not nan for b"),
+        ({"largest": [-1.0, 1.0]}, "largest: changes above 0 expected, not -1 for a"),
+        ({"largest": [1.0]}, r"largest has the shape \(1,\): \(2,\) expected, for a, b"),
+        ({"tolerance": np.nan}, "tolerance: a length, 0 or more, expected, not nan"),
+        ({"tolerance": -1.0}, "tolerance: a length, 0 or more, expected, not -1"),
+        ({"start": [1000.0, 0.5]}, "start: a = 1000 is beyond its limits, 0 to 1"),
+        ({"start": [[0.1, 0.1], [0.2, 0.2]]}, "start: one row, or 1, one for each target, expected, not 2"),
+        ({"moves": -1}, "moves: a whole number, 0 or more, expected, not -1"),
+    ],
+)
+def test_what_cannot_be_gone_by_is_refused_before_anything_moves(wrong: dict[str, Any], message: str) -> None:
+    asked: dict[str, Any] = {"start": [0.1, 0.1], **wrong}
+    with pytest.raises(ValueError, match=message):
+        reach(Wall(), [3.0, 3.0, 0.0], **asked)
+    with pytest.raises(ValueError, match=message):
+        control.hybrid(Wall(), [3.0, 3.0, 0.0], None, **asked)
+
+
+def test_a_start_without_an_equilibrium_begins_anew_where_there_is_one() -> None:
+    targets, starts = np.array([[3.0, 3.0, 0.0], [2.0, 4.0, 0.0]]), np.array([[0.9, 0.1], [0.2, 0.1]])
+    found = reach(Wall(), targets, start=starts)
+    assert found.reached.all() and found.restarts.tolist() == [1, 0]
+    alone = reach(Wall(), targets, start=starts, restarts=0)
+    assert alone.reached.tolist() == [False, True] and np.isinf(alone.error[0])
+    assert control.hybrid(Wall(), targets, None, start=starts).reached.all()
 
 
 def test_an_arm_that_buckles_leans_to_the_side_of_its_actuator_live_and_in_its_table() -> None:

@@ -38,6 +38,36 @@ def within(what: str, given: npt.ArrayLike, arm: Arm) -> Array:
     return found
 
 
+def starts(given: npt.ArrayLike, arm: Arm, count: int, what: str = "start") -> Array:
+    """(count, k) inputs to begin with, within their limits: one row for each target, or one for all."""
+    found = within(what, given, arm)
+    if len(found) not in (1, count):
+        raise ValueError(f"{what}: one row, or {count}, one for each target, expected, not {len(found)}")
+    return np.broadcast_to(found, (count, found.shape[1]))
+
+
+def length(what: str, given: Any) -> float:
+    """A length that is no less than 0."""
+    found = _arguments.real(given, what, "a length")
+    if not 0.0 <= found < np.inf:
+        raise ValueError(f"{what}: a length, 0 or more, expected, not {found:g}")
+    return found
+
+
+def largest(given: npt.ArrayLike | None, arm: Arm) -> Array:
+    """(k,), the changes of inputs that a move does not exceed; infinite where nothing limits them."""
+    count = len(arm.names)
+    if given is None:
+        return np.full(count, np.inf)
+    found = _arguments.numbers(given, "largest", arm.names)
+    if found.shape != (count,):
+        raise ValueError(f"largest has the shape {found.shape}: ({count},) expected, for {', '.join(arm.names)}")
+    if not (found > 0).all():
+        place = int(np.flatnonzero(~(found > 0))[0])
+        raise ValueError(f"largest: changes above 0 expected, not {found[place]:g} for {arm.names[place]}")
+    return found
+
+
 def strides(actions: npt.ArrayLike, count: int, arms: int) -> npt.NDArray[np.intp]:
     """(arms,), numbers of discrete actions."""
     given = np.asarray(actions)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
 from . import _checks, br2
 from ._arms import Arm, Array
 from ._policy import Policy, follow
@@ -42,13 +43,15 @@ def hybrid(
 
     Args:
         policy: Of the kind of the arm's inputs; `None` plans by Gauss-Newton alone.
-        start: (k,) or (n, k) inputs to begin with.
+        start: (k,) or (n, k) inputs to begin with, within their limits.
         moves: At most so many along the plan, and as many after it from each start.
     """
     targets = _checks.rows("target", target, 3)
     alone = np.ndim(target) == 1
-    begin = np.broadcast_to(_checks.rows("start", start, len(arm.names)), (len(targets), len(arm.names)))
-    plan = _Plan(arm, arm if model is None else model, targets, begin, tolerance, largest)
+    tolerance, moves = _checks.length("tolerance", tolerance), _arguments.whole(moves, "moves")
+    restarts, limit = _arguments.whole(restarts, "restarts"), _checks.largest(largest, arm)
+    begin = _checks.starts(start, arm, len(targets))
+    plan = _Plan(arm, arm if model is None else model, targets, begin, tolerance, limit)
     plan.make(policy, restarts)
     plan.follow(policy, moves)
     found = reach(
@@ -69,12 +72,10 @@ def hybrid(
 class _Plan:
     """Inputs at which the model is at the targets, and arms on the straight way to them."""
 
-    def __init__(
-        self, arm: Arm, model: Arm, targets: Array, inputs: Array, tolerance: float, largest: npt.ArrayLike | None
-    ) -> None:
+    def __init__(self, arm: Arm, model: Arm, targets: Array, inputs: Array, tolerance: float, largest: Array) -> None:
         self.arm, self.model, self.targets, self.tolerance = arm, model, targets, tolerance
         self.range = arm.upper - arm.lower
-        self.largest = np.full(len(self.range), np.inf) if largest is None else np.asarray(largest, dtype=np.float64)
+        self.largest = largest
         self.inputs = np.clip(inputs, arm.lower, arm.upper)
         self.tips = arm.tip(self.inputs)
         self.goals = self.inputs.copy()
@@ -134,6 +135,8 @@ class _Plan:
     def _ended(self, which: Rows, start: Array, restarts: int) -> Reach:
         """Where Gauss-Newton ends on the model."""
         enough = SHARE * self.tolerance
+        # The limits of the model may be others than those of the arm.
+        start = np.clip(start, self.model.lower, self.model.upper)
         found = reach(self.model, self._beside(which), start=start, tolerance=enough, restarts=restarts)
         self.asked[which] += found.jacobians
         return found

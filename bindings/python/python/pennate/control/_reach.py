@@ -57,7 +57,7 @@ class Reach:
     tip: Array
     """(n, 3), as measured there."""
     error: Array
-    """(n,), distance between tip and target, in the unit of lengths."""
+    """(n,), distance between tip and target, in the unit of lengths; infinite where there is no equilibrium."""
     reached: Flags
     """(n,), whether the error is within the tolerance."""
     moves: Counts
@@ -87,23 +87,26 @@ def reach(
         arm: What is moved and measured. A live state needs `inputs`, its parameters that may change with their limits,
             and has one target; `tip` are the three probes of its tip.
         target: (3,) or (n, 3), in the unit of lengths of the network.
-        start: (k,) or (n, k) inputs to begin with; the middle of the limits, or where a live state is.
+        start: (k,) or (n, k) inputs to begin with, within their limits; the middle of these, or where a live state is.
         model: What gives derivatives, and proposes restarts; the arm itself unless given.
         tolerance: An error that is small enough, in the unit of lengths.
         moves: At most so many on the arm from each start.
-        largest: (k,) changes of the inputs that a move does not exceed.
+        largest: (k,) changes of the inputs that a move does not exceed, above 0.
         restarts: From so many other starts the model looks for a better way where the first ends short of the target.
     """
     moved = _adapted(arm, inputs, tip)
-    tolerance = _arguments.real(tolerance, "tolerance", "a length")
+    tolerance, largest = _checks.length("tolerance", tolerance), _checks.largest(largest, moved)
     moves, restarts = _arguments.whole(moves, "moves"), _arguments.whole(restarts, "restarts")
     targets = _checks.rows("target", target, 3)
     alone = np.ndim(target) == 1
     if isinstance(moved, Followed) and len(targets) > 1:
         raise ValueError(f"a live state goes to one target at a time, not to {len(targets)}")
-    if start is None:
-        start = moved.inputs if isinstance(moved, Followed) else (moved.lower + moved.upper) / 2
-    begin = np.broadcast_to(_checks.rows("start", start, len(moved.names)), (len(targets), len(moved.names)))
+    what = "start"
+    if start is None and isinstance(moved, Followed):
+        what, start = "where the live state is", moved.inputs
+    elif start is None:
+        start = (moved.lower + moved.upper) / 2
+    begin = _checks.starts(start, moved, len(targets), what)
     way = _Way(moved, moved if model is None else model, targets, tolerance, largest)
     way.begin(begin)
     way.go(moves)
@@ -117,7 +120,7 @@ def reach(
 
 def _restart(way: _Way, moves: int, count: int) -> bool:
     """Lets the model look for better ways to the targets that were not reached, and goes them; whether there were any."""
-    late = np.flatnonzero(~way.there & np.isfinite(way.errors))
+    late = np.flatnonzero(~way.there)
     foretold, inputs = _looked_for(way, late, count)
     # Only what is better by more than the model is likely to be wrong by is worth a move.
     worth = foretold < WORTH * way.errors[late]
@@ -131,12 +134,13 @@ def _restart(way: _Way, moves: int, count: int) -> bool:
 
 def _looked_for(way: _Way, late: Rows, count: int) -> tuple[Array, Array]:
     """Errors that the model foretells, and inputs: of those that are good enough the nearest ones, else the best."""
-    # Where the tip measured is beside that of the model, the target is put as far beside itself.
-    targets = way.targets[late] + way.model.tip(way.inputs[late]) - way.tips[late]
+    # Where the tip measured is beside that of the model, the target is put as far beside itself. Without an equilibrium nothing
+    # is known of that.
+    targets = way.targets[late] + np.nan_to_num(way.model.tip(way.inputs[late]) - way.tips[late])
     enough, width = way.tolerance / 2, len(way.range)
     starts = way.model.lower + spread(count, width) * way.range
     # All targets from all starts, side by side.
-    search = _Way(way.model, way.model, np.tile(targets, (count, 1)), enough, None)
+    search = _Way(way.model, way.model, np.tile(targets, (count, 1)), enough, np.full(width, np.inf))
     search.begin(np.repeat(starts, len(late), axis=0))
     search.go(30)
     ends, errors = search.inputs.reshape(count, len(late), width), search.errors.reshape(count, len(late))
@@ -151,11 +155,10 @@ def _looked_for(way: _Way, late: Rows, count: int) -> tuple[Array, Array]:
 class _Way:
     """Arms on their way to targets, side by side."""
 
-    def __init__(self, arm: Arm, model: Arm, targets: Array, tolerance: float, largest: npt.ArrayLike | None) -> None:
+    def __init__(self, arm: Arm, model: Arm, targets: Array, tolerance: float, largest: Array) -> None:
         self.arm, self.model, self.targets, self.tolerance = arm, model, targets, tolerance
         self.range = arm.upper - arm.lower
-        step = np.inf if largest is None else np.asarray(largest, dtype=np.float64) / self.range
-        self.largest = np.broadcast_to(step, self.range.shape)
+        self.largest = largest / self.range
         count = len(targets)
         self.moves, self.jacobians, self.restarts = (np.zeros(count, dtype=np.int64) for _ in range(3))
 
@@ -198,6 +201,8 @@ class _Way:
 
     def go(self, moves: int) -> None:
         """Makes moves until all are there, or as near as they come."""
+        # Where there is no equilibrium no way can be shown.
+        self.still |= np.isinf(self.errors)
         for _ in range(moves):
             which = np.flatnonzero(~self.there & ~self.still)
             if not len(which):

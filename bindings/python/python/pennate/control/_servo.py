@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
 from . import _checks
 from ._arms import Arm, Array
 from ._reach import reach
@@ -52,14 +53,14 @@ class Servo:
         """
         if not 0.0 < gain <= 1.0:
             raise ValueError(f"gain: more than 0 and at most 1 expected, not {gain}")
-        self.model, self.tolerance, self.gain = model, tolerance, gain
+        self.model, self.tolerance, self.gain = model, _checks.length("tolerance", tolerance), gain
         self.inputs: Array = np.clip(_checks.rows("inputs", inputs, len(model.names))[0], model.lower, model.upper)
         """(k,), in use since the last step."""
         self.offset: Array | None = None
         """(3,), how far the tip is beside that of the model; `None` before anything is measured."""
-        self.restarts, self._before, self._vain = restarts, np.inf, 0
+        self.restarts, self._before, self._vain = _arguments.whole(restarts, "restarts"), np.inf, 0
         self._away: Array | None = None
-        self._largest = model.upper - model.lower if largest is None else np.asarray(largest, dtype=np.float64)
+        self._largest = _checks.largest(largest, model)
 
     def step(self, tip: npt.ArrayLike, target: npt.ArrayLike) -> Array:
         """(k,), the next inputs, from the (3,) tip measured with the present ones."""
