@@ -172,9 +172,21 @@ def test_the_step_slider_goes_through_all_steps(page: Session, dyad: pennate.Net
     assert "push back" in page.panel.verdict.content
     half = float(re.findall(r'data-probe="stroke" data-value="([^"]*)"', page.panel.numbers.content)[0])
     assert half == pytest.approx(exact["stroke@inflate"] / 2, rel=0.03)
+    # Errors are known at the ends of steps alone.
+    assert page.probes()["stroke"].value == half and np.isnan(page.probes()["stroke"].error)
     page.set(step=0).settle()
-    assert "Unloaded" in page.panel.verdict.content
+    assert "Unloaded" in page.panel.verdict.content and page.probes()["stroke"].value == 0.0
     page.set(step=2).settle()
+
+
+def test_sliders_move_to_finite_numbers_alone(page: Session) -> None:
+    before = page.settle().panel.values()
+    for name, value in (("beta", float("nan")), ("L", float("inf")), ("step", float("nan"))):
+        with pytest.raises(ValueError, match=f"{name}: a finite number expected, not"):
+            page.set(pressure=10.0, **{name: value})
+    with pytest.raises(TypeError, match="beta: a number expected, not '30'"):
+        page.set(beta="30")  # type: ignore[arg-type]
+    assert page.settle().panel.values() == before
 
 
 def test_a_click_finds_the_member_that_is_seen_there(page: Session, dyad: pennate.Network) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import math
 import pathlib
 import threading
 import time
@@ -90,6 +91,8 @@ class Session:
         self.follows: dict[int, Follow] = {}
         self.way: tuple[tuple[float, ...], Way] | None = None
         self.now: Now | None = None
+        # The probes that the page shows.
+        self.numbers: dict[str, Probe] = {}
         self.judged = "space"
         self.snapped = False
 
@@ -201,12 +204,16 @@ class Session:
     def _numbers(self, now: Now, follow: Follow) -> None:
         """The numbers and the verdict, at once."""
         if now.probes:
-            self.panel.show_numbers(now.probes)
+            self._show_numbers(now.probes)
         self._judge(now, follow)
         self.server.flush()
         time.sleep(SENDING)
         self.now = now
         self.curve.visit(now, self._handle)
+
+    def _show_numbers(self, probes: dict[str, Probe]) -> None:
+        self.numbers = dict(probes)
+        self.panel.show_numbers(probes)
 
     def _judge(self, now: Now, follow: Follow) -> None:
         """The verdict in plain words."""
@@ -246,7 +253,7 @@ class Session:
                 return
         way = self.way[1]
         place = way.nearest(position)
-        self.panel.show_numbers(way.probes(place))
+        self._show_numbers(way.probes(place))
         self.panel.say([way.label(place), way.verdict(place)])
         self.display.draw(way.drawing(place), way.drawing(None))
 
@@ -347,13 +354,16 @@ class Session:
         """Moves sliders, as a person would; `step` is the slider through the steps."""
         names = {handle.name for handle in self.handles}
         for name, value in values.items():
-            if name == "step" and name not in names:
-                self.panel.steps.value = float(value)
-            elif name in names:
+            if name not in names | {"step"}:
+                raise KeyError(f"there is no slider {name!r}; there are {', '.join(sorted(names | {'step'}))}")
+            if not math.isfinite(_arguments.real(value, name)):
+                raise ValueError(f"{name}: a finite number expected, not {value}")
+        for name, value in values.items():
+            if name in names:
                 self.panel.set_values({name: value})
                 self._values_moved(name)
             else:
-                raise KeyError(f"there is no slider {name!r}; there are {', '.join(sorted(names | {'step'}))}")
+                self.panel.steps.value = float(value)
         self._ask()
         return self
 
@@ -366,7 +376,7 @@ class Session:
 
     def probes(self) -> dict[str, Probe]:
         """The numbers that the page shows."""
-        return dict(self.now.probes) if self.now is not None else {}
+        return dict(self.numbers)
 
     def __enter__(self) -> Session:
         return self
