@@ -208,6 +208,48 @@ def test_what_is_wrong_is_said() -> None:
             gymnasium.make(NAMES[0], load=load)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "error", "message"),
+    [
+        ({"tolerance": -1.0}, ValueError, "tolerance: a length, 0 or more, expected, not -1"),
+        ({"success": np.inf}, ValueError, "success: a length, 0 or more, expected, not inf"),
+        ({"steps": 0}, ValueError, "steps: one move or more expected, not 0"),
+        ({"steps": 4.5}, TypeError, "steps: a whole number expected, not 4.5"),
+        ({"unit": np.nan}, ValueError, "unit: a length, 0 or more, expected, not nan"),
+        ({"unit": "1 mm"}, TypeError, "unit: a length expected, not '1 mm'"),
+        ({"scale": 0}, ValueError, "scale: a length above 0 expected, not 0"),
+        ({"rounding": -1.0}, ValueError, "rounding: a length, 0 or more, expected, not -1"),
+        ({"prize": np.nan}, ValueError, "prize: a finite number expected, not nan"),
+        ({"fine": "much"}, TypeError, "fine: a number expected, not 'much'"),
+        ({"late": 3}, TypeError, "late: True or False expected, not 3"),
+    ],
+)
+def test_rules_that_are_none_are_refused(wrong: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        control.Rules(**{"tolerance": 1.0, "steps": 10, "success": 1.0, **wrong})
+    with pytest.raises(error, match=message):
+        gymnasium.make(NAMES[0], **wrong)
+
+
+def test_arms_side_by_side_are_one_at_least_and_begin_before_they_move() -> None:
+    for count, error in ((0, ValueError), (-1, ValueError), ("2", TypeError)):
+        with pytest.raises(error, match="num_envs: a whole number, one or more, expected"):
+            control.VectorEnv(count, **br2.environment("discrete"))  # type: ignore[arg-type]
+    many = control.VectorEnv(2, **br2.environment("discrete"))
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) before step\(\)"):
+        many.step([0, 0])
+    many.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        many.step([0, 0])
+    many.reset(seed=0)
+    many.step([0, 0])
+    one = control.Env(**br2.environment("discrete"))
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) before step\(\)"):
+        one.step(0)
+    one.reset(seed=0)
+    one.step(0)
+
+
 # The share of pixels that are neither white nor red.
 TUBES = """
 import gymnasium, pennate.control

@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from pennate import Network
 
+from .. import _arguments
 from ._arms import Arm, Array, Bounds, Solved
 from ._draw import picture
 from ._table import Table
@@ -69,6 +70,7 @@ class Env(gymnasium.Env[Any, Any]):
             raise ValueError(f"render_mode: 'rgb_array' or None expected, not {render_mode!r}")
         self.render_mode, self._painter = render_mode, painter
         self._only = np.zeros(1, dtype=np.intp)
+        self._begun = False
 
     @property
     def arm(self) -> Arm:
@@ -78,11 +80,14 @@ class Env(gymnasium.Env[Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
         super().reset(seed=seed)
         self._task.begin(self._only, [self.np_random], **_options(options))
+        self._begun = True
         seen = self._task.seen(self._only)
         _near_enough(seen, self.observation_space, options)
         return seen[0], self._info()
 
     def step(self, action: Any) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        if not self._begun:
+            raise gymnasium.error.ResetNeeded("no episode has begun: call reset() before step()")
         reward, ended, cut = self._task.step(self._only, np.asarray(action)[None])
         return self._task.seen(self._only)[0], float(reward[0]), bool(ended[0]), bool(cut[0]), self._info()
 
@@ -123,7 +128,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """The arguments are those of `Env`; nothing is drawn."""
         if render_mode is not None:
             raise ValueError("render_mode: arms side by side are not drawn; use a single environment")
-        self.num_envs = num_envs
+        self.num_envs = num_envs = _arguments.count(num_envs, "num_envs", None)
         self._task = Task(arm_of(network, inputs, tip, table, kinks, accuracy), actions, rules, num_envs)
         self.single_observation_space, self.single_action_space = spaces(self._task, length)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -131,7 +136,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._autoreset = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self._autoreset}
         self._all = np.arange(num_envs)
-        self._done = np.zeros(num_envs, dtype=bool)
+        self._done, self._begun = np.zeros(num_envs, dtype=bool), np.zeros(num_envs, dtype=bool)
         self._generators: list[np.random.Generator] = []
 
     @property
@@ -148,12 +153,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         mask = options.pop("reset_mask", None)
         which = self._all if mask is None else np.flatnonzero(mask)
         self._task.begin(which, self._generators, **_options(options))
-        self._done[which] = False
+        self._done[which], self._begun[which] = False, True
         seen = self._task.seen(self._all)
         _near_enough(seen, self.single_observation_space, options)
         return seen, self._info()
 
     def step(self, actions: Any) -> tuple[Floats, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]:
+        if not self._begun.all():
+            raise gymnasium.error.ResetNeeded("no episode has begun of some arms: call reset() before step()")
         actions = np.asarray(actions)
         if actions.shape[:1] != (self.num_envs,):
             raise ValueError(f"actions have the shape {actions.shape}: a row for each of {self.num_envs} arms expected")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _arguments
 from . import _checks
 from ._arms import Arm, Array
 
@@ -75,6 +76,22 @@ class Rules:
     """Whether the last move pays the cost of a move and the error as well where it comes to nothing."""
     truncate: bool = False
     """Whether too many moves truncate an episode, instead of ending it as a failure."""
+
+    def __post_init__(self) -> None:
+        for name in ("tolerance", "success", "rounding"):
+            _checks.length(name, getattr(self, name))
+        for name in ("unit", "scale"):
+            if not _checks.length(name, getattr(self, name)) > 0:
+                raise ValueError(f"{name}: a length above 0 expected, not 0")
+        if _arguments.whole(self.steps, "steps") < 1:
+            raise ValueError("steps: one move or more expected, not 0")
+        for name in ("cost", "prize", "fine"):
+            value = getattr(self, name)
+            if not (name == "fine" and value is None) and not np.isfinite(_arguments.real(value, name)):
+                raise ValueError(f"{name}: a finite number expected, not {value}")
+        for name in ("late", "truncate"):
+            if not isinstance(getattr(self, name), bool | np.bool_):
+                raise TypeError(f"{name}: True or False expected, not {_arguments.shown(getattr(self, name))}")
 
 
 class Task:

@@ -105,8 +105,8 @@ def environment(
     if unknown:
         raise ValueError(f"there is no setting '{min(unknown)}'; there are load, source, {', '.join(known)}")
     discrete = actions == "discrete"
-    made = (solved if source == "live" else table)(load, both=not discrete, swivel=not discrete)
     rules = replace(DISCRETE if discrete else CONTINUOUS, **changes)  # type: ignore[arg-type]
+    made = (solved if source == "live" else table)(load, both=not discrete, swivel=not discrete)
     return {
         "network": made,
         "actions": Levels(LEVELS) if discrete else Changes(LARGEST),
