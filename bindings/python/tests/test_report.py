@@ -195,6 +195,20 @@ def test_what_a_motion_takes_is_along_the_axes_that_it_is_prescribed_in() -> Non
     assert not force[0].any() and not moment.any()
 
 
+# A dyad whose right muscle has its pressures in another unit.
+MIXED: dict[str, Any] = {
+    "members": {"right": {"muscle": "other"}},
+    "steps": {"inflate": {"pressure": {"all": None, "left": "15 psi", "right": "15 kPa"}}},
+}
+
+
+def test_pressures_in_different_units_have_no_colours_in_common(dyad: pennate.Network) -> None:
+    other = {**dyad.to_dict()["muscles"]["silicone"], "pressure_unit": "kPa"}
+    mixed = dyad.edit(muscles={"other": other}, **MIXED)
+    shown = [[field["key"] for field in data_of(page(each.solve()))["fields"]] for each in (dyad, mixed)]
+    assert "pressure" in shown[0] and "pressure" not in shown[1]
+
+
 def test_a_support_is_drawn_until_a_step_frees_it() -> None:
     network = pennate.loads(GUIDED % ('["uy"]', "force = { B = [1, 0] }"))
     freed = network.edit(steps=[*network.to_dict()["steps"], {"name": "let go", "free": {"B": ["uy"]}}]).solve()

@@ -55,11 +55,11 @@ class Block:
         return base64.b64encode(b"".join(self.parts)).decode("ascii")
 
 
-def units(solution: Solution) -> tuple[str, str, str]:
-    """Units of length, force and pressure; none where muscles have different ones."""
+def units(solution: Solution) -> tuple[str, str, str | None]:
+    """Units of length, force and pressure, for which `None` stands where muscles have different ones."""
     length, force = LENGTHS[solution.network.units]
     found = {unit for name, unit in solution.history.units.items() if name.startswith("pressure ")}
-    return length, force, found.pop() if len(found) == 1 else ""
+    return length, force, None if len(found) > 1 else "".join(found)
 
 
 def states(solution: Solution) -> list[State]:

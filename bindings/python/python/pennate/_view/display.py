@@ -91,7 +91,7 @@ class Display:
 def offered(network: Network) -> dict[str, fields.Field]:
     """What can be shown of a network, in its units."""
     units = pressure_units(network.to_dict())
-    return fields.fields(*UNITS[network.units], units.pop() if len(units) == 1 else "")
+    return fields.fields(*UNITS[network.units], None if len(units) > 1 else "".join(units))
 
 
 def named(network: Network) -> str:

@@ -76,8 +76,8 @@ class Run:
     title: str
     length_unit: str
     force_unit: str
-    # The unit of pressures, where all muscles share one.
-    pressure_unit: str
+    # The unit of pressures; none where muscles have different ones, in which their pressures cannot be compared.
+    pressure_unit: str | None
     plane: bool
     # Names of nodes and members in the order of the file, which is that of the points and of `member_id`.
     nodes: tuple[str, ...]
@@ -186,7 +186,7 @@ def of_network(network: Network) -> Run:
     )
 
 
-def run_of(results: dict[str, Any], states: tuple[State, ...], pressures: str) -> Run:
+def run_of(results: dict[str, Any], states: tuple[State, ...], pressures: str | None) -> Run:
     """A run from what `results.json` holds."""
     length, force = UNITS[results["units"]]
     first = results["steps"][0]
@@ -244,10 +244,10 @@ def heads_of(history: pathlib.Path) -> list[str]:
         return next(csv.reader(lines), [])
 
 
-def pressure_unit(heads: Iterable[str]) -> str:
-    """The unit in the heads of the pressures of a history, if they have but one."""
+def pressure_unit(heads: Iterable[str]) -> str | None:
+    """The unit in the heads of the pressures of a history, empty where there are no pressures; none where there are several."""
     found = {match[1] for head in heads if (match := re.fullmatch(r"pressure .* \(([^()]*)\)", head))}
-    return found.pop() if len(found) == 1 else ""
+    return None if len(found) > 1 else "".join(found)
 
 
 def load_file(file: pathlib.Path) -> Shape:
