@@ -92,7 +92,7 @@ def field_named(run: Run, name: str) -> Field:
     """The field of a name."""
     known = fields(run)
     if name == "pressure" and run.pressure_unit is None:
-        raise PictureError("pressure: muscles have it in different units, which no colours can compare")
+        raise PictureError("pressure: muscles have it in different units, and the results do not say in which one it is drawn")
     if name not in known:
         raise PictureError(f"there is no field '{name}'; there are {', '.join(known)}")
     return known[name]

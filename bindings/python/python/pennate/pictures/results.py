@@ -76,7 +76,7 @@ class Run:
     title: str
     length_unit: str
     force_unit: str
-    # The unit of pressures; none where muscles have different ones, in which their pressures cannot be compared.
+    # The unit of pressures; none where muscles have different ones, as nothing says in which of them it is drawn.
     pressure_unit: str | None
     plane: bool
     # Names of nodes and members in the order of the file, which is that of the points and of `member_id`.
