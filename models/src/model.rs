@@ -343,15 +343,20 @@ impl Model {
         }
     }
 
-    /// The pressure of a muscle in the unit of the first muscle of the network, so that pictures compare like with like; zero for a
-    /// member.
+    /// Unit of the pressures in pictures, so that they compare like with like: that of the first muscle of the network. None where there
+    /// are no muscles.
+    pub fn pressure_unit(&self) -> Option<&str> {
+        self.members.iter().find_map(|member| match member.kind {
+            MemberKind::Muscle(muscle) => Some(self.muscles[muscle].pressure_unit.as_str()),
+            _ => None,
+        })
+    }
+
+    /// The pressure of a muscle in that unit; zero for a member.
     pub fn drawn_pressure(&self, member: MemberId, control: f64) -> f64 {
         let MemberKind::Muscle(own) = self.members[member].kind else { return 0.0 };
-        let first = self.members.iter().find_map(|member| match member.kind {
-            MemberKind::Muscle(muscle) => Some(muscle),
-            _ => None,
-        });
-        let [own, shown] = [own, first.unwrap_or(own)].map(|muscle| self.muscles[muscle].pressure_unit.as_str());
+        let own = self.muscles[own].pressure_unit.as_str();
+        let shown = self.pressure_unit().unwrap_or(own);
         // The same unit, as a rule, which is not to cost a digit.
         match (unit::parse(own), unit::parse(shown)) {
             (Ok(own), Ok(shown)) if own.factor != shown.factor => control * own.factor / shown.factor,

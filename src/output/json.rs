@@ -29,6 +29,9 @@ struct Results<'a> {
     title: &'a str,
     dimension: &'static str,
     units: &'static str,
+    /// Of pressures in pictures; nothing where there are no muscles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pressure_unit: Option<&'a str>,
     status: &'static str,
     mesh: Mesh,
     accuracy: Reached,
@@ -243,6 +246,7 @@ impl<'a> Results<'a> {
             title: &model.title,
             dimension: dimension_name(model.dimension),
             units: model.units.name(),
+            pressure_unit: model.pressure_unit(),
             status: status_name(solution.status()),
             mesh: Mesh::from(solution.history.mesh),
             accuracy: Reached::from(solution.accuracy),

@@ -89,6 +89,7 @@ impl Network {
         facts.set_item("dimension", if model.dimension == Dimension::Plane { "plane" } else { "space" })?;
         facts.set_item("units", model.units.name())?;
         facts.set_item("symbols", model.units.symbols())?;
+        facts.set_item("pressure_unit", model.pressure_unit().unwrap_or_default())?;
         facts.set_item("nodes", names(&model.nodes, |node| &node.name))?;
         facts.set_item("members", names(&model.members, |member| &member.name))?;
         let muscles = model.members.iter().filter(|member| member.is_muscle());

@@ -119,16 +119,6 @@ def test_what_the_digits_do_not_tell_apart_has_one_colour(
         assert found.words() == words
 
 
-def test_pressures_in_different_units_are_not_compared() -> None:
-    heads = ["step", "pressure left (psi)", "pressure right (kPa)"]
-    assert results.pressure_unit(heads[:2]) == "psi" and results.pressure_unit(heads[:1]) == ""
-    run = dataclasses.replace(run_of(), pressure_unit=results.pressure_unit(heads))
-    with pytest.raises(results.PictureError, match="pressure: muscles have it in different units"):
-        colours.field_named(run, "pressure")
-    assert states.captions(run_of(), AFTER, shape_of(1.0)) == ("inflate", "20\N{NO-BREAK SPACE}psi")
-    assert states.captions(run, AFTER, shape_of(1.0)) == ("inflate", "")
-
-
 def test_zero_has_the_same_colour_whatever_the_limits() -> None:
     both, tension = coloured(run_of(), -3.0, 9.0), coloured(run_of(), 4.9, 5.0)
     assert both.low <= -3.0 < 9.0 <= both.high

@@ -79,6 +79,11 @@ class Network:
         return str(self._facts["units"])
 
     @property
+    def pressure_unit(self) -> str:
+        """Unit of the pressures in pictures: that of the first muscle of the network; empty where there are none."""
+        return str(self._facts["pressure_unit"])
+
+    @property
     def nodes(self) -> tuple[str, ...]:
         """Names of the nodes, in the order of the file, which is that of all arrays."""
         return tuple(self._facts["nodes"])

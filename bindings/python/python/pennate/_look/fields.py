@@ -34,15 +34,15 @@ class Field:
     signed: bool
 
 
-def fields(length: str, force: str, pressure: str | None) -> dict[str, Field]:
-    """Those that pages offer, the usual one first; no pressure where muscles have it in several units, for which `None` stands."""
+def fields(length: str, force: str, pressure: str) -> dict[str, Field]:
+    """Those that pages offer, the usual one first."""
     moment = f"{force} {length}"
     every = (
         Field("axial_force", "tension", force, "force", True),
         Field("bending_moment", "bending moment", moment, "moment", False),
         Field("torque", "torque", moment, "moment", True),
         Field("curvature", "curvature", f"1/{length}", "moment", False),
-        *([] if pressure is None else [Field("pressure", "pressure", pressure, "input", False)]),
+        Field("pressure", "pressure", pressure, "input", False),
         Field("strain_axial", "axial strain", "", "force", True),
         Field("strain_induced", "induced strain", "", "input", True),
         Field("displacement", "displacement", length, "displacement", False),

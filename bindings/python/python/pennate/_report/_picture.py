@@ -55,11 +55,9 @@ class Block:
         return base64.b64encode(b"".join(self.parts)).decode("ascii")
 
 
-def units(solution: Solution) -> tuple[str, str, str | None]:
-    """Units of length, force and pressure, for which `None` stands where muscles have different ones."""
-    length, force = LENGTHS[solution.network.units]
-    found = {unit for name, unit in solution.history.units.items() if name.startswith("pressure ")}
-    return length, force, None if len(found) > 1 else "".join(found)
+def units(solution: Solution) -> tuple[str, str, str]:
+    """Units of length, force and pressure."""
+    return *LENGTHS[solution.network.units], solution.network.pressure_unit
 
 
 def states(solution: Solution) -> list[State]:

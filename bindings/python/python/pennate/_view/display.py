@@ -13,7 +13,6 @@ from .._look.fields import Scale
 from .._look.shapes import Integers
 from .._network import EDITED, Network
 from . import names
-from .handles import pressure_units
 from .panel import Panel
 from .picture import Picture, line_values
 
@@ -90,8 +89,7 @@ class Display:
 
 def offered(network: Network) -> dict[str, fields.Field]:
     """What can be shown of a network, in its units."""
-    units = pressure_units(network.to_dict())
-    return fields.fields(*UNITS[network.units], None if len(units) > 1 else "".join(units))
+    return fields.fields(*UNITS[network.units], network.pressure_unit)
 
 
 def named(network: Network) -> str:

@@ -82,7 +82,7 @@ def fields(run: Run) -> dict[str, Field]:
         Field("strain_axial", "axial strain", "", "force", True),
         Field("strain_induced", "induced strain", "", "input", True),
         Field("curvature", "curvature", f"1/{run.length_unit}", "moment", False),
-        *([] if run.pressure_unit is None else [Field("pressure", "pressure", run.pressure_unit, "input", False)]),
+        Field("pressure", "pressure", run.pressure_unit, "input", False),
         Field("displacement", "displacement", run.length_unit, "displacement", False),
     ]
     return {field.key: field for field in every}
@@ -91,8 +91,6 @@ def fields(run: Run) -> dict[str, Field]:
 def field_named(run: Run, name: str) -> Field:
     """The field of a name."""
     known = fields(run)
-    if name == "pressure" and run.pressure_unit is None:
-        raise PictureError("pressure: muscles have it in different units, and the results do not say in which one it is drawn")
     if name not in known:
         raise PictureError(f"there is no field '{name}'; there are {', '.join(known)}")
     return known[name]

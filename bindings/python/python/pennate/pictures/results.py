@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import functools
 import json
 import os
 import pathlib
-import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 # Without a display VTK tries X first and complains; this asks for off-screen rendering at once.
@@ -76,8 +74,8 @@ class Run:
     title: str
     length_unit: str
     force_unit: str
-    # The unit of pressures; none where muscles have different ones, as nothing says in which of them it is drawn.
-    pressure_unit: str | None
+    # The unit of pressures, that of the first muscle; empty where there are none.
+    pressure_unit: str
     plane: bool
     # Names of nodes and members in the order of the file, which is that of the points and of `member_id`.
     nodes: tuple[str, ...]
@@ -154,7 +152,7 @@ def read(source: pathlib.Path) -> Run:
     """Reads a folder of results, or the folder that a `.pvd` file lies in."""
     pvd = find_pvd(source)
     states = tuple(state_of(file) for file in list_files(pvd))
-    return run_of(contents(pvd.parent), states, pressure_unit(heads_of(pvd.parent / "history.csv")))
+    return run_of(contents(pvd.parent), states)
 
 
 def of(solution: Solution) -> Run:
@@ -164,9 +162,7 @@ def of(solution: Solution) -> Run:
         fractions = [0.0] if step is None else solution.fractions(step)
         for increment, fraction in enumerate(fractions):
             states.append(State(step, float(fraction), functools.partial(shape_of, solution, step, increment)))
-    units = solution.history.units.items()
-    heads = [f"{name} ({unit})" for name, unit in units]
-    return run_of(solution.to_dict(), tuple(states), pressure_unit(heads))
+    return run_of(solution.to_dict(), tuple(states))
 
 
 def of_network(network: Network) -> Run:
@@ -176,7 +172,7 @@ def of_network(network: Network) -> Run:
         title=network.title,
         length_unit=length,
         force_unit=force,
-        pressure_unit="",
+        pressure_unit=network.pressure_unit,
         plane=network.dimension == "plane",
         nodes=network.nodes,
         members=network.members,
@@ -186,7 +182,7 @@ def of_network(network: Network) -> Run:
     )
 
 
-def run_of(results: dict[str, Any], states: tuple[State, ...], pressures: str | None) -> Run:
+def run_of(results: dict[str, Any], states: tuple[State, ...]) -> Run:
     """A run from what `results.json` holds."""
     length, force = UNITS[results["units"]]
     first = results["steps"][0]
@@ -194,7 +190,7 @@ def run_of(results: dict[str, Any], states: tuple[State, ...], pressures: str | 
         title=results["title"],
         length_unit=length,
         force_unit=force,
-        pressure_unit=pressures,
+        pressure_unit=results.get("pressure_unit", ""),
         plane=results["dimension"] == "plane",
         nodes=tuple(first["nodes"]),
         members=tuple(first["members"]),
@@ -234,20 +230,6 @@ def state_of(file: pathlib.Path) -> State:
     number = int(fields["step"][0])
     load = functools.partial(load_file, file)
     return State(step=number - 1 if number else None, fraction=float(fields["fraction"][0]), load=load)
-
-
-def heads_of(history: pathlib.Path) -> list[str]:
-    """The heads of the columns of `history.csv`, where there is one."""
-    if not history.is_file():
-        return []
-    with history.open(encoding="utf-8", newline="") as lines:
-        return next(csv.reader(lines), [])
-
-
-def pressure_unit(heads: Iterable[str]) -> str | None:
-    """The unit in the heads of the pressures of a history, empty where there are no pressures; none where there are several."""
-    found = {match[1] for head in heads if (match := re.fullmatch(r"pressure .* \(([^()]*)\)", head))}
-    return None if len(found) > 1 else "".join(found)
 
 
 def load_file(file: pathlib.Path) -> Shape:

@@ -124,7 +124,7 @@ def captions(run: Run, state: State, shape: Shape) -> tuple[str, str]:
     step = run.steps[state.step]
     parts = []
     pressures = shape.cell_data["pressure"][shape.cell_data["kind"] == 0]
-    if run.pressure_unit is not None and np.any(pressures):
+    if len(pressures) and np.any(pressures):
         low, high = float(pressures.min()), float(pressures.max())
         text = with_unit(high, run.pressure_unit)
         parts.append(text if low == high else f"{number(low)} to {text}")
