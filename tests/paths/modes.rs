@@ -318,6 +318,25 @@ rotation = {{ B = [176.7, 0, 13.31] }}
     assert_near(&found, &expected, 3e-6);
 }
 
+/// What one element lacks that the file forces, finer ones of the members beside it do not make up for: the search ends there.
+#[test]
+fn members_beside_elements_that_are_forced_do_not_grow_without_end() {
+    let bent = network(
+        "nodes = { A = [0, 0], B = [60, 10], C = [100, -30], D = [160, 30] }
+         materials.m = { youngs_modulus = 2000, poissons_ratio = 0.3, density = 1e-9 }
+         sections.s = { circle = { radius = 2 } }
+         members.a = { nodes = ['A', 'B'], section = 's', material = 'm' }
+         members.b = { nodes = ['B', 'C'], section = 's', material = 'm', elements = 1 }
+         members.c = { nodes = ['C', 'D'], section = 's', material = 'm' }
+         supports = { A = 'clamped', D = 'pinned' }",
+    );
+    let found = modes(&bent.file, &["--count", "3", "--accuracy", "1e-5"]);
+    let errors = found["modes"].as_array().expect("a list of modes").iter().map(|mode| mode["error"].as_f64());
+    assert!(errors.flatten().any(|error| error > 1e-3), "{}", found["modes"]);
+    let elements = found["mesh"]["elements"].as_u64().expect("a number of elements");
+    assert!(elements < 5000, "{elements} elements");
+}
+
 /// Pictures hold the mode as a displacement and its frequency.
 #[test]
 fn every_mode_has_a_picture() {

@@ -22,7 +22,7 @@ const MAX_LOST: usize = 3;
 /// So many meshes in a row whose errors are larger than this part of the smallest before, or rounding, end the search,
 const STALLS: usize = 2;
 const STALLED: f64 = 0.5;
-/// if that was smaller than this.
+/// if that was smaller than this, or the file forces elements.
 const NEAR: f64 = 1e-3;
 
 /// What came of one mesh.
@@ -144,7 +144,9 @@ impl Adaptive for Search<'_> {
             None => return Err(Failure::NotSolved(Box::new(history))),
         };
         // All nodes of all elements take part, and rounding grows with the fourth power of their number.
-        let stalled = best.is_some_and(|before| before.worst < NEAR && worst > STALLED * before.worst);
+        // What elements lack that the file forces, no finer ones beside them make up for, however large it is.
+        let may_stall = |before: &Round| before.worst < NEAR || Mesh::is_forced(self.model);
+        let stalled = best.is_some_and(|before| may_stall(before) && worst > STALLED * before.worst);
         // Nor does a finer mesh take away what rounding makes, or tell a response that is not known.
         let by_rounding = |values: &Values| worst > self.request.accuracy && values.rounding >= worst;
         let stalled = stalled || values.as_ref().is_some_and(by_rounding);
