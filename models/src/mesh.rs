@@ -142,8 +142,8 @@ impl Mesh {
 
     /// The lowest order of any element that the file leaves to choose: errors fall as slowly as its do.
     pub fn lowest_order(&self, model: &Model) -> usize {
-        let is_free = |member: &&Member| member.segments.iter().any(|segment| segment.elements.is_none());
-        model.members.iter().filter(is_free).map(|member| member.order(self.order)).min().unwrap_or(self.order)
+        let free = model.members.iter().filter(|member| member.has_free_elements());
+        free.map(|member| member.order(self.order)).min().unwrap_or(self.order)
     }
 
     /// Number of elements in all.

@@ -352,16 +352,11 @@ impl Model {
         })
     }
 
-    /// The pressure of a muscle in that unit; zero for a member.
-    pub fn drawn_pressure(&self, member: MemberId, control: f64) -> f64 {
-        let MemberKind::Muscle(own) = self.members[member].kind else { return 0.0 };
-        let own = self.muscles[own].pressure_unit.as_str();
-        let shown = self.pressure_unit().unwrap_or(own);
-        // The same unit, as a rule, which is not to cost a digit.
-        match (unit::parse(own), unit::parse(shown)) {
-            (Ok(own), Ok(shown)) if own.factor != shown.factor => control * own.factor / shown.factor,
-            _ => control,
-        }
+    /// What pressures of each of [`Model::muscles`] are multiplied by in pictures, to be in that unit.
+    pub fn pressure_factors(&self) -> Vec<f64> {
+        let in_pascals = |unit: &str| unit::parse(unit).map_or(1.0, |unit| unit.factor);
+        let shown = self.pressure_unit().map_or(1.0, in_pascals);
+        self.muscles.iter().map(|muscle| in_pascals(&muscle.pressure_unit) / shown).collect()
     }
 
     /// Outer radius of a segment at a control value (pressure or actuation), for pictures.
@@ -375,6 +370,11 @@ impl Model {
 }
 
 impl Member {
+    /// Whether the file leaves elements of the member to choose.
+    pub fn has_free_elements(&self) -> bool {
+        self.segments.iter().any(|segment| segment.elements.is_none())
+    }
+
     /// Whether the member is a muscle.
     pub fn is_muscle(&self) -> bool {
         matches!(self.kind, MemberKind::Muscle(_))

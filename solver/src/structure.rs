@@ -315,3 +315,14 @@ pub enum Change {
         component: usize,
     },
 }
+
+impl Change {
+    /// The node whose hold changes, and the component: 0, 1, 2 displacement; 3, 4, 5 rotation vector.
+    pub fn place(&self) -> (NodeId, usize) {
+        let (Self::Prescribe { node, component, .. }
+        | Self::Hold { node, component }
+        | Self::MoveBy { node, component, .. }
+        | Self::Free { node, component }) = *self;
+        (node, component)
+    }
+}

@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use pennate_analysis::solution::{Solution, diagonal, unloaded};
 use pennate_models::Model;
 use pennate_models::discretize::plane_turn;
+use pennate_models::model::MemberKind;
 use pennate_solver::history::{Equilibrium, Increment, MemberShape, ShapeCell, ShapePoint, StepHistory};
 use pennate_solver::structure::Release;
 use vtkio::model::{
@@ -240,8 +241,15 @@ impl Grid {
             ..node_point(model, state, node, radii[node])
         });
         let mut grid = Self { points: nodes.collect(), cells: Vec::new() };
+        let factors = model.pressure_factors();
         for (member, shape) in increment.shapes.iter().enumerate() {
-            grid.add_member(model, member, shape, state.members[member].control, acting.distributed[member]);
+            grid.add_member(
+                model,
+                member,
+                shape,
+                state.members[member].control,
+                (acting.distributed[member], &factors),
+            );
         }
         for body in &model.bodies {
             for &node in body.nodes.iter().filter(|&&node| node != body.reference) {
@@ -252,9 +260,19 @@ impl Grid {
         grid
     }
 
-    fn add_member(&mut self, model: &Model, member: usize, shape: &MemberShape, control: f64, load: [f64; 3]) {
-        let muscle = model.members[member].is_muscle();
-        let pressure = model.drawn_pressure(member, control);
+    /// Adds a member at a control value under a distributed load; pressures of muscles are multiplied by these factors.
+    fn add_member(
+        &mut self,
+        model: &Model,
+        member: usize,
+        shape: &MemberShape,
+        control: f64,
+        (load, factors): ([f64; 3], &[f64]),
+    ) {
+        let (pressure, kind) = match model.members[member].kind {
+            MemberKind::Muscle(muscle) => (factors[muscle] * control, KIND_MUSCLE),
+            _ => (0.0, KIND_MEMBER),
+        };
         let turn = plane_turn(model.dimension, &model.members[member]);
         let first = self.points.len();
         let mut segment = None;
@@ -271,7 +289,7 @@ impl Grid {
                 load,
                 pressure,
                 member: member as i32,
-                kind: if muscle { KIND_MUSCLE } else { KIND_MEMBER },
+                kind,
             });
         }
         let [start, end] = model.members[member].releases.each_ref().map(freed);

@@ -101,9 +101,9 @@ pub(super) fn judge(model: &Model, round: &Round, asked: f64, rounds: usize, bes
     }
     // What elements lack that the file forces, no finer ones beside them make up for.
     let is_forced = Mesh::is_forced(model);
-    let (missing, share) = missing_where_free(model, mesh, missing(history));
+    let (missing, share) = missing_where_free(model, missing(history));
     let of_free = share * of_mesh;
-    if is_forced && of_free <= asked {
+    if of_free <= asked {
         return Next::End(Verdict::Forced);
     }
     // An error that does not count what is not known of singular points is no measure of progress.

@@ -72,12 +72,11 @@ pub(crate) fn missing(history: &History) -> Vec<f64> {
 }
 
 /// What members lack that have elements which the file leaves to choose, nothing of the others, and which part of all it is.
-pub(crate) fn missing_where_free(model: &Model, mesh: &Mesh, missing: Vec<f64>) -> (Vec<f64>, f64) {
-    let total: f64 = missing.iter().sum();
-    let free = |member: usize| (0..mesh.refinement[member].len()).any(|index| mesh.is_free_at(model, member, index));
+pub(crate) fn missing_where_free(model: &Model, missing: Vec<f64>) -> (Vec<f64>, f64) {
+    let members = missing.iter().zip(&model.members);
     let of_free: Vec<f64> =
-        missing.iter().enumerate().map(|(member, lacks)| if free(member) { *lacks } else { 0.0 }).collect();
-    let share = of_free.iter().sum::<f64>() / total;
+        members.map(|(lacks, member)| if member.has_free_elements() { *lacks } else { 0.0 }).collect();
+    let share = of_free.iter().sum::<f64>() / missing.iter().sum::<f64>();
     if share.is_finite() { (of_free, share) } else { (missing, 1.0) }
 }
 

@@ -76,13 +76,7 @@ fn same_release(a: &Release, b: &Release) -> bool {
 }
 
 fn same_step(a: &Step, b: &Step) -> bool {
-    let place = |change: &Change| match *change {
-        Change::Prescribe { node, component, .. }
-        | Change::Hold { node, component }
-        | Change::MoveBy { node, component, .. }
-        | Change::Free { node, component } => (node, component),
-    };
-    let same_change = |a: &Change, b: &Change| discriminant(a) == discriminant(b) && place(a) == place(b);
+    let same_change = |a: &Change, b: &Change| discriminant(a) == discriminant(b) && a.place() == b.place();
     let same_stop = a.stop.map(|stop| discriminant(&stop)) == b.stop.map(|stop| discriminant(&stop));
     a.name == b.name
         && (a.increments, a.method, a.branch) == (b.increments, b.method, b.branch)

@@ -121,10 +121,7 @@ pub(crate) fn stand_still(parts: &Parts<'_>, steps: &[Step]) -> Vec<bool> {
     }
     for step in steps {
         for change in &step.changes {
-            let (Change::Prescribe { node, component, .. }
-            | Change::Hold { node, component }
-            | Change::MoveBy { node, component, .. }
-            | Change::Free { node, component }) = *change;
+            let (node, component) = change.place();
             acted[node] |= component >= 3;
         }
         for (target, value) in &step.targets {

@@ -491,7 +491,6 @@ actuation = { helix = 1 }
     assert!(read_text("net.toml", &moved, &[]).unwrap_err().errors[0].message.contains("does not meet its end node"));
 }
 
-/// A node whose ends are all released has no rotation that a force could follow.
 /// A rotation of zero is what the solver says of a node that nothing turns, and no measurement.
 #[test]
 fn a_probe_of_a_rotation_that_is_none_is_told_of() {
@@ -522,6 +521,7 @@ fn a_probe_of_a_rotation_that_is_none_is_told_of() {
     }
 }
 
+/// A node whose ends are all released has no rotation that a force could follow.
 #[test]
 fn a_follower_force_that_follows_nothing_is_told_of() {
     let read = |release: &str| {

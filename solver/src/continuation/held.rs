@@ -60,10 +60,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// hold differs by as much, so that the error of the step before is part of those that follow.
     pub(super) fn take_over_errors(&mut self, changes: &[Change]) {
         for change in changes {
-            let (Change::Prescribe { node, component, .. }
-            | Change::Hold { node, component }
-            | Change::MoveBy { node, component, .. }
-            | Change::Free { node, component }) = *change;
+            let (node, component) = change.place();
             self.refined_held.remove(&(node, component));
             let stays = matches!(change, Change::Hold { .. } | Change::MoveBy { .. });
             let Some(refined) = self.refined.as_ref().filter(|_| stays && self.refined_stands) else { continue };

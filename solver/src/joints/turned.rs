@@ -43,10 +43,7 @@ impl Turned {
         }
         for step in steps {
             for change in &step.changes {
-                let (Change::Prescribe { node, component, .. }
-                | Change::Hold { node, component }
-                | Change::MoveBy { node, component, .. }
-                | Change::Free { node, component }) = *change;
+                let (node, component) = change.place();
                 turned[node].at_times |= component >= 3;
             }
             let mut moments: BTreeMap<(NodeId, bool), V3<f64>> = BTreeMap::new();
