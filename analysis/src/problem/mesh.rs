@@ -3,11 +3,33 @@
 use std::borrow::Cow;
 
 use pennate_models::{Mesh, Model};
+use pennate_solver::error::SolveError;
+
+use super::outputs;
+
+/// A mesh that serves some designs.
+pub(super) struct Served {
+    pub mesh: Mesh,
+    /// Estimated error of every output: the largest of these designs.
+    pub error: Vec<f64>,
+}
+
+/// What serves the designs of both, as far as they have an answer.
+pub(super) fn joined(one: Result<Served, SolveError>, other: Result<Served, SolveError>) -> Result<Served, SolveError> {
+    match (one, other) {
+        (Ok(mut one), Ok(other)) => {
+            outputs::join_errors(&mut one.error, &other.error);
+            Ok(Served { mesh: finer(one.mesh, other.mesh), error: one.error })
+        }
+        (Ok(alone), Err(_)) | (Err(_), Ok(alone)) => Ok(alone),
+        (refused, Err(_)) => refused,
+    }
+}
 
 /// The mesh that serves what either of two serves.
 ///
 /// Of meshes that are graded, or of different elements, the one with more nodes is taken.
-pub(super) fn finer(a: Mesh, b: Mesh) -> Mesh {
+fn finer(a: Mesh, b: Mesh) -> Mesh {
     let nodes = |mesh: &Mesh| mesh.order * mesh.elements();
     let alike = a.grading.is_empty() && b.grading.is_empty() && a.refinement.len() == b.refinement.len();
     if !alike {

@@ -54,11 +54,12 @@ use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use pennate_models::{Document, InputErrors, Mesh, Model, Reading};
+use pennate_solver::error::SolveError;
 use pennate_solver::options::Options;
 
 use crate::accuracy::solve_to_accuracy;
-use crate::solution::Solution;
 use crate::together::Workspaces;
+use mesh::Served;
 
 pub use error::{ProblemError, Reason};
 pub use evaluate::Evaluation;
@@ -108,7 +109,8 @@ impl Problem {
 
     /// The same with a mesh that also serves a sample of designs: rows of values of the parameters.
     ///
-    /// Designs of the sample that have no answer do not count. It may be stopped on the way.
+    /// Designs that have no answer do not count, that of the file among them as long as one of the sample has one. It may be
+    /// stopped on the way.
     ///
     /// # Errors
     /// As [`Problem::new`], and [`ProblemError::Interrupted`].
@@ -126,28 +128,18 @@ impl Problem {
         let outputs = outputs::outputs(&middle, probes)?;
         topology::check(&reading, &middle, &inputs)?;
         let solve = |model: Model| {
-            let solution = solve_for_mesh(model, accuracy, control);
-            if control.is_stopped() { Err(ProblemError::Interrupted) } else { Ok(solution) }
+            let served = serve(model, &outputs, accuracy, control);
+            if control.is_stopped() { Err(ProblemError::Interrupted) } else { Ok(served) }
         };
-        let solution = solve(middle.clone())?.map_err(|(_, error)| ProblemError::Unsolvable(error))?;
-        let mut problem = Self {
-            error: outputs::errors(&solution, &outputs),
-            mesh: solution.mesh,
-            reading: Arc::new(reading),
-            middle: Arc::new(middle),
-            inputs,
-            outputs,
-            accuracy,
-            reach: Arc::default(),
-            workspaces: Arc::default(),
-        };
-        for row in sample.chunks_exact(problem.inputs.len().max(1)) {
-            let Ok(model) = problem.model(row) else { continue };
-            let Ok(solution) = solve(model)? else { continue };
-            problem.mesh = mesh::finer(problem.mesh, solution.mesh.clone());
-            outputs::join_errors(&mut problem.error, &outputs::errors(&solution, &problem.outputs));
+        let mut served = solve(middle.clone())?;
+        for row in sample.chunks_exact(inputs.len().max(1)) {
+            let Ok(model) = evaluated(&reading, &middle, &inputs, row, Reading::model) else { continue };
+            served = mesh::joined(served, solve(model)?);
         }
-        Ok(problem)
+        let Served { mesh, error } = served.map_err(ProblemError::Unsolvable)?;
+        let (reading, middle) = (Arc::new(reading), Arc::new(middle));
+        let (reach, workspaces) = (Arc::default(), Arc::default());
+        Ok(Self { reading, middle, mesh, inputs, outputs, accuracy, error, reach, workspaces })
     }
 
     /// Names of the parameters, in the order of a row of values.
@@ -183,13 +175,7 @@ impl Problem {
         row: &[f64],
         model: impl FnOnce(&Reading, &[(usize, f64)]) -> Result<Model, InputErrors>,
     ) -> Result<Model, Reason> {
-        let values: Vec<(usize, f64)> =
-            self.inputs.iter().zip(row).map(|(&(_, place), &value)| (place, value)).collect();
-        if let Some((index, _)) = row.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-            return Err(Reason::NotFinite { parameter: index });
-        }
-        let model = model(&self.reading, &values).map_err(|errors| Reason::Refused(Box::new(errors)))?;
-        if topology::alike(&self.middle, &model) { Ok(model) } else { Err(Reason::OtherTopology) }
+        evaluated(&self.reading, &self.middle, &self.inputs, row, model)
     }
 
     /// The network as its file has it.
@@ -237,13 +223,28 @@ fn inputs(reading: &Reading, names: &[&str]) -> Result<Vec<(String, usize)>, Pro
     Ok(inputs)
 }
 
-fn solve_for_mesh(
-    model: Model,
-    accuracy: f64,
-    control: &Control,
-) -> Result<Solution, (Box<Model>, pennate_solver::error::SolveError)> {
+/// The network of a row of values, if it is of the topology of the one in the middle.
+fn evaluated(
+    reading: &Reading,
+    middle: &Model,
+    inputs: &[(String, usize)],
+    row: &[f64],
+    model: impl FnOnce(&Reading, &[(usize, f64)]) -> Result<Model, InputErrors>,
+) -> Result<Model, Reason> {
+    if let Some((index, _)) = row.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+        return Err(Reason::NotFinite { parameter: index });
+    }
+    let values: Vec<(usize, f64)> = inputs.iter().zip(row).map(|(&(_, place), &value)| (place, value)).collect();
+    let model = model(reading, &values).map_err(|errors| Reason::Refused(Box::new(errors)))?;
+    if topology::alike(middle, &model) { Ok(model) } else { Err(Reason::OtherTopology) }
+}
+
+/// The mesh that one design needs.
+fn serve(model: Model, outputs: &[Output], accuracy: f64, control: &Control) -> Result<Served, SolveError> {
     let options = Options { estimate: true, stop: control.stop.clone(), ..Options::default() };
-    solve_to_accuracy(model, accuracy, &options, &mut |_| !control.is_stopped())
+    let solution = solve_to_accuracy(model, accuracy, &options, &mut |_| !control.is_stopped());
+    let solution = solution.map_err(|(_, error)| error)?;
+    Ok(Served { error: outputs::errors(&solution, outputs), mesh: solution.mesh })
 }
 
 /// What a caller may ask of an evaluation while it runs.
