@@ -164,7 +164,7 @@ pub(crate) trait Unknowns<const D: usize> {
 }
 
 /// Counts motions beside those of the tangent that have lost their stiffness at the last assembly.
-pub(crate) type Aside<'a, const D: usize> = &'a mut dyn FnMut(&mut System<D>) -> usize;
+pub type Aside<'a, const D: usize> = &'a mut dyn FnMut(&mut System<D>) -> usize;
 
 /// The state at fixed loads.
 struct AtFixedLoads<'a, const D: usize> {
@@ -221,7 +221,10 @@ impl Newton {
     }
 
     /// The same, where motions beside those of the tangent count for what the start's limit is for.
-    pub(crate) fn solve_beside<const D: usize>(
+    ///
+    /// # Errors
+    /// As [`Newton::solve`].
+    pub fn solve_beside<const D: usize>(
         &self,
         system: &mut System<D>,
         start: Start<'_>,

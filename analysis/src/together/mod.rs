@@ -153,8 +153,8 @@ fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<
         };
         return shares.into_iter().enumerate().map(found).collect();
     }
-    // One of them is doubtful: others need not wait for it.
-    if count == 1 || !(asked.wanted)() {
+    // One of them is doubtful: others need not wait for it. Of two it is as good to solve both alone.
+    if count <= 2 || !(asked.wanted)() {
         return designs.iter().map(|_| None).collect();
     }
     let (first, second) = designs.split_at(count / 2);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use pennate_solver::chain::variations;
 use pennate_solver::compliance;
-use pennate_solver::continuation::{self, OutOfPlane, QUARTER_TURN};
+use pennate_solver::continuation::{self, Between, OutOfPlane, QUARTER_TURN};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
 use pennate_solver::newton::{Aim, Newton, Start};
@@ -243,6 +243,8 @@ impl<const D: usize> Walk<D> {
                 self.change(changes)?;
                 self.hold(kind, kept.as_deref_mut(), holds);
                 holds += 1;
+            } else if self.leave_rows() {
+                self.system.hold(self.held.clone());
             }
             let index = self.last_at_once(steps, first, asked);
             for _ in first..index {
@@ -271,14 +273,14 @@ impl<const D: usize> Walk<D> {
         let structure = Arc::clone(&self.system.structure);
         for support in &structure.supports {
             for component in (0..6).filter(|&component| support.fixed[component]) {
-                self.insert_along(support.node, component, 0.0, support.axes[component % 3]);
+                self.insert_along(support.node, component, [0.0; 2], support.axes[component % 3]);
             }
         }
         let mut rows = continuation::first_rows(&structure, steps);
         rows.retain(|&(node, component)| self.place_of(node, component).is_err());
         let supports = (!rows.is_empty()).then(|| self.held.clone());
         for &(node, component) in &rows {
-            self.insert(node, component, 0.0);
+            self.insert(node, component, [0.0; 2]);
         }
         self.hold(kind, kept, 0);
         let beside = supports.is_some();
@@ -324,13 +326,13 @@ impl<const D: usize> Walk<D> {
         Some(())
     }
 
-    fn insert(&mut self, node: usize, component: usize, to: f64) {
-        self.insert_along(node, component, to, kind::axis(&self.system.structure, node, component));
+    fn insert(&mut self, node: usize, component: usize, way: [f64; 2]) {
+        self.insert_along(node, component, way, kind::axis(&self.system.structure, node, component));
     }
 
-    fn insert_along(&mut self, node: usize, component: usize, to: f64, axis: [f64; 3]) {
+    fn insert_along(&mut self, node: usize, component: usize, [from, to]: [f64; 2], axis: [f64; 3]) {
         let kind = HeldKind::of(component, axis);
-        let row = Held { node, component, kind, from: to, to };
+        let row = Held { node, component, kind, from, to };
         match self.place_of(node, component) {
             Ok(known) => self.held[known] = row,
             Err(place) => self.held.insert(place, row),
@@ -342,30 +344,41 @@ impl<const D: usize> Walk<D> {
         self.held.binary_search_by_key(&(node, component), |held| (held.node, held.component))
     }
 
+    /// Leaves what is held where the last step brought it, and lets go what faded over it; whether there was any.
+    fn leave_rows(&mut self) -> bool {
+        let mut moved = !self.system.loading.fading.is_empty();
+        self.system.loading.fading.clear();
+        for held in &mut self.held {
+            moved |= held.from != held.to;
+            held.from = held.to;
+        }
+        moved
+    }
+
     /// Takes what a step changes of what is held; nothing where that turns anything by more than one increment does.
     fn change(&mut self, changes: &[Change]) -> Option<()> {
         let turns_far = |component: usize, by: f64| component > 2 && by.abs() > QUARTER_TURN;
+        self.leave_rows();
         for change in changes {
+            let (node, component) = change.place();
+            let known = self.place_of(node, component);
+            let present = kind::present(&self.system, node, component);
             match *change {
-                Change::Prescribe { node, component, to } => {
-                    if turns_far(component, to - kind::present(&self.system, node, component)) {
+                Change::Prescribe { to, .. } => {
+                    let from = known.map_or(present, |known| self.held[known].to);
+                    if turns_far(component, to - from) {
                         return None;
                     }
-                    self.insert(node, component, to);
+                    self.insert(node, component, [from, to]);
                 }
-                Change::Hold { node, component } => {
-                    let present = kind::present(&self.system, node, component);
-                    self.insert(node, component, present);
-                }
-                Change::MoveBy { component, by, .. } if turns_far(component, by) => return None,
-                Change::MoveBy { node, component, by } => {
-                    let present = kind::present(&self.system, node, component);
-                    self.insert(node, component, present + by);
-                }
-                // The reaction has fallen to zero at the end of the step.
-                Change::Free { node, component } => {
-                    if let Ok(place) = self.place_of(node, component) {
-                        self.held.remove(place);
+                Change::Hold { .. } => self.insert(node, component, [present; 2]),
+                Change::MoveBy { by, .. } if turns_far(component, by) => return None,
+                Change::MoveBy { by, .. } => self.insert(node, component, [present, present + by]),
+                Change::Free { .. } => {
+                    let reaction = self.system.fading_reaction(node, component);
+                    self.system.loading.fading.push(reaction);
+                    if let Ok(known) = known {
+                        self.held.remove(known);
                     }
                 }
             }
@@ -485,11 +498,20 @@ impl<const D: usize> Walk<D> {
             leaves,
         };
         let newton = Newton::default();
-        let found = newton.solve(system, start).ok()?;
+        let (aside, mut lost) = (&mut self.lateral, false);
+        let mut lost_aside = |system: &mut System<D>| {
+            let Some(lateral) = aside else { return 0 };
+            let (inertia, potential) = lateral.inertia(system);
+            lost |= potential && inertia.negative > 0;
+            if potential { inertia.negative } else { 0 }
+        };
+        let found = newton.solve_beside(system, start, &mut lost_aside);
+        let Ok(found) = found else {
+            self.trusted |= self.defers && lost;
+            return None;
+        };
         let moved = system.distances(last);
         let foreseen = foreseen.unwrap_or_else(|| system.moves.first_by_part.clone());
-        let doubtful =
-            continuation::is_doubtful(system, (&moved, &foreseen), predicted, found.iterations, &newton.tuning);
         let states = (predicted.then_some(&*before), &*last);
         let loads = system.loading.drives.clone();
         let mut apply = |system: &mut System<D>, fraction: f64| {
@@ -499,6 +521,15 @@ impl<const D: usize> Walk<D> {
             system.loading.fraction = fraction;
             system.apply_drives();
         };
+        let (sizes, tuning) = ((moved.as_slice(), foreseen.as_slice()), newton.tuning);
+        let mut doubtful = continuation::is_doubtful(system, sizes, predicted, found.iterations, &tuning)
+            || continuation::leapt(sizes, &tuning);
+        if !doubtful && continuation::may_have_passed(system, found, predicted, 0, &tuning) {
+            let before = times.map(|times| (&*before, times));
+            let between = Between { last, before, ends: [0.0, 1.0], negative: 0 };
+            doubtful = between.swings(system, &mut apply, &mut lost_aside, &tuning);
+            self.trusted |= self.defers && lost;
+        }
         let end = (found, 1.0, 1.0);
         // What makes sure of the way finds the forces of the state anew, which a state that is read needs after one more step.
         if is_read && !doubtful {
@@ -509,8 +540,7 @@ impl<const D: usize> Walk<D> {
             let size = if is_exact { None } else { system.advance(pending).map(|size| size.largest()) };
             self.polished = Some((size, found.last, system.tangent.linearizations()));
         }
-        let aside =
-            !doubtful && continuation::came_aside(system, states, (&moved, &foreseen), end, &mut apply, &newton.tuning);
+        let aside = !doubtful && continuation::came_aside(system, states, sizes, end, &mut apply, &tuning);
         let inertia = found.inertia;
         if doubtful || aside || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;

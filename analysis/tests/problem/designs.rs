@@ -392,6 +392,80 @@ fn designs_that_nobody_waits_for_are_told() {
     assert_eq!(problem.evaluate_while(&rows, &later).values, problem.evaluate(&rows).values);
 }
 
+/// Wires that are pushed back to where they were snap through on the way: an iteration that leaps there comes out on a path that the way
+/// crosses. Out of the plane a step may lose its stability, and have it again at its end.
+#[test]
+fn designs_that_snap_on_the_way_are_not_leapt_over() {
+    let half = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { L1 = 125, t1 = 40, xO = 145, xG = 230, yG = 110 }
+        muscles.silicone = { library = "silicone" }
+        materials.steel = { youngs_modulus = 2e5, poissons_ratio = 0.3, density = "7.85 g/cm^3" }
+        sections.wire = { circle = { radius = 0.75 }, shear = false }
+        steps = [{ name = "free", pressure = { all = 25 } }, { name = "blocked", displacement = { O = { ux = 0 } } }]
+        [nodes]
+        I = [0, 0]
+        J = ["= L1 * cos(t1)", "= L1 * sin(t1)"]
+        O = ["= xO", 0]
+        G = ["= xG", "= yG"]
+        [members]
+        M = { nodes = ["I", "J"], muscle = "silicone" }
+        T = { nodes = ["J", "O"], section = "wire", material = "steel" }
+        C = { nodes = ["G", "J"], section = "wire", material = "steel" }
+        [supports]
+        I = "clamped"
+        G = "clamped"
+        O = ["uy", "rx", "rz"]
+        [probes]
+        u = { node = "O", displacement = "ux" }
+        f = { node = "O", reaction = [-1, 0] }
+    "#;
+    // Both halves, which may leave their plane.
+    let nodes = "[nodes]\nK = [\"= L1 * cos(t1)\", \"= -L1 * sin(t1)\"]\nH = [\"= xG\", \"= -yG\"]";
+    let members = r#"[members]
+        N = { nodes = ["I", "K"], muscle = "silicone" }
+        U = { nodes = ["K", "O"], section = "wire", material = "steel" }
+        E = { nodes = ["H", "K"], section = "wire", material = "steel" }"#;
+    let whole = half
+        .replace("dimension = \"plane\"", "")
+        .replace("[nodes]", nodes)
+        .replace("[members]", members)
+        .replace("O = [\"uy\", \"rx\", \"rz\"]", "H = \"clamped\"");
+    let designs = [
+        (
+            half,
+            vec![
+                [165.77394680098737, 19.529888775711356, 207.30068697919924, 221.1770320315755, 1.5826013424978815],
+                [176.57983886463958, 32.526659736039406, 210.5258695792553, 238.18905526231225, 39.66853144173983],
+                [164.00134006747592, 19.51823333889286, 209.27364620293667, 223.80068844809216, 2.5245144367544143],
+                [133.5151599685742, 26.909743957925095, 192.63418044917418, 169.81171763240795, 4.95629693297991],
+            ],
+        ),
+        (
+            &whole,
+            vec![
+                [97.59379137268019, 52.80945016693005, 63.01591882543781, 95.12351054457542, 72.05615133941338],
+                [96.45356687454588, 53.1355363358236, 62.800941489283204, 100.75210541950005, 72.9309524926355],
+            ],
+        ),
+    ];
+    for (text, designs) in designs {
+        let document = Document::from_text("inverter.toml", text);
+        let names = ["L1", "t1", "xO", "xG", "yG"];
+        let problem = Problem::new(&document, &[], &names, &["u@free", "f@blocked"], 1e-4).unwrap();
+        let found = problem.evaluate(&designs.concat());
+        for (index, design) in designs.iter().enumerate() {
+            let (alone, reason, _) = problem.evaluate_alone(design);
+            assert_eq!(found.reasons[index].is_some(), reason.is_some(), "{design:?}: {reason:?}");
+            for (one, other) in alone.iter().zip(&found.values[2 * index..]) {
+                let alike = (one - other).abs() <= 1e-9 * one.abs() || one.is_nan() && other.is_nan();
+                assert!(alike, "{design:?}: {one} {other}");
+            }
+        }
+    }
+}
+
 /// What is kept from one call to the next, for speed, moves no digit: a search that is stopped and gone on with writes the same bytes.
 #[test]
 fn answers_do_not_depend_on_what_was_solved_before() {

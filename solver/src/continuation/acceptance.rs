@@ -187,6 +187,21 @@ pub fn is_doubtful<const D: usize>(
     far || iterations > tuning.few() && (elsewhere || leapt())
 }
 
+/// Whether an iteration may have passed something on its way to the present state, where anything thrusts: of more steps than lead to
+/// what lies near, or from an extrapolation that was less stable than the `negative` directions of the last state.
+pub fn may_have_passed<const D: usize>(
+    system: &System<D>,
+    found: Convergence,
+    predicted: bool,
+    negative: usize,
+    tuning: &Tuning,
+) -> bool {
+    let near = if predicted { tuning.few() } else { tuning.many };
+    // What is foreseen beyond a singular point is unstable, however near, and what is found there may be stable again.
+    let was_beyond = predicted && found.negative_at_first > negative;
+    (found.iterations > near || was_beyond) && !system.hangs()
+}
+
 /// Whether a part of the network came to the present state another way than its path does: it `moved` from the last state in
 /// another direction than the tangent of the path has where it came to, or than the path had before, or farther than it was
 /// `foreseen` to and than that tangent explains.
@@ -257,7 +272,7 @@ pub(super) fn is_quick((moved, foreseen): (&[Size], &[Size]), found: Convergence
 }
 
 /// Whether a part of the network moved much farther than its linear extrapolation, and far away: over a limit point, perhaps.
-pub(super) fn leapt((moved, foreseen): (&[Size], &[Size]), tuning: &Tuning) -> bool {
+pub fn leapt((moved, foreseen): (&[Size], &[Size]), tuning: &Tuning) -> bool {
     moved.iter().zip(foreseen).any(|(&moved, &foreseen)| is_farther(moved, foreseen, tuning.near, tuning))
 }
 

@@ -5,7 +5,7 @@
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.1.
 
-use super::acceptance::{HALF_A_TURN, came_aside, is_doubtful, is_quick, leapt};
+use super::acceptance::{HALF_A_TURN, came_aside, is_doubtful, is_quick, leapt, may_have_passed};
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
 use super::record::Ending;
@@ -476,12 +476,8 @@ impl<const D: usize> Continuation<'_, D> {
         if met.is_some() {
             (doubtful, aside) = (false, false);
         }
-        // An iteration of more steps than lead to what lies near may have passed something, where anything thrusts.
-        let near = if predicted { tuning.few() } else { tuning.many };
-        // What is foreseen beyond a singular point is unstable, however near, and what is found there may be stable again.
-        let was_beyond = predicted && found.negative_at_first > self.base.own;
-        let may_have_passed = steady && met.is_none() && (found.iterations > near || was_beyond) && step > shortest;
-        if may_have_passed && !guarded && !doubtful && !aside && !self.system.hangs() {
+        let looks = steady && met.is_none() && step > shortest && !guarded && !doubtful && !aside;
+        if looks && may_have_passed(&self.system, found, predicted, self.base.own, &tuning) {
             aside = self.swings_between(run, ends, ratio);
         }
         let flipped = !conservative && count.odd != self.base.odd;
@@ -491,6 +487,7 @@ impl<const D: usize> Continuation<'_, D> {
         let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
         // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice; an extrapolation that had
         // lost a pivot which the end has is another.
+        let was_beyond = predicted && found.negative_at_first > self.base.own;
         let twice = found.iterations >= tuning.most_nearby(rose) || was_beyond;
         let unsure = hard || !conservative && twice;
         let far = (guarded || doubtful || aside || flipped) && step > bracket;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Continuation, QUARTER_TURN};
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
-use crate::system::{Fading, System};
+use crate::system::System;
 
 impl<const D: usize> Continuation<'_, D> {
     /// Axes in which a node's components are measured.
@@ -48,7 +48,7 @@ impl<const D: usize> Continuation<'_, D> {
                 }
                 Change::Free { node, component } => {
                     self.held.remove(&(node, component));
-                    let reaction = self.reaction(node, component);
+                    let reaction = self.system.fading_reaction(node, component);
                     self.system.loading.fading.push(reaction);
                 }
             }
@@ -82,17 +82,6 @@ impl<const D: usize> Continuation<'_, D> {
         self.system.apply_drives();
         std::mem::swap(&mut self.system, system);
         self.held = held;
-    }
-
-    fn reaction(&self, node: NodeId, component: usize) -> Fading {
-        let equations = &self.system.pattern.equations;
-        let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
-        // Rows stand in the order of `Continuation::held`.
-        if let Ok(index) = equations.held.binary_search_by_key(&(node, component), |held| (held.node, held.component)) {
-            let system = &self.system;
-            (fading.force, fading.moment) = equations.released(index, &system.topology, &system.places.joints);
-        }
-        fading
     }
 }
 

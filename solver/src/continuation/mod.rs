@@ -43,7 +43,8 @@ mod touching;
 mod tuning;
 mod verdict;
 
-pub use acceptance::{came_aside, is_doubtful};
+pub use acceptance::{came_aside, is_doubtful, leapt, may_have_passed};
+pub use between::Between;
 pub use coarse::Coarse;
 use coarse::End;
 use follow::{Effort, Ramp, Request, Run};

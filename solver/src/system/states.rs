@@ -4,7 +4,7 @@ use pennate_elements::rotation::{angle, compose, inverse};
 use pennate_elements::small::{V3, norm, sub};
 
 use super::places::spin_between;
-use super::{Places, System};
+use super::{Fading, Places, System};
 use crate::chain::{self, NodesBy, Size};
 use crate::continuation::Tuning;
 use crate::joints::{EndKind, JointState};
@@ -97,6 +97,16 @@ impl<const D: usize> System<D> {
     /// axes; in the plane rotations have whole turns.
     pub fn present(&self, node: NodeId, component: usize, axis: V3<f64>) -> f64 {
         self.places.along::<D>(&self.topology.links[node], component, axis)
+    }
+
+    /// What takes the place of a row that is set free, and fades; nothing where no motion of these elements concerns it.
+    pub fn fading_reaction(&self, node: NodeId, component: usize) -> Fading {
+        let equations = &self.pattern.equations;
+        let mut fading = Fading { node, force: [0.0; 3], moment: [0.0; 3] };
+        if let Ok(index) = equations.held.binary_search_by_key(&(node, component), |held| (held.node, held.component)) {
+            (fading.force, fading.moment) = equations.released(index, &self.topology, &self.places.joints);
+        }
+        fading
     }
 
     /// Motion of every joint since another state.
