@@ -7,8 +7,13 @@
 //!
 //!     cargo run --release --example designs -- campaign 1000
 //!
-//! compares so many random designs of each of eleven networks with solves one by one, and prints how many of them have an
+//! compares so many random designs of each of fifteen networks with solves one by one, and prints how many of them have an
 //! answer, and the largest difference over the largest value.
+//!
+//!     cargo run --release --example designs -- random 200 0
+//!
+//! does the same with 24 designs each of so many random networks, those of the example `gradients`, from a seed on, and lists those
+//! with designs that differ by more than 10⁻⁹ of the largest value, or end otherwise.
 //!
 //!     cargo run --release --example designs -- study 300000
 //!
@@ -20,18 +25,23 @@
 //! programs that count instructions.
 
 use pennate_analysis::problem::{Evaluation, Problem, Reason};
-use pennate_models::discretize;
+use pennate_models::{Document, discretize};
+use rayon::prelude::*;
 
 mod costs;
 mod networks;
+#[expect(dead_code, reason = "what kinds of numbers parameters are counts for derivatives alone")]
+#[path = "../gradients/random.rs"]
+mod random;
 
 use costs::{Costs, alone, on_threads, study};
-use networks::{Network, all, find, topologies};
+use networks::{all, find, rows_about, topologies};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["campaign", count] => campaign(count.parse().expect("a number of designs")),
+        ["random", count, seed] => random(count.parse().expect("a number of networks"), seed.parse().expect("a seed")),
         ["repeat", work, name, count] => repeat(work, name, count.parse().expect("how many times")),
         ["study", count] => {
             let count = count.parse().expect("a number of designs");
@@ -101,7 +111,9 @@ fn campaign(count: usize) {
         let reasons: Vec<&Reason> = answers.reasons.iter().flatten().collect();
         let refusals = reasons.iter().filter(|reason| refused(reason)).count();
         let counts = [count, count - reasons.len(), refusals, reasons.len() - refusals];
-        let largest = largest_difference(&network, &problem, &rows, &answers);
+        let least = vec![f64::MIN_POSITIVE; network.probes.len()];
+        let (largest, others) = differences(&problem, &least, &rows, &answers);
+        assert_eq!(others, 0, "{}: designs that end otherwise", network.name);
         let [all, answered, refused, stopped] = counts;
         println!("| {} | {all} | {answered} | {refused} | {stopped} | {largest:.1e} |", network.name);
         total.iter_mut().zip(counts).for_each(|(total, count)| *total += count);
@@ -111,26 +123,49 @@ fn campaign(count: usize) {
     println!("| all | {all} | {answered} | {refused} | {stopped} | {worst:.1e} |");
 }
 
-/// The largest difference of an output from that of the ordinary solver, over the largest of its values.
-fn largest_difference(network: &Network, problem: &Problem, rows: &[f64], answers: &Evaluation) -> f64 {
-    let (width, outputs) = (network.parameters.len(), network.probes.len());
-    let scales: Vec<f64> = (0..outputs)
-        .map(|output| {
-            let values = answers.values.iter().skip(output).step_by(outputs).filter(|value| value.is_finite());
-            values.fold(0.0, |largest: f64, value| largest.max(value.abs()))
-        })
-        .collect();
-    let mut worst = 0.0f64;
+/// Designs of random networks against solves one by one.
+fn random(count: u64, first: u64) {
+    let of = |seed: u64| {
+        let network = random::network(seed);
+        let [parameters, probes] =
+            [&network.parameters, &network.probes].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+        let document = Document::from_text("network.toml", &network.text);
+        let problem = Problem::new(&document, &[], &parameters, &probes, 1e-4).ok()?;
+        let spread = [0.05, 0.15, 0.4][seed as usize % 3];
+        let rows = rows_about(&problem.middle(), spread, 24, seed);
+        let answers = problem.evaluate(&rows);
+        let (largest, others) = differences(&problem, &network.scales, &rows, &answers);
+        (largest > 1e-9 || others > 0).then(|| println!("seed {seed}: {largest:.1e}, {others} end otherwise"));
+        Some((largest, others))
+    };
+    let found: Vec<(f64, usize)> = (first..first + count).into_par_iter().filter_map(of).collect();
+    let off = found.iter().filter(|(largest, _)| *largest > 1e-9).count();
+    let others: usize = found.iter().map(|(_, others)| others).sum();
+    println!("{} networks of 24 designs: {off} with differences, {others} designs that end otherwise", found.len());
+}
+
+/// The largest difference of an output from that of the ordinary solver, over the largest of its values, or what is `least` of it, and
+/// how many designs end otherwise.
+fn differences(problem: &Problem, least: &[f64], rows: &[f64], answers: &Evaluation) -> (f64, usize) {
+    let outputs = least.len();
+    let largest = |(output, &least): (usize, &f64)| {
+        let values = answers.values.iter().skip(output).step_by(outputs).filter(|value| value.is_finite());
+        values.fold(least, |largest: f64, value| largest.max(value.abs()))
+    };
+    let scales: Vec<f64> = least.iter().enumerate().map(largest).collect();
+    let (mut largest, mut others) = (0.0_f64, 0);
+    let width = rows.len() / answers.reasons.len();
     for (design, row) in rows.chunks_exact(width).enumerate() {
-        let (single, reason, _) = problem.evaluate_alone(row);
-        assert_eq!(reason.is_none(), answers.reasons[design].is_none(), "{}: {row:?}", network.name);
-        for (output, value) in single.iter().enumerate() {
-            let other = answers.values[design * outputs + output];
-            assert_eq!(value.is_finite(), other.is_finite(), "{}: {row:?}", network.name);
-            if value.is_finite() {
-                worst = worst.max((value - other).abs() / scales[output]);
-            }
+        let (single, reason, stable) = problem.evaluate_alone(row);
+        let together = &answers.values[design * outputs..(design + 1) * outputs];
+        let alike = single.iter().zip(together).all(|(a, b)| a.is_finite() == b.is_finite());
+        let ends = reason.is_none() == answers.reasons[design].is_none() && stable == answers.stable[design];
+        others += usize::from(!alike || !ends);
+        for ((a, b), scale) in
+            single.iter().zip(together).zip(&scales).filter(|((a, b), _)| a.is_finite() && b.is_finite())
+        {
+            largest = largest.max((a - b).abs() / scale);
         }
     }
-    worst
+    (largest, others)
 }

@@ -22,18 +22,18 @@ impl Network {
 
     /// Random designs about the values of the file.
     pub(crate) fn rows(&self, problem: &Problem, count: usize) -> Vec<f64> {
-        let mut seed = 1_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        let middle = problem.middle();
-        (0..count)
-            .flat_map(|_| {
-                middle.iter().map(|value| value * (1.0 + self.spread * (2.0 * random() - 1.0))).collect::<Vec<_>>()
-            })
-            .collect()
+        rows_about(&problem.middle(), self.spread, count, 1)
     }
+}
+
+/// Random designs about the middle, each number within a part of its value.
+pub(crate) fn rows_about(middle: &[f64], spread: f64, count: usize, mut seed: u64) -> Vec<f64> {
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut row = |_| middle.iter().map(|value| value * (1.0 + spread * (2.0 * random() - 1.0))).collect::<Vec<_>>();
+    (0..count).flat_map(&mut row).collect()
 }
 
 const DYAD: &str = include_str!("../../models/networks/dyad.toml");
@@ -41,6 +41,8 @@ const STAGE: &str = include_str!("../../models/networks/tip_tilt_stage.toml");
 const CANTILEVER: &str = include_str!("../../models/networks/muscle_cantilever.toml");
 const TRIPOD: &str = include_str!("../../models/networks/tripod.toml");
 const ARM: &str = include_str!("br2.toml");
+const INVERTER: &str = include_str!("../../bindings/python/studies/inverter.toml");
+const WHOLE: &str = include_str!("../../bindings/python/studies/inverter_whole.toml");
 
 /// Those of the table.
 pub(crate) fn all() -> Vec<Network> {
@@ -56,6 +58,7 @@ pub(crate) fn find(name: &str) -> Network {
 pub(crate) fn topologies() -> Vec<Network> {
     let mut networks = all();
     networks.extend([cantilever(), tripod(), pressed_dyad(), arch(), frame(), follower(), suspension()]);
+    networks.extend([("inverter", INVERTER), ("whole inverter", WHOLE)].map(|(name, text)| inverter(name, text)));
     networks
 }
 
@@ -97,6 +100,11 @@ fn follower() -> Network {
 fn suspension() -> Network {
     let parameters = ["span", "side", "mass", "push"];
     of("suspended plate", include_str!("suspension.toml"), &parameters, &["sink", "shift", "tilt"], 0.2)
+}
+
+/// Inverters that are pushed back to where they were: many of their wires snap on the way.
+fn inverter(name: &'static str, text: &str) -> Network {
+    of(name, text, &["L1", "t1", "xO", "xG", "yG"], &["u@free", "f@blocked"], 0.3)
 }
 
 fn dyad() -> Network {
