@@ -13,7 +13,7 @@ use pennate_elements::spring::{self, SpringResponse, SpringStrain};
 use crate::structure::NodeId;
 
 /// A linear spring. Stiffnesses are force per length for components 0, 1, 2 and moment per radian for 3, 4, 5.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Spring {
     /// Node to ground: energy ½ Σ k u² + ½ Σ k θ², θ the rotation vector of the node.
     Ground {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use pennate_solver::base::{self, Judges};
 use pennate_solver::compliance;
-use pennate_solver::continuation::OutOfPlane;
+use pennate_solver::continuation::{self, Between, OutOfPlane, Tuning};
 use pennate_solver::history::{Equilibrium, Growth};
 use pennate_solver::joints::Held;
-use pennate_solver::newton::{Newton, Start};
+use pennate_solver::newton::{Convergence, Newton, Start};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Member, Step, Structure};
 use pennate_solver::system::{State, System};
@@ -82,9 +82,10 @@ impl<const D: usize> Track<D> {
             return self.step_anew(structure, steps, (held, &drives), control);
         }
         let before = (Arc::clone(&self.system.structure), self.system.loading.drives.clone(), self.system.held());
+        let is_ramp = loads_alone((&before.0, &before.1), (&structure, &drives));
         self.system.save(&mut self.last);
         self.take(Arc::new(structure), held, &drives);
-        if self.settle(control) {
+        if self.settle(is_ramp.then_some(&before.1), control) {
             self.steps = steps;
             return true;
         }
@@ -110,7 +111,8 @@ impl<const D: usize> Track<D> {
         let lateral = self.kind.lateral.map(|build| build(&system));
         let old = std::mem::replace(&mut self.system, system);
         let old_lateral = std::mem::replace(&mut self.lateral, lateral);
-        let reached = self.settle(control);
+        self.system.save(&mut self.last);
+        let reached = self.settle(None, control);
         if reached {
             self.steps = steps;
         } else {
@@ -129,14 +131,19 @@ impl<const D: usize> Track<D> {
         self.system.apply_drives();
     }
 
-    /// Iterates from the last state; true where that led to the equilibrium next to it, of the same stability.
-    fn settle(&mut self, control: &Control) -> bool {
+    /// Iterates from the last state; true where that led to the equilibrium next to it, of the same stability. `from` are the drives
+    /// there, where nothing but them and what is held is another now.
+    fn settle(&mut self, from: Option<&Vec<f64>>, control: &Control) -> bool {
+        let newton = Newton::default();
         let start = Start { predicted: false, may_wander: false, ..Start::nearby() };
         self.system.stop.clone_from(&control.stop);
-        let found = Newton::default().solve(&mut self.system, start);
+        let found = newton.solve(&mut self.system, start);
         self.system.stop = None;
         let Ok(found) = found else { return false };
-        if found.iterations > FEW || self.system.moves.first_own > FAR {
+        if found.iterations > FEW
+            || self.system.moves.first_own > FAR
+            || self.came_elsewhere(found, from, &newton.tuning)
+        {
             return false;
         }
         let verdict = self.judge();
@@ -149,6 +156,39 @@ impl<const D: usize> Track<D> {
             (self.verdict, self.looked) = (verdict, None);
         }
         same
+    }
+
+    /// Whether the present state may lie on another path than the one from the last, as for an increment of a step. Where more than loads
+    /// and what is held has changed, or loads have no potential, nothing tells what lies between, and few iterations have to do.
+    fn came_elsewhere(&mut self, found: Convergence, from: Option<&Vec<f64>>, tuning: &Tuning) -> bool {
+        let (moved, foreseen) = (self.system.distances(&self.last), self.system.moves.first_by_part.clone());
+        let sizes = (moved.as_slice(), foreseen.as_slice());
+        if continuation::is_doubtful(&self.system, sizes, false, found.iterations, tuning)
+            || continuation::leapt(sizes, tuning)
+        {
+            return true;
+        }
+        let Some(from) = from.filter(|_| self.verdict.potential) else { return found.iterations > tuning.few() };
+        let to = self.system.loading.drives.clone();
+        let mut apply = |system: &mut System<D>, fraction: f64| {
+            let drives = system.loading.drives.iter_mut().zip(from.iter().zip(&to));
+            drives.for_each(|(drive, (from, to))| *drive = to - (1.0 - fraction) * (to - from));
+            system.loading.fraction = fraction;
+            system.apply_drives();
+        };
+        let negative = self.verdict.negative;
+        if continuation::may_have_passed(&self.system, found, false, negative, tuning) {
+            let between = Between { last: &self.last, before: None, ends: [0.0, 1.0], negative };
+            let lateral = &mut self.lateral;
+            let mut lost_aside = |system: &mut System<D>| {
+                let found = lateral.as_mut().map(|lateral| lateral.inertia(system)).filter(|(_, potential)| *potential);
+                found.map_or(0, |(inertia, _)| inertia.negative.saturating_sub(negative))
+            };
+            if between.swings(&mut self.system, &mut apply, &mut lost_aside, tuning) {
+                return true;
+            }
+        }
+        continuation::came_aside(&mut self.system, (None, &self.last), sizes, (found, 1.0, 1.0), &mut apply, tuning)
     }
 
     /// The stability of the state of the last assembly.
@@ -212,7 +252,10 @@ impl<const D: usize> Track<D> {
 
     /// What is held, with the values of other steps: what was held where it was stays there.
     fn held(&self, steps: &[Step]) -> Vec<Held> {
-        let row = |row: &Held| Held { to: row.to + (value(steps, row) - value(&self.steps, row)), ..*row };
+        let row = |row: &Held| {
+            let to = row.to + (value(steps, row) - value(&self.steps, row));
+            Held { from: row.to, to, ..*row }
+        };
         self.system.held().iter().map(row).collect()
     }
 }
@@ -226,6 +269,16 @@ fn value(steps: &[Step], row: &Held) -> f64 {
         Change::Free { node, component } if (node, component) == own => 0.0,
         _ => here,
     })
+}
+
+/// Whether two structures of the same unloaded shape, each with its drives, differ in nothing that a step does not change.
+fn loads_alone((a, from): (&Structure, &[f64]), (b, to): (&Structure, &[f64])) -> bool {
+    let member = |(one, other): (&Member, &Member)| {
+        let controls = one.control.map_or([0.0; 2], |control| [from[control], to[control]]);
+        let mut segments = one.segments.iter().zip(&other.segments);
+        segments.all(|(one, other)| controls.iter().all(|&at| a.laws[one.law].at(at) == b.laws[other.law].at(at)))
+    };
+    a.springs == b.springs && a.drives == b.drives && a.members.iter().zip(&b.members).all(member)
 }
 
 /// Whether two structures of one topology have the same unloaded shape: springs and masses are no part of it.

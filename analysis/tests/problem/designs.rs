@@ -6,6 +6,7 @@ use pennate_analysis::problem::{Control, Problem, ProblemError, Reason};
 use pennate_models::Document;
 
 const DYAD: &str = include_str!("../../../models/networks/dyad.toml");
+const INVERTER: &str = include_str!("inverter.toml");
 const STAGE: &str = include_str!("../../../models/networks/tip_tilt_stage.toml");
 const TRIPOD: &str = include_str!("../../../models/networks/tripod.toml");
 const ARM: &str = include_str!("../../../examples/designs/br2.toml");
@@ -396,45 +397,20 @@ fn designs_that_nobody_waits_for_are_told() {
 /// crosses. Out of the plane a step may lose its stability, and have it again at its end.
 #[test]
 fn designs_that_snap_on_the_way_are_not_leapt_over() {
-    let half = r#"
-        format = "pennate/1"
-        dimension = "plane"
-        parameters = { L1 = 125, t1 = 40, xO = 145, xG = 230, yG = 110 }
-        muscles.silicone = { library = "silicone" }
-        materials.steel = { youngs_modulus = 2e5, poissons_ratio = 0.3, density = "7.85 g/cm^3" }
-        sections.wire = { circle = { radius = 0.75 }, shear = false }
-        steps = [{ name = "free", pressure = { all = 25 } }, { name = "blocked", displacement = { O = { ux = 0 } } }]
-        [nodes]
-        I = [0, 0]
-        J = ["= L1 * cos(t1)", "= L1 * sin(t1)"]
-        O = ["= xO", 0]
-        G = ["= xG", "= yG"]
-        [members]
-        M = { nodes = ["I", "J"], muscle = "silicone" }
-        T = { nodes = ["J", "O"], section = "wire", material = "steel" }
-        C = { nodes = ["G", "J"], section = "wire", material = "steel" }
-        [supports]
-        I = "clamped"
-        G = "clamped"
-        O = ["uy", "rx", "rz"]
-        [probes]
-        u = { node = "O", displacement = "ux" }
-        f = { node = "O", reaction = [-1, 0] }
-    "#;
     // Both halves, which may leave their plane.
     let nodes = "[nodes]\nK = [\"= L1 * cos(t1)\", \"= -L1 * sin(t1)\"]\nH = [\"= xG\", \"= -yG\"]";
     let members = r#"[members]
         N = { nodes = ["I", "K"], muscle = "silicone" }
         U = { nodes = ["K", "O"], section = "wire", material = "steel" }
         E = { nodes = ["H", "K"], section = "wire", material = "steel" }"#;
-    let whole = half
+    let whole = INVERTER
         .replace("dimension = \"plane\"", "")
         .replace("[nodes]", nodes)
         .replace("[members]", members)
         .replace("O = [\"uy\", \"rx\", \"rz\"]", "H = \"clamped\"");
     let designs = [
         (
-            half,
+            INVERTER,
             vec![
                 [165.77394680098737, 19.529888775711356, 207.30068697919924, 221.1770320315755, 1.5826013424978815],
                 [176.57983886463958, 32.526659736039406, 210.5258695792553, 238.18905526231225, 39.66853144173983],

@@ -320,3 +320,22 @@ fn what_is_held_out_of_the_plane_stays_held() {
         }
     }
 }
+
+/// Pushed back all at once, the output of this inverter comes out on another path than the one that leads there: its wire snaps through.
+#[test]
+fn what_snaps_on_the_way_is_not_leapt_over() {
+    let document = Document::from_text("inverter.toml", include_str!("inverter.toml"));
+    let names = ["L1", "t1", "xO", "xG", "yG", "push"];
+    let problem = Problem::new(&document, &[], &names, &["f"], 1e-4).unwrap();
+    let design =
+        [165.77394680098737, 19.529888775711356, 207.30068697919924, 221.1770320315755, 1.5826013424978815, 0.0];
+    let mut live = problem.live_at(&design[..5].iter().copied().chain([2.5]).collect::<Vec<_>>()).unwrap();
+    live.set(5, 0.0);
+    live.solve().unwrap();
+    let (solved, reason, _) = problem.evaluate_alone(&design);
+    assert!(
+        reason.is_none() && (live.values()[0] - solved[0]).abs() < 1e-6 * solved[0],
+        "{:?} {solved:?}",
+        live.values()
+    );
+}

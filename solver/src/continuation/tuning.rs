@@ -90,7 +90,7 @@ impl Default for Tuning {
 
 impl Tuning {
     /// Iterations that lead to what lies near, whatever was foreseen.
-    pub(crate) fn few(&self) -> usize {
+    pub fn few(&self) -> usize {
         self.many.div_ceil(2) + 1
     }
 
