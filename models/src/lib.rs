@@ -45,7 +45,7 @@ pub mod unit;
 pub use discretize::discretize;
 pub use error::{InputError, InputErrors};
 pub use input::schema;
-pub use mesh::Mesh;
+pub use mesh::{Mesh, Stretch};
 pub use model::Model;
 pub use reading::Reading;
 

@@ -128,13 +128,13 @@ impl Problem {
         let outputs = outputs::outputs(&middle, probes)?;
         topology::check(&reading, &middle, &inputs)?;
         let solve = |model: Model| {
-            let served = serve(model, &outputs, accuracy, control);
+            let served = serve(model, &middle, &outputs, accuracy, control);
             if control.is_stopped() { Err(ProblemError::Interrupted) } else { Ok(served) }
         };
         let mut served = solve(middle.clone())?;
         for row in sample.chunks_exact(inputs.len().max(1)) {
             let Ok(model) = evaluated(&reading, &middle, &inputs, row, Reading::model) else { continue };
-            served = mesh::joined(served, solve(model)?);
+            served = mesh::joined(served, solve(model)?, &middle);
         }
         let Served { mesh, error } = served.map_err(ProblemError::Unsolvable)?;
         let (reading, middle) = (Arc::new(reading), Arc::new(middle));
@@ -239,12 +239,19 @@ fn evaluated(
     if topology::alike(middle, &model) { Ok(model) } else { Err(Reason::OtherTopology) }
 }
 
-/// The mesh that one design needs.
-fn serve(model: Model, outputs: &[Output], accuracy: f64, control: &Control) -> Result<Served, SolveError> {
+/// The mesh that one design needs, for the one in the middle.
+fn serve(
+    model: Model,
+    middle: &Model,
+    outputs: &[Output],
+    accuracy: f64,
+    control: &Control,
+) -> Result<Served, SolveError> {
     let options = Options { estimate: true, stop: control.stop.clone(), ..Options::default() };
     let solution = solve_to_accuracy(model, accuracy, &options, &mut |_| !control.is_stopped());
     let solution = solution.map_err(|(_, error)| error)?;
-    Ok(Served { error: outputs::errors(&solution, outputs), mesh: solution.mesh })
+    let mesh = mesh::fitted(&solution.mesh, &solution.model, middle).into_owned();
+    Ok(Served { error: outputs::errors(&solution, outputs), mesh })
 }
 
 /// What a caller may ask of an evaluation while it runs.

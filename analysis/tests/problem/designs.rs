@@ -393,6 +393,27 @@ fn designs_that_nobody_waits_for_are_told() {
     assert_eq!(problem.evaluate_while(&rows, &later).values, problem.evaluate(&rows).values);
 }
 
+#[test]
+fn a_sample_serves_where_the_design_of_the_file_has_no_answer() {
+    let text = r#"
+        dimension = "plane"
+        parameters = { k = 0 }
+        nodes = { A = [0, 0], B = [100, 0] }
+        members = { bar = { nodes = ["A", "B"], section = "bar" } }
+        supports = { A = ["ux", "uy"] }
+        springs = { foot = { node = "B", stiffness = { ux = 5, uy = "= k" } } }
+        steps = [{ force = { B = [0, -1] } }]
+        probes = { sinks = { node = "B", displacement = [0, -1] } }
+    "#;
+    let document = Document::from_text("network.toml", &format!("{HEAD}{text}"));
+    let compiled =
+        |sample: &[f64]| Problem::with_sample(&document, &[], &["k"], &["sinks"], 1e-6, sample, &Control::default());
+    assert!(matches!(compiled(&[]), Err(ProblemError::Unsolvable(_))));
+    let found = compiled(&[2.0]).unwrap().evaluate(&[0.0, 4.0]);
+    assert!(matches!(found.reasons[0], Some(Reason::Mechanism(_))) && found.reasons[1].is_none());
+    assert!((found.values[1] - 0.25).abs() < 1e-4);
+}
+
 /// Wires that are pushed back to where they were snap through on the way: an iteration that leaps there comes out on a path that the way
 /// crosses. Out of the plane a step may lose its stability, and have it again at its end.
 #[test]
