@@ -600,6 +600,16 @@ def test_the_best_designs_are_solved_once_more_each_by_itself(folder: Path, text
         assert design.wanted[0] == pytest.approx(other.wanted[0], rel=1e-2)
 
 
+def test_the_mesh_serves_designs_all_over_the_ranges(folder: Path) -> None:
+    text = FRONT.replace("d = { from = 1, to = 2 }", "F = { from = 0.001, to = 30, start = 0.001 }")
+    text = text.replace("L / d", "L / 10").replace("L * d^2", "L")
+    x = [[190.0, 29.0], [60.0, 15.0]]
+    read = pennate.read_study(study(folder, text))
+    for (length, force), design in zip(x, pennate._optimize.evaluate(read, np.array(x))):
+        alone = read.network.set(L=length, F=force).solve(accuracy=1e-8)
+        assert design.wanted[0] == pytest.approx(alone["drop"][-1], rel=1e-4)
+
+
 def test_designs_of_the_front_that_do_not_hold_by_themselves_are_told(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

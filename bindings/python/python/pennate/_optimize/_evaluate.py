@@ -18,6 +18,8 @@ from ._table import UNSOLVED, Design, Table
 
 # Part of a range by which expressions of known values are differenced: half of the digits of a double.
 NEAR = 1e-6
+# Designs that the mesh is made for, and random ones among which those that meet what needs no solution are looked for.
+SAMPLE, DRAWN = 8, 4096
 
 
 class Spent(Exception):
@@ -51,7 +53,8 @@ class Evaluator:
         self.threads = threads
         """Of this process; one for each core where it is `None`."""
         probes = list(study.probes) or None
-        problem = study.network.problem(self.names, probes, accuracy=study.accuracy, threads=threads)
+        sample = self._sample()
+        problem = study.network.problem(self.names, probes, accuracy=study.accuracy, sample=sample, threads=threads)
         self.solver = Solver(problem, executor)
         self.batch = 0
         """Batches that were asked for."""
@@ -63,6 +66,14 @@ class Evaluator:
         """Those of them without an answer, by its kind."""
         self.end = time.monotonic() + 60.0 * study.stop.get("minutes", math.inf)
         self.progress: list[dict[str, float]] = []
+
+    def _sample(self) -> Values:
+        """(n, names), designs that the mesh is to serve: from all over the ranges, and of those that the search begins with."""
+        first = self.study.first
+        first = first[np.linspace(0, len(first) - 1, min(len(first), SAMPLE)).round().astype(int)]
+        x = self.values(np.random.default_rng(self.study.seed).random((DRAWN, len(self.span))))
+        x = np.vstack([x[self.violation(x, before=True) == 0.0][:SAMPLE], first.reshape(-1, len(self.span))])
+        return np.column_stack([x, *(np.full(len(x), self.parameters[name]) for name in self.beside)])
 
     @property
     def designs(self) -> list[Design]:
