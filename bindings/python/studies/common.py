@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 import pennate
+from pennate._optimize import _check
 from pennate._optimize._expression import Expression
 from pennate._optimize._study import Constraint
 
@@ -28,8 +29,18 @@ def run(study: str | pennate.Study, name: str, **given: Any) -> pennate.Outcome:
     read = HERE / f"{study}_study.toml" if isinstance(study, str) else study
     outcome = pennate.optimize(read, KEPT / name, **given)
     failed = sum(design.status != "solved" for design in outcome.designs)
-    print(f"  {name}: {len(outcome.designs)} designs, {failed} without an answer", flush=True)
+    print(f"  {name}: {len(outcome.designs)} designs, {failed} without an answer; {checks(outcome)}", flush=True)
     return outcome
+
+
+def checks(outcome: pennate.Outcome) -> str:
+    """What came of the best designs on meshes of their own."""
+    off = _check.off(outcome.study, outcome.designs, outcome.best, outcome.checked)
+    known = off[np.isfinite(off)]
+    beyond = int((known > outcome.study.accuracy).sum())
+    lost = _check.ends(outcome.checked).total()
+    found = f"of the {len(outcome.best)} best {lost} do not hold by themselves, {beyond} are off by more than {outcome.study.accuracy:g}"
+    return f"{found}, by {known.max(initial=0.0):.0e} at most"
 
 
 def runs(study: str, name: str, limit: float | None = None, **settings: float) -> list[pennate.Outcome]:
