@@ -601,6 +601,7 @@ def test_the_best_designs_are_solved_once_more_each_by_itself(folder: Path, text
 
 
 def test_the_mesh_serves_designs_all_over_the_ranges(folder: Path) -> None:
+    pytest.importorskip("pymoo")
     text = FRONT.replace("d = { from = 1, to = 2 }", "F = { from = 0.001, to = 30, start = 0.001 }")
     text = text.replace("L / d", "L / 10").replace("L * d^2", "L")
     x = [[190.0, 29.0], [60.0, 15.0]]
