@@ -281,7 +281,8 @@ class Network:
             parameters: Names under `[parameters]`; all by default.
             probes: Names of probes, at the end of the last step, or `probe@step`; all by default.
             accuracy: What the mesh is made for, at the values of the file.
-            sample: (n, k), designs that the mesh is to serve as well.
+            sample: (n, k), designs that the mesh is to serve as well, in the units of the parameters; those without an answer
+                do not count, and neither does that of the file as long as one of these has one.
             threads: One for each core by default; answers are the same with any number.
 
         Raises:

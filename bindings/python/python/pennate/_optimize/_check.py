@@ -1,4 +1,4 @@
-"""The best designs solved once more, each on a mesh of its own: a search has one mesh for all, made for its starting design."""
+"""The best designs solved once more, each on a mesh of its own: a search has one mesh for all, made for a few of them."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def _checked(
     derived = _derived(reader, network, varied)
     changing = _changing(varied, derived, after)
     variables = _variables(reader, tree, network, changing)
-    # The mesh is made for the starting design.
+    # The mesh is made for the starting design, and for others of its topology.
     try:
         network = network.set(**{each.name: each.start for each in variables}) if variables else network
     except NetworkError as error:
