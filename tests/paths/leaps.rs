@@ -47,6 +47,28 @@ fn no_increment_leaps_a_limit_point_in_a_later_step() {
     }
 }
 
+/// Right before the fold the path is so steep that a leap to the straight branch looks like the way there.
+#[test]
+fn no_number_of_increments_leaps_a_fold_that_comes_near_another_path() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/drawn_back_to_a_fold.toml");
+    let text = std::fs::read_to_string(path).expect("a file");
+    let pushed = 8.052_948;
+    // From 2,000 increments: the place of the node in the middle.
+    let fold = 0.992_171_593 * (0.043_87 + pushed) - pushed;
+    let ends = [(1, 0.03), (1, 0.05), (1, 0.1), (1, 0.7), (1, 3.0), (3, 0.043_87), (60, 0.043_87), (100, 0.043_87)];
+    for (increments, end) in ends {
+        let settings = [("n".to_owned(), increments.to_string()), ("U".to_owned(), end.to_string())];
+        let model =
+            read_text("drawn_back_to_a_fold.toml", &text, &settings).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let history = solve_to_accuracy(model, 1e-4, &Options::default(), &mut |_| true);
+        let history = history.unwrap_or_else(|(_, error)| panic!("{error}")).history;
+        let step = history.steps.last().expect("a step");
+        assert_eq!(step.status, Status::LimitPoint, "{increments} increments to {end}");
+        let place = step.critical_points.last().expect("a point").fraction * (end + pushed) - pushed;
+        assert!((place - fold).abs() < 1e-4, "{increments} increments to {end}: {place}");
+    }
+}
+
 /// Networks lose their stability on the way of a step, at the place that short increments find.
 fn assert_loses_stability(names: &[&str], kind: CriticalKind) {
     for name in names {

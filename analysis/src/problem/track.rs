@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use pennate_solver::base::{self, Judges};
 use pennate_solver::compliance;
-use pennate_solver::continuation::{self, Between, OutOfPlane, Tuning};
+use pennate_solver::continuation::{self, OutOfPlane, Passage, Ramp, Tuning};
 use pennate_solver::history::{Equilibrium, Growth};
 use pennate_solver::joints::Held;
 use pennate_solver::newton::{Convergence, Newton, Start};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Member, Step, Structure};
-use pennate_solver::system::{State, System};
+use pennate_solver::system::{Answer, State, System};
 
 use super::{Control, neighbour};
 use crate::together::{self, Kind};
@@ -29,6 +29,8 @@ pub(super) struct Track<const D: usize> {
     /// Those of the present state.
     steps: Vec<Step>,
     verdict: Verdict,
+    /// How the network answers there, where that is asked.
+    answer: Option<Answer>,
     /// Whether the present state is stable where more than its tangent tells (small vibrations, spins of bars), once that was asked for.
     looked: Option<Option<bool>>,
 }
@@ -52,10 +54,11 @@ impl<const D: usize> Track<D> {
         let kind = Kind { lateral: kind.lateral.filter(|_| sideways), ..kind };
         let lateral = kind.lateral.map(|build| build(&system));
         let (last, verdict) = (State::default(), Verdict::default());
-        let mut track = Self { kind, system, last, lateral, steps, verdict, looked: None };
+        let mut track = Self { kind, system, last, lateral, steps, verdict, answer: None, looked: None };
         // Nobody waits for what led here any more.
         track.system.stop = None;
         track.system.assemble(false);
+        track.answer = track.system.answer_of_hinged();
         track.verdict = track.judge();
         track
     }
@@ -140,12 +143,10 @@ impl<const D: usize> Track<D> {
         let found = newton.solve(&mut self.system, start);
         self.system.stop = None;
         let Ok(found) = found else { return false };
-        if found.iterations > FEW
-            || self.system.moves.first_own > FAR
-            || self.came_elsewhere(found, from, &newton.tuning)
-        {
+        if found.iterations > FEW || self.system.moves.first_own > FAR {
             return false;
         }
+        let Ok(answer) = self.judge_passage(found, from, &newton.tuning) else { return false };
         let verdict = self.judge();
         let same = if verdict.potential && self.verdict.potential {
             verdict.negative == self.verdict.negative
@@ -153,42 +154,36 @@ impl<const D: usize> Track<D> {
             verdict.odd == self.verdict.odd
         };
         if same {
-            (self.verdict, self.looked) = (verdict, None);
+            (self.verdict, self.answer, self.looked) = (verdict, answer, None);
         }
         same
     }
 
-    /// Whether the present state may lie on another path than the one from the last, as for an increment of a step. Where more than loads
-    /// and what is held has changed, or loads have no potential, nothing tells what lies between, and few iterations have to do.
-    fn came_elsewhere(&mut self, found: Convergence, from: Option<&Vec<f64>>, tuning: &Tuning) -> bool {
+    /// Whether the present state lies on the path from the last one, as for an increment of a step. Where more than loads and what is held
+    /// has changed, or loads have no potential, nothing tells what lies between, and few iterations have to do.
+    fn judge_passage(&mut self, found: Convergence, from: Option<&Vec<f64>>, tuning: &Tuning) -> continuation::Verdict {
         let (moved, foreseen) = (self.system.distances(&self.last), self.system.moves.first_by_part.clone());
-        let sizes = (moved.as_slice(), foreseen.as_slice());
-        if continuation::is_doubtful(&self.system, sizes, false, found.iterations, tuning)
-            || continuation::leapt(sizes, tuning)
-        {
-            return true;
-        }
-        let Some(from) = from.filter(|_| self.verdict.potential) else { return found.iterations > tuning.few() };
-        let to = self.system.loading.drives.clone();
-        let mut apply = |system: &mut System<D>, fraction: f64| {
-            let drives = system.loading.drives.iter_mut().zip(from.iter().zip(&to));
-            drives.for_each(|(drive, (from, to))| *drive = to - (1.0 - fraction) * (to - from));
-            system.loading.fraction = fraction;
-            system.apply_drives();
-        };
+        let from = from.filter(|_| self.verdict.potential);
+        let ramp = from.map(|from| Ramp::of_drives(from.clone(), self.system.loading.drives.clone()));
         let negative = self.verdict.negative;
-        if continuation::may_have_passed(&self.system, found, false, negative, tuning) {
-            let between = Between { last: &self.last, before: None, ends: [0.0, 1.0], negative };
-            let lateral = &mut self.lateral;
-            let mut lost_aside = |system: &mut System<D>| {
-                let found = lateral.as_mut().map(|lateral| lateral.inertia(system)).filter(|(_, potential)| *potential);
-                found.map_or(0, |(inertia, _)| inertia.negative.saturating_sub(negative))
-            };
-            if between.swings(&mut self.system, &mut apply, &mut lost_aside, tuning) {
-                return true;
-            }
-        }
-        continuation::came_aside(&mut self.system, (None, &self.last), sizes, (found, 1.0, 1.0), &mut apply, tuning)
+        // Whether it softens is not known.
+        let passage = Passage {
+            last: &self.last,
+            before: None,
+            ramp: ramp.as_ref(),
+            ends: [0.0, 1.0],
+            negative,
+            softens: true,
+            found,
+            moved: &moved,
+            foreseen: &foreseen,
+        };
+        let lateral = &mut self.lateral;
+        let mut lost_aside = |system: &mut System<D>| {
+            let found = lateral.as_mut().map(|lateral| lateral.inertia(system)).filter(|(_, potential)| *potential);
+            found.map_or(0, |(inertia, _)| inertia.negative.saturating_sub(negative))
+        };
+        passage.judge(&mut self.system, self.answer.as_ref(), &mut lost_aside, tuning)
     }
 
     /// The stability of the state of the last assembly.

@@ -141,26 +141,39 @@ fn solve_joined(designs: &[Posed<'_>], asked: &Asked<'_>, mut workspace: Option<
             found.map(|(ends, systems)| (ends, Systems::Space(systems)))
         }
     };
-    if let Some((ends, systems)) = ends {
-        let forces: Vec<Vec<f64>> = ends.iter().flatten().map(|end| largest_forces(&shares, end)).collect();
-        let found = |(design, share): (usize, Share)| {
-            let feeble = |forces: &Vec<f64>| forces[design] < FEEBLE * forces.iter().copied().fold(0.0, f64::max);
-            if forces.iter().any(feeble) {
-                return None;
-            }
-            let ends = ends.iter().map(|end| end.as_ref().map(|end| share.end(end))).collect();
-            Some(Found { ends, systems: systems.clone(), share })
-        };
-        return shares.into_iter().enumerate().map(found).collect();
-    }
-    // One of them is doubtful: others need not wait for it. Of two it is as good to solve both alone.
-    if count <= 2 || !(asked.wanted)() {
+    let in_doubt = match ends {
+        Ok((ends, systems)) => return shared_out(&shares, &ends, &systems),
+        Err(in_doubt) => in_doubt,
+    };
+    // Of two it is as good to solve both alone, and one that is left has none beside it.
+    if count <= 2 || in_doubt.len() + 1 == count || !(asked.wanted)() {
         return designs.iter().map(|_| None).collect();
+    }
+    // Others need not wait for those that are in doubt; where nothing tells which these are, halves are tried.
+    if (1..count).contains(&in_doubt.len()) {
+        let is_known = |design: &usize| !in_doubt.contains(design);
+        let others: Vec<Posed<'_>> = (0..count).filter(is_known).map(|design| designs[design]).collect();
+        let mut found = solve_joined(&others, asked, workspace).into_iter();
+        return (0..count).map(|design| if is_known(&design) { found.next().flatten() } else { None }).collect();
     }
     let (first, second) = designs.split_at(count / 2);
     let mut found = solve_joined(first, asked, workspace.as_deref_mut());
     found.extend(solve_joined(second, asked, workspace));
     found
+}
+
+/// What of the ends of a group belongs to each design; nothing for those whose forces are too small beside those of others.
+fn shared_out(shares: &[Share], ends: &[Option<End>], systems: &Systems) -> Vec<Option<Found>> {
+    let forces: Vec<Vec<f64>> = ends.iter().flatten().map(|end| largest_forces(shares, end)).collect();
+    let found = |(design, share): (usize, &Share)| {
+        let feeble = |forces: &Vec<f64>| forces[design] < FEEBLE * forces.iter().copied().fold(0.0, f64::max);
+        if forces.iter().any(feeble) {
+            return None;
+        }
+        let ends = ends.iter().map(|end| end.as_ref().map(|end| share.end(end))).collect();
+        Some(Found { ends, systems: systems.clone(), share: share.clone() })
+    };
+    shares.iter().enumerate().map(found).collect()
 }
 
 /// The largest force on the members of every design at the end of a step.

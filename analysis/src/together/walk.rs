@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use pennate_solver::chain::variations;
 use pennate_solver::compliance;
-use pennate_solver::continuation::{self, Between, OutOfPlane, QUARTER_TURN};
+use pennate_solver::continuation::{self, OutOfPlane, Passage, QUARTER_TURN, Ramp};
 use pennate_solver::history::{Equilibrium, Variation};
 use pennate_solver::joints::{Held, HeldKind};
-use pennate_solver::newton::{Aim, Newton, Start};
+use pennate_solver::newton::{Aim, Lost, Newton, Start, Why};
 use pennate_solver::results;
 use pennate_solver::structure::{Change, Dimension, Drive, Member, Method, Segment, Stability, Step, Structure};
-use pennate_solver::system::{State, System};
+use pennate_solver::system::{Answer, State, System};
 
 use super::Asked;
 use super::kept::{Kept, Memory};
@@ -96,19 +96,22 @@ pub(crate) struct Finer {
 /// The ends of the steps that are looked at, and the systems there of those whose system is asked for.
 pub(super) type Ends<const D: usize> = (Vec<Option<End>>, Vec<Option<Rc<System<D>>>>);
 
-/// The ends of the steps; nothing where the way is not plain, or where nobody waits for them any longer.
+/// Designs of a group whose way is not plain, as far as they are known: none where nothing tells them from the others.
+pub(super) type InDoubt = Vec<usize>;
+
+/// The ends of the steps, or whose way is not plain; that, too, where nobody waits for them any longer.
 pub(super) fn ends<const D: usize>(
     structure: Structure,
     steps: &[Step],
     kind: &Kind<D>,
     mut kept: Option<&mut Kept<D>>,
     asked: &Asked<'_>,
-) -> Option<Ends<D>> {
+) -> Result<Ends<D>, InDoubt> {
     let structure = Arc::new(structure);
     let (found, trusted) = walk(Arc::clone(&structure), steps, kind, kept.as_deref_mut(), asked, true);
     // What is doubtful over several steps at once need not be so one by one, and what is not stable out of the plane need not be held
     // there.
-    if found.is_some() || !trusted { found } else { walk(structure, steps, kind, kept, asked, false).0 }
+    if found.is_ok() || !trusted { found } else { walk(structure, steps, kind, kept, asked, false).0 }
 }
 
 /// The same, and whether it went by what was taken for granted, as may be with `trusts`: that ends of steps may be passed, or that the
@@ -120,7 +123,7 @@ fn walk<const D: usize>(
     mut kept: Option<&mut Kept<D>>,
     asked: &Asked<'_>,
     trusts: bool,
-) -> (Option<Ends<D>>, bool) {
+) -> (Result<Ends<D>, InDoubt>, bool) {
     let looks_aside = kept.as_ref().is_some_and(|kept| kept.looks_aside);
     let topology = continuation::topology(&structure, steps);
     let memory = kept.as_deref_mut().map(|kept| std::mem::take(&mut kept.memory)).unwrap_or_default();
@@ -148,17 +151,20 @@ fn walk<const D: usize>(
         missed,
         rest,
         here,
+        answer: None,
         begins,
         passes,
         defers,
         trusted,
         polished,
         was_read: false,
+        suspects: Vec::new(),
     };
-    let mut found = walk.ends(steps, kind, kept.as_deref_mut(), asked);
+    let found = walk.ends(steps, kind, kept.as_deref_mut(), asked);
+    let mut found = found.ok_or_else(|| walk.in_doubt(kind.designs));
     let Walk { system, lateral, spare, states, defers, trusted, .. } = walk;
     let mut system = Some(system);
-    if let Some((_, systems)) = &mut found {
+    if let Ok((_, systems)) = &mut found {
         let looks = (asked.look)(steps.len() - 1) == Look::System;
         systems.push(system.take_if(|_| looks).map(Rc::new));
     }
@@ -203,6 +209,8 @@ struct Walk<const D: usize> {
     /// The pivots of the unloaded structure, and those of the last equilibrium.
     rest: Firmness,
     here: Firmness,
+    /// How the network answers at the last equilibrium, with the rows that are held, where that is asked.
+    answer: Option<Answer>,
     /// Whether the unloaded structure is still to be looked at, as the first linearization of the first step.
     begins: bool,
     /// Whether ends of steps may be passed.
@@ -217,6 +225,8 @@ struct Walk<const D: usize> {
     polished: Option<(Option<f64>, f64, u64)>,
     /// Whether the state is one that was read.
     was_read: bool,
+    /// Parts of the network that an increment may have led to another path, or that its iteration was lost in.
+    suspects: Vec<usize>,
 }
 
 impl<const D: usize> Walk<D> {
@@ -242,6 +252,7 @@ impl<const D: usize> Walk<D> {
             if !self.begins && (first == 0 || !changes.is_empty()) {
                 self.change(changes)?;
                 self.hold(kind, kept.as_deref_mut(), holds);
+                self.answer_anew();
                 holds += 1;
             } else if self.leave_rows() {
                 self.system.hold(self.held.clone());
@@ -309,6 +320,7 @@ impl<const D: usize> Walk<D> {
             return None;
         }
         self.system.tangent.note_rest(&self.system.pattern);
+        self.answer = self.system.answer_of_hinged();
         self.rest = Firmness { own: inertia.smallest, lateral: 0.0 };
         self.here = self.rest;
         let judged = structure.dimension == Dimension::Plane && structure.stability == Stability::Space;
@@ -324,6 +336,15 @@ impl<const D: usize> Walk<D> {
             self.rest.lateral = self.lateral.as_ref().map_or(0.0, |_| inertia.smallest);
         }
         Some(())
+    }
+
+    /// Asks how the network answers at the last equilibrium with what is held now.
+    fn answer_anew(&mut self) {
+        self.answer = None;
+        if self.system.may_carry_otherwise() {
+            self.system.assemble(false);
+            self.answer = self.system.answer_of_hinged();
+        }
     }
 
     fn insert(&mut self, node: usize, component: usize, way: [f64; 2]) {
@@ -433,19 +454,19 @@ impl<const D: usize> Walk<D> {
     fn step(&mut self, steps: &[Step], kind: &Kind<D>, aim: Aim, look: Look) -> Option<()> {
         self.trusted |= steps.len() > 1;
         let system = &mut self.system;
-        let mut way: Vec<f64> = system.loading.drives.iter().map(|drive| -drive).collect();
+        let from = system.loading.drives.clone();
+        let mut to = from.clone();
         for &(drive, value) in steps.iter().flat_map(|step| &step.targets) {
-            system.loading.drives[drive] = value;
+            to[drive] = value;
         }
-        way.iter_mut().zip(&system.loading.drives).for_each(|(way, drive)| *way += drive);
-        let gone = way.clone();
-        let way = steps[0].changes.is_empty().then_some(way);
+        let loads_stay = from == to;
+        let way = steps[0].changes.is_empty().then(|| from.iter().zip(&to).map(|(from, to)| to - from).collect());
         let last = std::mem::replace(&mut self.way, way);
         let times = last
             .zip(self.way.as_ref())
             .and_then(|(last, way)| times(&last, way, if steps.len() > 1 { AT_ONCE } else { FARTHEST }));
-        system.loading.fraction = 1.0;
-        system.apply_drives();
+        let ramp = Ramp::of_drives(from, to);
+        ramp.apply(system, 1.0);
         if !system.loads_have_potential() {
             return None;
         }
@@ -454,7 +475,7 @@ impl<const D: usize> Walk<D> {
         let stays = std::mem::take(&mut self.was_read)
             && D == 3
             && self.way.is_none()
-            && gone.iter().all(|&gone| gone == 0.0)
+            && loads_stay
             && !system.loading.holds_strains();
         if begins {
             system.assemble(true);
@@ -506,33 +527,16 @@ impl<const D: usize> Walk<D> {
             if potential { inertia.negative } else { 0 }
         };
         let found = newton.solve_beside(system, start, &mut lost_aside);
-        let Ok(found) = found else {
-            self.trusted |= self.defers && lost;
-            return None;
+        let found = match found {
+            Ok(found) => found,
+            Err(why) => {
+                self.trusted |= self.defers && lost;
+                self.suspects = suspects(system, &why);
+                return None;
+            }
         };
-        let moved = system.distances(last);
-        let foreseen = foreseen.unwrap_or_else(|| system.moves.first_by_part.clone());
-        let states = (predicted.then_some(&*before), &*last);
-        let loads = system.loading.drives.clone();
-        let mut apply = |system: &mut System<D>, fraction: f64| {
-            let left = 1.0 - fraction;
-            let drives = system.loading.drives.iter_mut().zip(loads.iter().zip(&gone));
-            drives.for_each(|(drive, (to, gone))| *drive = to - left * gone);
-            system.loading.fraction = fraction;
-            system.apply_drives();
-        };
-        let (sizes, tuning) = ((moved.as_slice(), foreseen.as_slice()), newton.tuning);
-        let mut doubtful = continuation::is_doubtful(system, sizes, predicted, found.iterations, &tuning)
-            || continuation::leapt(sizes, &tuning);
-        if !doubtful && continuation::may_have_passed(system, found, predicted, 0, &tuning) {
-            let before = times.map(|times| (&*before, times));
-            let between = Between { last, before, ends: [0.0, 1.0], negative: 0 };
-            doubtful = between.swings(system, &mut apply, &mut lost_aside, &tuning);
-            self.trusted |= self.defers && lost;
-        }
-        let end = (found, 1.0, 1.0);
         // What makes sure of the way finds the forces of the state anew, which a state that is read needs after one more step.
-        if is_read && !doubtful {
+        if is_read {
             // Where the iteration foresees nothing but rounding there is nothing to gain.
             let still = found.residual.force.max(found.residual.moment) <= EXACT;
             let is_exact = still && found.left <= EXACT;
@@ -540,9 +544,18 @@ impl<const D: usize> Walk<D> {
             let size = if is_exact { None } else { system.advance(pending).map(|size| size.largest()) };
             self.polished = Some((size, found.last, system.tangent.linearizations()));
         }
-        let aside = !doubtful && continuation::came_aside(system, states, sizes, end, &mut apply, &tuning);
+        let (moved, before) = (system.distances(last), times.map(|times| (&*before, times)));
+        let foreseen = foreseen.unwrap_or_else(|| system.moves.first_by_part.clone());
+        let (moved, foreseen) = (moved.as_slice(), foreseen.as_slice());
+        let ends = [0.0, 1.0];
+        // Whether the network softens is not known; what is doubted goes on alone.
+        let passage =
+            Passage { last, before, ramp: Some(&ramp), ends, negative: 0, softens: true, found, moved, foreseen };
+        let judged = passage.judge(system, self.answer.as_ref(), &mut lost_aside, &newton.tuning);
+        self.trusted |= self.defers && lost;
+        self.answer = judged.map_err(|parts| self.suspects = parts).ok()?;
         let inertia = found.inertia;
-        if doubtful || aside || inertia.negative > 0 || inertia.neutral > 0 || !system.tangent.has_potential() {
+        if inertia.negative + inertia.neutral > 0 || !system.tangent.has_potential() {
             return None;
         }
         // Whether a bar turns about itself is judged out of the plane, by the ordinary solver.
@@ -606,6 +619,14 @@ impl<const D: usize> Walk<D> {
         Equilibrium { compliances: compliance::of_designs(&mut self.system, kind.designs), ..state }
     }
 
+    /// The designs that are in doubt of so many, which have equal numbers of parts.
+    fn in_doubt(&self, designs: usize) -> InDoubt {
+        let parts = self.system.moves.parts() / designs;
+        let mut found: InDoubt = self.suspects.iter().map(|part| part / parts).collect();
+        found.dedup();
+        found
+    }
+
     /// A system that stays where the present one is.
     fn copy(&self, kind: &Kind<D>) -> System<D> {
         let system = &self.system;
@@ -635,6 +656,14 @@ impl<const D: usize> Walk<D> {
         let missing = state.members.iter().map(|member| member.top_energy).collect();
         let variations = system.members.chains().map(|(pack, lane)| variations(pack, lane)).collect();
         Some(Finer { state, missing, variations })
+    }
+}
+
+/// The parts that an iteration was lost in: the one that moved farthest at last, where increments tell.
+fn suspects<const D: usize>(system: &System<D>, lost: &Lost) -> Vec<usize> {
+    match lost.why {
+        Why::Astray | Why::Wandered | Why::Slow => system.moves.farthest_part().into_iter().collect(),
+        _ => Vec::new(),
     }
 }
 

@@ -463,6 +463,78 @@ fn designs_that_snap_on_the_way_are_not_leapt_over() {
     }
 }
 
+/// Four bars that pass, by a small turn of their crank, near where all of them lie in one line: from there two ways go on.
+#[test]
+fn designs_that_pass_a_change_point_go_the_way_that_they_go_alone() {
+    let four_bars = r#"
+        dimension = "plane"
+        parameters = { xB = -0.99, yB = 0.1, xC = 1.01, yC = 0.1, turn = 10, k = 0.1 }
+        nodes = { A = [0, 0], B = ["= xB", "= yB"], C = ["= xC", "= yC"], D = [2, 0] }
+        sections = { rod = { circle = { radius = 0.02 }, shear = false } }
+        materials = { steel = { youngs_modulus = 2e5, poissons_ratio = 0.3 } }
+        supports = { A = "clamped", D = "clamped" }
+        springs = { S = { node = "C", stiffness = { uy = "= k" } } }
+        steps = [{ rotation = { A = [0, 0, "= turn"] } }]
+        probes = { x = { node = "C", displacement = "ux" }, y = { node = "C", displacement = "uy" } }
+        [members]
+        AB = { nodes = ["A", "B"], section = "rod", material = "steel" }
+        BC = { nodes = ["B", "C"], section = "rod", material = "steel", release = { start = "pin", end = "pin" } }
+        CD = { nodes = ["C", "D"], section = "rod", material = "steel", release = { end = "pin" } }
+    "#;
+    let text = format!("format = \"pennate/1\"\n{four_bars}");
+    let names = ["xB", "yB", "xC", "yC", "turn", "k"];
+    let problem = Problem::new(&Document::from_text("four_bars.toml", &text), &[], &names, &["x", "y"], 1e-4).unwrap();
+    let designs = [
+        [
+            -0.9980082055014998,
+            0.0630842432916192,
+            1.000878967431955,
+            -0.04191851953688235,
+            11.727189570904095,
+            0.021012549893512766,
+        ],
+        [
+            -0.9977219568268576,
+            0.06361140043416107,
+            1.0021361895737038,
+            0.06532852241948295,
+            8.082414522595915,
+            0.0033160479417905647,
+        ],
+        [
+            -0.9991979757828462,
+            0.04930915006006535,
+            1.0007992504569674,
+            0.052640070811196406,
+            5.919798856842843,
+            0.002525493569525967,
+        ],
+        [
+            -0.9996272909310634,
+            0.027299802670039005,
+            1.0006339024886928,
+            0.035600605964242485,
+            7.685361848602379,
+            0.006130751088190339,
+        ],
+        [
+            -0.9942530140233173,
+            0.10705579902812001,
+            1.000723072924523,
+            -0.04069628804753274,
+            9.829024246014944,
+            0.026076737625135665,
+        ],
+    ];
+    let found = problem.evaluate(&designs.concat());
+    for (index, design) in designs.iter().enumerate() {
+        let (alone, ..) = problem.evaluate_alone(design);
+        for (one, other) in alone.iter().zip(&found.values[2 * index..]) {
+            assert!((one - other).abs() <= 1e-9 * one.abs(), "{design:?}: {one} {other}");
+        }
+    }
+}
+
 /// What is kept from one call to the next, for speed, moves no digit: a search that is stopped and gone on with writes the same bytes.
 #[test]
 fn answers_do_not_depend_on_what_was_solved_before() {

@@ -8,9 +8,10 @@
 use super::direction::{Direction, Metric};
 use super::distance::{Locator, Point};
 use super::events::Events;
-use super::follow::{Control, Next, Ramp, Run, Tried};
+use super::follow::{Control, Next, Run, Tried};
 use super::fraction::ByFraction;
 use super::locate::Value;
+use super::ramp::Ramp;
 use super::record::Ending;
 use super::touching::Between;
 use super::{Continuation, Count, Tuning};
@@ -159,10 +160,10 @@ impl<const D: usize> Continuation<'_, D> {
     /// Begins along the arc, at the first state of a ramp.
     pub(super) fn first_arc(&mut self, run: &mut Run<'_>, purpose: Purpose) -> Option<ByArc> {
         let most = if purpose == Purpose::Jump { self.tuning.near } else { self.tuning.miss };
-        let reach = self.options.first_increment.min(run.ramp.longest).min(most);
+        let reach = self.options.first_increment.min(run.longest).min(most);
         let mut by = self.arc_from_last(run, 0.0, reach, purpose)?;
-        if run.ramp.longest < 1.0 {
-            by.part_asked = run.ramp.longest;
+        if run.longest < 1.0 {
+            by.part_asked = run.longest;
             by.longest_asked = by.part_asked / reach * by.next;
             by.longest = by.longest_asked;
         }

@@ -2,7 +2,8 @@
 //!
 //! Theory: docs/theory/continuation.md.
 
-use super::follow::{Effort, Ramp, Request, Run};
+use super::follow::{Effort, Request, Run};
+use super::ramp::Ramp;
 use super::{Continuation, HeldRows, SoFar, first_rows, longest_asked};
 use crate::error::{FreeMotion, NearMotion};
 use crate::history::StepHistory;
@@ -73,10 +74,11 @@ impl<const D: usize> Continuation<'_, D> {
         is_step: bool,
     ) {
         let rest = self.system.loading.drives.clone();
-        let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0], longest };
+        let ramp = Ramp { drives: [rest.clone(), rest], prestress: [0.0, 1.0] };
         let conservative = self.is_conservative(&ramp);
         so_far.going = self.follow(&mut Run {
             ramp: &ramp,
+            longest,
             record: &mut *record,
             watch,
             request: Request::default(),

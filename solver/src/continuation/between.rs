@@ -8,71 +8,59 @@
 //! Theory: docs/theory/continuation.md, section By the fraction.
 
 use super::follow::Run;
+use super::passage::Passage;
+use super::ramp::Ramp;
 use super::{Continuation, Tuning};
 use crate::chain::Size;
+use crate::newton::{Aside, Convergence};
 use crate::system::{State, System};
 
-/// An increment of a path: the state that it began at, and the one before that with how many times as far it went, where there is one to
-/// extrapolate from; the fractions of its ramp that it joins; and the directions in which the state at its beginning is unstable.
-pub struct Between<'a> {
-    /// The state that it began at.
-    pub last: &'a State,
-    /// The state before that, and the ratio of this increment to the one that led from there.
-    pub before: Option<(&'a State, f64)>,
-    /// Fractions of the ramp at both ends.
-    pub ends: [f64; 2],
-    /// Directions in which the state that it began at is unstable.
-    pub negative: usize,
-}
-
-/// Brings the drives of a system to a fraction of a ramp.
-type Apply<'a, const D: usize> = &'a mut dyn FnMut(&mut System<D>, f64);
-
-impl Between<'_> {
-    /// Factorizations that [`Self::swings`] takes.
+impl Passage<'_> {
+    /// Factorizations that [`Self::parts_that_swing`] takes.
     const fn factorizations(&self) -> usize {
         if self.before.is_some() { 2 } else { 3 }
     }
 
-    /// Whether what lies half way to the present state is not on a path that joins both ends: one step of an iteration leads a part
-    /// of the network far from where a cubic says that it is, or a motion has lost its stiffness there that has some at both ends, one
-    /// that `lost_aside` counts among them.
+    /// The parts of which what lies half way is not on a path that joins both ends: one step of an iteration leads them far from where a
+    /// cubic says that they are. All parts where a motion has lost its stiffness there that has some at both ends, one that `lost_aside`
+    /// counts among them.
     ///
     /// The iteration came to rest, but by more steps than lead to what lies near. The factors of the end would not do for the middle:
     /// what is stiff turns with its members.
-    pub fn swings<const D: usize>(
+    pub(super) fn parts_that_swing<const D: usize>(
         &self,
         system: &mut System<D>,
-        apply: Apply<'_, D>,
-        lost_aside: &mut dyn FnMut(&mut System<D>) -> usize,
+        lost_aside: Aside<'_, D>,
         tuning: &Tuning,
-    ) -> bool {
+    ) -> Vec<usize> {
         let moved = system.distances(self.last);
-        if moved.iter().all(|moved| moved.largest() <= tuning.shortest) {
-            return false;
-        }
+        let Some(ramp) = self.ramp.filter(|_| moved.iter().any(|moved| moved.largest() > tuning.shortest)) else {
+            return Vec::new();
+        };
         let [from, to] = self.ends;
         let next = system.snapshot();
-        let seen = self.state_between(system, &next, apply, tuning).map(|cubic| {
+        let seen = self.state_between(system, &next, ramp, tuning).map(|cubic| {
             system.restore(&cubic);
-            apply(system, 0.5 * (from + to));
+            ramp.apply(system, 0.5 * (from + to));
             system.follow_carried_forces();
             let own = system.assemble(true).negative > self.negative;
             let lost = own || lost_aside(system) > 0;
             let stepped = system.advance(true).is_some();
             let apart = system.distances(&cubic);
-            let far = |(apart, moved): (&Size, &Size)| {
-                // The negation catches a NaN too.
-                moved.largest() > tuning.shortest && !(apart.largest() <= tuning.swing * moved.largest())
-            };
             #[cfg(feature = "trace")]
             eprintln!("between {from} and {to}: {apart:?} of {moved:?}, lost {lost}");
-            lost || !stepped || apart.iter().zip(&moved).any(far)
+            let far = |part: &usize| {
+                // The negation catches a NaN too.
+                let [moved, apart] = [&moved, &apart].map(|sizes: &Vec<Size>| sizes[*part].largest());
+                moved > tuning.shortest && !(apart <= self.most_swing(tuning) * moved)
+            };
+            let all = 0..moved.len();
+            if lost || !stepped { all.collect() } else { all.filter(far).collect() }
         });
         system.restore(&next);
-        apply(system, to);
+        ramp.apply(system, to);
         system.assemble(false);
-        seen == Some(true)
+        seen.unwrap_or_default()
     }
 
     /// Where the path is half way to the present state `next`, by the cubic through both ends with their rates, or with that of the
@@ -81,7 +69,7 @@ impl Between<'_> {
         &self,
         system: &mut System<D>,
         next: &State,
-        apply: Apply<'_, D>,
+        ramp: &Ramp,
         tuning: &Tuning,
     ) -> Option<State> {
         let [from, to] = self.ends;
@@ -89,13 +77,13 @@ impl Between<'_> {
         // A rate is a difference over a part of the way: small against what bends on it, and large against what an iteration leaves of
         // its residual.
         let part = tuning.near;
-        let onward = |system: &mut System<D>, apply: Apply<'_, D>, at: f64| {
-            apply(system, at + part * (middle - at));
+        let onward = |system: &mut System<D>, at: f64| {
+            ramp.apply(system, at + part * (middle - at));
             system.refresh(true);
             system.advance(true)?;
             Some(system.snapshot())
         };
-        let ahead = onward(system, apply, to)?;
+        let ahead = onward(system, to)?;
         let here;
         // Multiples of the ways from the last state to the next, to the last from what is known there, and along the rate.
         let (known, times) = match self.before {
@@ -107,13 +95,13 @@ impl Between<'_> {
             }
             None => {
                 system.restore(self.last);
-                apply(system, from);
+                ramp.apply(system, from);
                 system.assemble(false);
-                here = onward(system, apply, from)?;
+                here = onward(system, from)?;
                 (&here, [-0.5, -0.25 / part, 0.25 / part])
             }
         };
-        apply(system, middle);
+        ramp.apply(system, middle);
         system.combine([known, self.last, next, &ahead], times);
         Some(system.snapshot())
     }
@@ -122,17 +110,24 @@ impl Between<'_> {
 impl<const D: usize> Continuation<'_, D> {
     /// Whether what lies half way between the last state and the present one, at these fractions, is not on a path that joins them.
     /// `ratio` is that of the increment to the one before, where there is one to extrapolate from.
-    pub(super) fn swings_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], ratio: Option<f64>) -> bool {
+    pub(super) fn swings_between(
+        &mut self,
+        run: &mut Run<'_>,
+        ends: [f64; 2],
+        ratio: Option<f64>,
+        (found, softens): (Convergence, bool),
+        (moved, foreseen): (&[Size], &[Size]),
+    ) -> bool {
         let before = ratio.map(|ratio| (&self.before, ratio));
-        let between = Between { last: &self.last, before, ends, negative: self.base.own };
+        let (last, ramp, negative) = (&self.last, Some(run.ramp), self.base.own);
+        let passage = Passage { last, before, ramp, ends, negative, softens, found, moved, foreseen };
         let (known, lateral) = (self.base.lateral, &mut self.lateral);
         let mut lost_aside = |system: &mut System<D>| {
             let found = lateral.as_mut().map(|lateral| lateral.inertia(system));
             found.filter(|(_, potential)| *potential).map_or(0, |(inertia, _)| inertia.negative.saturating_sub(known))
         };
-        let mut apply = |system: &mut System<D>, fraction: f64| run.ramp.apply(system, fraction);
-        let swings = between.swings(&mut self.system, &mut apply, &mut lost_aside, &self.tuning);
-        run.effort.factorizations += between.factorizations();
-        swings
+        let swinging = passage.parts_that_swing(&mut self.system, &mut lost_aside, &self.tuning);
+        run.effort.factorizations += passage.factorizations();
+        !swinging.is_empty()
     }
 }

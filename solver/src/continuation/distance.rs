@@ -8,7 +8,7 @@
 
 use super::Tuning;
 use super::direction::Direction;
-use super::follow::Ramp;
+use super::ramp::Ramp;
 use crate::newton::{Lost, Newton, Start, Unknowns};
 use crate::system::{Inertia, Linearized, Residual, State, System};
 

@@ -10,30 +10,11 @@
 use super::Continuation;
 use super::arc::{ByArc, Purpose};
 use super::fraction::ByFraction;
+use super::ramp::Ramp;
 use crate::history::{Status, StepHistory};
 use crate::newton::{Convergence, Lost, Start, Why};
 use crate::structure::{Branch, Method, Stop};
-use crate::system::{System, Turning};
-
-/// The values that a ramp moves.
-pub(super) struct Ramp {
-    pub drives: [Vec<f64>; 2],
-    pub prestress: [f64; 2],
-    /// The longest increment that is asked for.
-    pub longest: f64,
-}
-
-impl Ramp {
-    pub(crate) fn apply<const D: usize>(&self, system: &mut System<D>, fraction: f64) {
-        let [from, to] = &self.drives;
-        system.loading.fraction = fraction;
-        for (value, (from, to)) in system.loading.drives.iter_mut().zip(from.iter().zip(to)) {
-            *value = if fraction == 1.0 { *to } else { from + fraction * (to - from) };
-        }
-        system.loading.prestress = self.prestress[0] + fraction * (self.prestress[1] - self.prestress[0]);
-        system.apply_drives();
-    }
-}
+use crate::system::Turning;
 
 /// What a step asks of its path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,6 +52,8 @@ impl Effort {
 /// A ramp on its way: what it moves, what is asked for, what is recorded.
 pub(super) struct Run<'r> {
     pub ramp: &'r Ramp,
+    /// The longest increment that is asked for.
+    pub longest: f64,
     pub record: &'r mut StepHistory,
     /// Told of every accepted increment; false where nobody wants to wait any longer.
     pub watch: &'r mut dyn FnMut(f64) -> bool,
@@ -173,7 +156,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn by_fraction(&mut self, run: &mut Run<'_>, from: f64) -> ByFraction {
         self.system.save(&mut self.last);
         run.effort.accepted = 0;
-        let first = self.options.first_increment.min(run.ramp.longest).clamp(self.tuning.shortest, 1.0);
+        let first = self.options.first_increment.min(run.longest).clamp(self.tuning.shortest, 1.0);
         ByFraction::new(from, first, self.first_answer.take())
     }
 

@@ -1,13 +1,13 @@
 //! Increments by the fraction of a ramp: how far they go, and which of them are believed.
 //!
 //! The first increment is the whole ramp. One that is found is not believed at once, since it may lie on another branch: see
-//! `acceptance.rs`. One that is not is made again, shorter.
+//! `passage.rs` and `acceptance.rs`. One that is not is made again, shorter.
 //!
 //! Theory: docs/theory/continuation.md, Eq. 8.1.
 
-use super::acceptance::{HALF_A_TURN, came_aside, is_doubtful, is_quick, leapt, may_have_passed};
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
+use super::passage::{HALF_A_TURN, Passage};
 use super::record::Ending;
 use super::touching::Between;
 use super::{Continuation, Count, Tuning};
@@ -46,6 +46,8 @@ pub(super) struct ByFraction {
     overheld: Option<Why>,
     /// How the network answers at the last state, where that is known.
     answer: Option<Answer>,
+    /// Whether it became softer in the last increment.
+    softens: bool,
 }
 
 /// An increment that is tried: its length, where it leads to, what the state there is for, and how far each part of the
@@ -102,6 +104,7 @@ impl ByFraction {
             foresees_buckling: false,
             overheld: None,
             answer,
+            softens: false,
         }
     }
 
@@ -141,6 +144,9 @@ impl ByFraction {
         self.is_shortened = false;
         self.foresees_buckling = false;
         self.overheld = None;
+        let stiffness = [&increment.answer, &self.answer].map(|answer| answer.as_ref().map(Answer::stiffness));
+        // Stiffness that hardly changes says nothing.
+        self.softens = matches!(stiffness, [Some(here), Some(last)] if here < (1.0 - tuning.near) * last);
         self.answer = increment.answer.take();
     }
 
@@ -156,6 +162,7 @@ impl ByFraction {
         self.is_shortened = false;
         self.foresees_buckling = false;
         self.answer = None;
+        self.softens = false;
     }
 
     /// Near a fold the state moves ever faster with the loads.
@@ -309,7 +316,7 @@ impl<const D: usize> Continuation<'_, D> {
         self.base = increment.count;
         self.shift_states();
         run.effort.accepted += 1;
-        by.advance(&mut increment, run.ramp.longest, &self.tuning);
+        by.advance(&mut increment, run.longest, &self.tuning);
         if run.is_step {
             self.accept(run.record, by.fraction, increment.found.residual);
         }
@@ -446,19 +453,37 @@ impl<const D: usize> Continuation<'_, D> {
         let conservative = run.conservative && count.potential;
         let guarded = self.loses_stability(&count);
         let moved = self.system.distances(&self.last);
-        // Each part of a network for itself: one that leaps may move less than another that does not.
-        let mut doubtful = leapt((&moved, foreseen), &tuning);
-        let mut aside = conservative && !guarded && {
-            let mut apply = |system: &mut System<D>, fraction: f64| run.ramp.apply(system, fraction);
-            let states = (predicted.then_some(&self.before), &self.last);
-            let sizes = (moved.as_slice(), foreseen.as_slice());
-            came_aside(&mut self.system, states, sizes, (found, trial.target, step), &mut apply, &tuning)
-        };
         let ratio = predicted.then_some(step / by.last_length);
+        let passage = Passage {
+            last: &self.last,
+            before: ratio.map(|ratio| (&self.before, ratio)),
+            ramp: Some(run.ramp),
+            ends,
+            negative: self.base.own,
+            softens: by.softens,
+            found,
+            moved: &moved,
+            foreseen,
+        };
+        #[cfg(feature = "trace")]
+        eprintln!(
+            "iterations {} contraction {:.1e} missed {missed:.1e} stiffness {:?} to {:?}, quick {}",
+            found.iterations,
+            found.contraction,
+            by.answer.as_ref().map(|answer| answer.stiffness()),
+            answer.as_ref().map(|answer| answer.stiffness()),
+            passage.is_quick(&tuning),
+        );
+        let mut doubtful = passage.leapt(&tuning);
+        let wrong = passage.is_doubtful(&self.system, &tuning);
+        let quick = passage.is_quick(&tuning);
+        let was_beyond = passage.began_beyond();
+        let may_have_passed = passage.may_have_passed(&self.system, &tuning);
+        let too_hard = passage.is_too_hard(&tuning);
+        let mut aside = conservative && !guarded && !passage.parts_aside(&mut self.system, &tuning).is_empty();
         let same_aside =
             count.lateral == self.base.lateral || !(count.lateral_potential && self.base.lateral_potential);
         let steady = conservative && count.own == self.base.own && same_aside;
-        let quick = is_quick((&moved, foreseen), found, &tuning);
         let was_nearly_symmetric = run.is_nearly_symmetric;
         let met = if steady { self.meeting(run, ends, (count, ratio, quick)) } else { None };
         if run.is_nearly_symmetric && !was_nearly_symmetric && step > bracket {
@@ -477,17 +502,15 @@ impl<const D: usize> Continuation<'_, D> {
             (doubtful, aside) = (false, false);
         }
         let looks = steady && met.is_none() && step > shortest && !guarded && !doubtful && !aside;
-        if looks && may_have_passed(&self.system, found, predicted, self.base.own, &tuning) {
-            aside = self.swings_between(run, ends, ratio);
+        if looks && may_have_passed {
+            aside = too_hard || self.swings_between(run, ends, ratio, (found, by.softens), (&moved, foreseen));
         }
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;
-        let wrong = is_doubtful(&self.system, (&moved, foreseen), predicted, found.iterations, &tuning);
         let beyond = by.foresees_buckling && found.iterations >= tuning.many;
         let hard = met.is_none() && (wrong || beyond) || !conservative && found.iterations >= self.too_many(rose);
         // Far rotations take many iterations on any path: they are no reason to go nearer, but one to look twice; an extrapolation that had
         // lost a pivot which the end has is another.
-        let was_beyond = predicted && found.negative_at_first > self.base.own;
         let twice = found.iterations >= tuning.most_nearby(rose) || was_beyond;
         let unsure = hard || !conservative && twice;
         let far = (guarded || doubtful || aside || flipped) && step > bracket;

@@ -7,7 +7,8 @@
 use super::direction::{Direction, Metric};
 use super::distance::{Locator, Point};
 use super::events::Events;
-use super::follow::{Ramp, Run};
+use super::follow::Run;
+use super::ramp::Ramp;
 use super::{Continuation, OutOfPlane};
 use crate::history::{CriticalKind, CriticalPoint};
 use crate::packs::{self, Auxiliary};

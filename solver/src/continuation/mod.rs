@@ -2,7 +2,7 @@
 //!
 //! A step is a ramp of loads, and its equilibria are a path. The loop in `follow.rs` goes along it: **predictor** and
 //! **corrector** by the fraction of the ramp (`fraction.rs`) or by the length of the arc (`arc.rs`), both with the Newton
-//! iteration of `newton.rs`; **acceptance** (`acceptance.rs`); **events** on the way (`events.rs`), **located** as roots of test
+//! iteration of `newton.rs`; **acceptance** (`passage.rs`, `acceptance.rs`); **events** on the way (`events.rs`), **located** as roots of test
 //! functions (`locate.rs`); the way on along a **branch** (`branch.rs`) or by a **release** of energy (`release.rs`).
 //! All numbers that steer it stand in `tuning.rs`.
 
@@ -36,6 +36,8 @@ mod held;
 mod inside;
 mod locate;
 mod meeting;
+mod passage;
+mod ramp;
 mod record;
 mod release;
 mod taut;
@@ -43,12 +45,12 @@ mod touching;
 mod tuning;
 mod verdict;
 
-pub use acceptance::{came_aside, is_doubtful, leapt, may_have_passed};
-pub use between::Between;
 pub use coarse::Coarse;
 use coarse::End;
-use follow::{Effort, Ramp, Request, Run};
+use follow::{Effort, Request, Run};
 pub use held::{first_rows, topology};
+pub use passage::{Passage, Verdict};
+pub use ramp::Ramp;
 pub use taut::STRAIGHT;
 pub use tuning::Tuning;
 
@@ -306,9 +308,10 @@ impl<'a, const D: usize> Continuation<'a, D> {
             to[drive] = value;
         }
         let longest = longest_asked(step).min(self.longest_turn());
-        let ramp = Ramp { drives: [from, to], prestress: [1.0, 1.0], longest };
+        let ramp = Ramp::of_drives(from, to);
         let mut run = Run {
             ramp: &ramp,
+            longest,
             record: &mut *record,
             watch,
             request: Request { method: step.method, branch: step.branch, stop: step.stop },

@@ -1,7 +1,7 @@
 //! Whether rounding hides if the end of a step is stable.
 
 use super::Continuation;
-use super::follow::Ramp;
+use super::ramp::Ramp;
 use crate::flutter;
 use crate::history::{Growth, Note, Status, StepHistory};
 use crate::newton::Start;

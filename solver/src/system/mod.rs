@@ -61,7 +61,7 @@ pub(crate) use spins::spins_of;
 pub use states::State;
 pub(crate) use symmetry::{Holds, Turning};
 pub use tangent::{Inertia, Residual, Tangent};
-pub(crate) use thrust::Answer;
+pub use thrust::Answer;
 pub(crate) use untaken::Untaken;
 
 /// The equations of a structure in D components a joint, split by what lives how long.

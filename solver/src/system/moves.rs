@@ -57,6 +57,17 @@ impl Moves {
         self.first_by_part.clone_from(&self.by_part);
     }
 
+    /// How many parts the network has.
+    pub fn parts(&self) -> usize {
+        self.by_part.len()
+    }
+
+    /// The part of the network that moved farthest in the last increment.
+    pub fn farthest_part(&self) -> Option<usize> {
+        let size = |part: &usize| self.by_part[*part].largest();
+        (0..self.by_part.len()).max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+
     /// The largest of all parts in the last increment.
     pub(super) fn size(&self) -> Size {
         self.by_part.iter().copied().fold(Size::default(), Size::join)

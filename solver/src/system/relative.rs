@@ -60,8 +60,9 @@ impl<const D: usize> System<D> {
         springs.filter_map(|(index, spring)| spring.bar().map(|nodes| (index, nodes)))
     }
 
-    /// The largest angle by which a released end of a member, or a bar, has turned against its joint since another state.
-    pub(crate) fn hinges_turned(&self, since: &State) -> f64 {
+    /// The largest angle by which a released end of a member, or a bar, has turned against its joint since another state, of every part
+    /// of the network.
+    pub(crate) fn hinges_turned(&self, since: &State) -> Vec<f64> {
         let of = |(member, kinds): (MemberId, &[EndKind; 2])| {
             let turned = |end: usize| {
                 let joint = self.topology.links[self.structure.members[member].nodes[end]].joint;
@@ -88,21 +89,30 @@ impl<const D: usize> System<D> {
             };
             turned(nodes[0]).max(turned(nodes[1]))
         };
+        let mut most = vec![0.0; self.pattern.parts.count];
         let members = self.topology.ends.iter().enumerate().map(of);
-        members.chain(self.bars().map(of_bar)).fold(0.0, f64::max)
+        for (turned, part) in members.chain(self.bars().map(of_bar)).zip(self.parts_of_all()) {
+            most[part] = f64::max(most[part], turned);
+        }
+        most
     }
 
     /// Squares of two such motions and, between them, their product, of every part of the network that nothing connects to others.
     pub(crate) fn products_by_part(&self, a: &[Relative], b: &[Relative]) -> Vec<[f64; 3]> {
         let product = |a: &Relative, b: &Relative| (0..6).map(|c| a[c] * b[c]).sum::<f64>();
         let mut all = vec![[0.0; 3]; self.pattern.parts.count];
-        let parts = &self.pattern.parts;
-        let of_bars = self.bars().map(|(index, _)| &parts.springs[index]);
-        for ((a, b), &part) in a.iter().zip(b).zip(parts.members.iter().chain(of_bars)) {
+        for ((a, b), part) in a.iter().zip(b).zip(self.parts_of_all()) {
             let products = [product(a, a), product(a, b), product(b, b)];
             all[part].iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
         }
         all
+    }
+
+    /// The part that every member belongs to, and then every bar.
+    pub(super) fn parts_of_all(&self) -> impl Iterator<Item = usize> {
+        let parts = &self.pattern.parts;
+        let of_bars = self.bars().map(|(index, _)| parts.springs[index]);
+        parts.members.iter().copied().chain(of_bars)
     }
 
     fn relative(&self, from: &Places, to: &Places) -> Vec<Relative> {

@@ -10,14 +10,14 @@ use crate::structure::NodeId;
 
 /// The answer of a network, in its present state, to forces that single out no motion.
 #[derive(Clone, Debug)]
-pub(crate) struct Answer {
+pub struct Answer {
     /// The stiffness against them, with a sign: it passes zero where the tangent is singular.
-    pub test: f64,
+    pub(crate) test: f64,
     /// The axial forces by which members, and after these bars, carry them, where members can turn against each other; else none.
     ///
     /// They pass infinity, from one sign to the other, where members come to lie so that they can carry nothing, as the bars of a
     /// linkage in one line.
-    pub thrusts: Vec<f64>,
+    thrusts: Vec<f64>,
 }
 
 impl Answer {
@@ -36,10 +36,29 @@ impl<const D: usize> System<D> {
     /// The answer of the network by the factors of the last assembly, where there are some.
     pub(crate) fn answer(&mut self) -> Option<Answer> {
         let (test, solution) = self.tangent.answer_to_all(&self.pattern, self.size)?;
-        // What members carry can be opposite where there are two of them at least.
+        let thrusts = if self.may_carry_otherwise() { self.thrusts_by(&solution) } else { Vec::new() };
+        Some(Answer { test, thrusts })
+    }
+
+    /// The same where members may come to carry a load by opposite forces; `None` elsewhere, too.
+    pub fn answer_of_hinged(&mut self) -> Option<Answer> {
+        if self.may_carry_otherwise() { self.answer() } else { None }
+    }
+
+    /// Whether members may come to carry a load by opposite forces: where they can turn against each other, and there are two of
+    /// them at least.
+    pub fn may_carry_otherwise(&self) -> bool {
         let several = self.members.count() + self.bars().count() > 1;
-        let hinged = several && (!self.structure.is_welded() || !self.structure.springs.is_empty());
-        Some(Answer { test, thrusts: if hinged { self.thrusts_by(&solution) } else { Vec::new() } })
+        several && (!self.structure.is_welded() || !self.structure.springs.is_empty())
+    }
+
+    /// The parts of the network that carry a load by opposite forces in two states.
+    pub(crate) fn parts_that_carry_otherwise(&self, one: &Answer, other: &Answer) -> Vec<usize> {
+        let mut like = vec![0.0; self.pattern.parts.count];
+        for ((a, b), part) in one.thrusts.iter().zip(&other.thrusts).zip(self.parts_of_all()) {
+            like[part] += a * b;
+        }
+        (0..like.len()).filter(|&part| like[part] < 0.0).collect()
     }
 
     /// The axial forces that members, and springs that are bars, have from a solution of the equations of the joints.
