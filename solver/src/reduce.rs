@@ -358,9 +358,7 @@ pub(crate) fn carry<const D: usize>(
     for (component, force) in active.iter().zip(force).filter(|(component, _)| **component < 3) {
         pull[*component] = *force;
     }
-    for (i, j, swing) in swings(active, pull, lever) {
-        own[i][j] += swing;
-    }
+    add_swing(active, [pull, lever], own, 0);
     // Rows are those of the start, columns those of the end.
     if end == 0 {
         carry_rows(active, lever, &mut ends.k01);
@@ -408,16 +406,20 @@ fn carry_columns<const D: usize>(active: &Active<D>, lever: V3<f64>, row: &mut [
     *row = on_joint(active, lever, *row);
 }
 
-/// What a force on the end of a lever resists turning by, row by row and column by column of the active components.
+/// Adds what a force on the end of a lever resists turning by to the rows of its end, whose own columns begin at `first`.
 #[inline(always)]
-fn swings<const D: usize>(
+fn add_swing<const D: usize, const N: usize>(
     active: &Active<D>,
-    force: V3<f64>,
-    lever: V3<f64>,
-) -> impl Iterator<Item = (usize, usize, f64)> {
+    [force, lever]: [V3<f64>; 2],
+    rows: &mut [[f64; N]; D],
+    first: usize,
+) {
     let swing = second_variation(force, lever);
-    let turns = move || active.iter().enumerate().filter(|(_, component)| **component >= 3);
-    turns().flat_map(move |(i, r)| turns().map(move |(j, c)| (i, j, swing[r - 3][c - 3])))
+    for (i, &row) in active.iter().enumerate().filter(|(_, row)| **row >= 3) {
+        for (j, &column) in active.iter().enumerate().filter(|(_, column)| **column >= 3) {
+            rows[i][first + j] += swing[row - 3][column - 3];
+        }
+    }
 }
 
 /// What belongs to one end, of what belongs to both.
@@ -434,9 +436,7 @@ pub(crate) fn apply_lever<const D: usize>(reduced: &mut Reduced, active: &Active
     }
     let rows: &mut [[f64; 12]; D] = of_end(k, offset);
     carry_rows(active, info.lever, rows);
-    for (i, j, swing) in swings(active, info.force, info.lever) {
-        rows[i][offset + j] += swing;
-    }
+    add_swing(active, [info.force, info.lever], rows, offset);
     carry_columns(active, info.lever, of_end(&mut reduced.force, offset));
 }
 
