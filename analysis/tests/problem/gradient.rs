@@ -228,6 +228,24 @@ pressure = { left = "= p" }
     check(&text, &["p", "d", "L", "beta"], &["stroke@inflate", "holding@hold", "holding@move", "stroke"]);
 }
 
+/// A prestress comes in before the first step alone: a later one that is to go by increments would lose a bar that all of it holds upright.
+#[test]
+fn a_prestress_comes_in_once() {
+    let text = r#"
+        format = "pennate/1"
+        dimension = "plane"
+        parameters = { natural = 40, f = 0.02, P = 1.2 }
+        nodes = { A = [0, 0], B = [100, 0], G = [160, 0] }
+        sections.given = { stiffness = { EI3 = 5000, EA = 500 } }
+        members.a = { nodes = ["A", "B"], section = "given" }
+        supports = { A = "pinned", G = "clamped" }
+        springs.pull = { nodes = ["B", "G"], stiffness = 0.05, natural_length = "= natural" }
+        steps = [{ force = { B = ["= -P", "= f"] } }, { force = { B = ["= -P", "= 2 * f"] }, increments = 4 }]
+        probes = { at = { node = "B", displacement = "uy" }, turn = { node = "A", rotation = "rz" } }
+    "#;
+    check(text, &["natural", "f", "P"], &["at", "turn"]);
+}
+
 /// Stiff wires make much of a joint that is moved with their ends held, and nothing of it is left in equilibrium.
 #[test]
 fn joints_between_stiff_wires() {

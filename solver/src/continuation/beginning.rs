@@ -20,7 +20,8 @@ impl<const D: usize> Continuation<'_, D> {
         watch: &mut dyn FnMut(f64) -> bool,
         so_far: &mut SoFar,
     ) {
-        let prestressed = self.is_prestressed();
+        // A run that goes on from the steps of another one has its prestress.
+        let prestressed = self.is_prestressed() && self.system.loading.prestress < 1.0;
         self.change(&[]);
         so_far.counted = prestressed || !self.is_known_from_coarse(0);
         if so_far.counted {
