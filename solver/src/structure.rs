@@ -72,6 +72,11 @@ impl Structure {
         let is_welded = |release: &Release| matches!(release, Release::Welded);
         self.members.iter().all(|member| member.releases.iter().all(is_welded))
     }
+
+    /// Whether any spring has a force where the nodes are unloaded.
+    pub fn is_prestressed(&self) -> bool {
+        self.springs.iter().any(|spring| spring.is_prestressed(&self.nodes))
+    }
 }
 
 /// A node whose compliance is wanted.
@@ -236,6 +241,14 @@ pub struct Step {
     pub branch: Branch,
     /// Where an arc-length step ends, besides the end of its ramp.
     pub stop: Option<Stop>,
+}
+
+impl Step {
+    /// Nodes and components that it holds where they are, or moves on from there.
+    pub fn kept(&self) -> impl Iterator<Item = (NodeId, usize)> {
+        let stays = |change: &&Change| matches!(change, Change::Hold { .. } | Change::MoveBy { .. });
+        self.changes.iter().filter(stays).map(Change::place)
+    }
 }
 
 /// How a step goes along its ramp.

@@ -23,7 +23,7 @@ use super::moved::Mover;
 use super::nearby::{self, Nearby, apart, size};
 use super::neighbour;
 use super::numbers::Places;
-use super::slopes::{Component, Slopes};
+use super::slopes::{Component, Slopes, Stage};
 use crate::together;
 
 /// Part of every parameter by which the tangent is looked at, and by how much it may change there: near a limit point, at a
@@ -92,12 +92,12 @@ struct Round {
 }
 
 impl Slopes<'_> {
-    /// Derivatives of the probes that are needed at the end of a step, and of components that the next step keeps; `None` where all
+    /// Derivatives of the probes that are needed in a state, and of components that the next step keeps; `None` where all
     /// of them have to be found in another way, or, if `whole`, any.
     pub(super) fn adjoint<const D: usize>(
         &mut self,
         system: &mut System<D>,
-        (index, state): (usize, &Equilibrium),
+        (stage, state): (Stage, &Equilibrium),
         (kept, whole): (&[Component], bool),
         copies: &mut Kept<D>,
     ) -> Option<Result<Exact, Reason>> {
@@ -105,7 +105,7 @@ impl Slopes<'_> {
             return None;
         }
         let probes = &self.design.model.probes;
-        let needed = self.needed(index);
+        let needed = self.needed(stage);
         let plain = |probe: &&usize| probes.operands(**probe).is_none();
         let mut read: Vec<Read> = Vec::new();
         let mut misses = false;
@@ -137,11 +137,11 @@ impl Slopes<'_> {
             self.nearby = Some(None);
             return None;
         };
-        let found = self.slopes_of(system, (index, state), (&read, !misses), (&all, kept), copies);
+        let found = self.slopes_of(system, (stage, state), (&read, !misses), (&all, kept), copies);
         self.nearby = Some(Some(all));
         // Nobody goes on from the end of the last step, unless neighbours are looked at.
         let is_done = matches!(&found, Some(Ok(exact)) if exact.regular && exact.whole);
-        if !is_done || index + 1 < self.design.steps.len() {
+        if !is_done || stage.behind() < self.design.steps.len() {
             set_auxiliary(system, packs::AUXILIARY);
         }
         found
@@ -152,7 +152,7 @@ impl Slopes<'_> {
     fn slopes_of<const D: usize>(
         &self,
         system: &mut System<D>,
-        (index, state): (usize, &Equilibrium),
+        (stage, state): (Stage, &Equilibrium),
         (read, whole): (&[Read], bool),
         (all, kept): (&[Nearby], &[Component]),
         copies: &mut Kept<D>,
@@ -163,11 +163,11 @@ impl Slopes<'_> {
         let (mut regular, mut cancelled) = (None, Vec::new());
         let mut parts = vec![f64::NAN; inputs];
         let greatest = Greatest::of(state);
-        let floors: Vec<f64> = read.iter().map(|read| self.floor(index, &greatest, read.quantity)).collect();
+        let floors: Vec<f64> = read.iter().map(|read| self.floor(stage, &greatest, read.quantity)).collect();
         let auxiliaries = if system.loading.holds_strains() { &AUXILIARIES[..ENOUGH] } else { &[packs::AUXILIARY] };
         for &auxiliary in auxiliaries {
             take_auxiliary(system, auxiliary);
-            let round = self.round(system, (index, all, &mut parts), (read, &floors, probes + kept.len()), copies);
+            let round = self.round(system, (stage, all, &mut parts), (read, &floors, probes + kept.len()), copies);
             let round = match round? {
                 Ok(round) => round,
                 Err(reason) => return Some(Err(reason)),
@@ -201,7 +201,7 @@ impl Slopes<'_> {
         let estimate =
             |(slope, error): (f64, f64)| if slope.is_finite() { Estimate { slope, error } } else { Estimate::NONE };
         let found: Vec<Estimate> = slopes.into_iter().zip(errors).map(estimate).collect();
-        let errors = self.relative(index, &greatest, &found);
+        let errors = self.relative(stage, &greatest, &found);
         // A singular point may be near, or wires so stiff that motions of second order count: neighbours tell the two apart.
         Some(Ok(Exact { found, errors, inputs, regular, whole }))
     }
@@ -211,7 +211,7 @@ impl Slopes<'_> {
     fn round<const D: usize>(
         &self,
         system: &mut System<D>,
-        (index, all, parts): (usize, &[Nearby], &mut [f64]),
+        (stage, all, parts): (Stage, &[Nearby], &mut [f64]),
         (read, floors, count): (&[Read], &[f64], usize),
         copies: &mut Kept<D>,
     ) -> Option<Result<Round, Reason>> {
@@ -219,7 +219,7 @@ impl Slopes<'_> {
             return Some(Err(reason));
         }
         system.assemble(false);
-        let mut explicit = self.explicit(system, (index, all, parts), copies)?;
+        let mut explicit = self.explicit(system, (stage, all, parts), copies)?;
         let moves = explicit.iter().any(|explicit| explicit.moves);
         system.tangent.transpose();
         let plain: Vec<(usize, &Read)> =
@@ -227,7 +227,7 @@ impl Slopes<'_> {
         let adjoints: Option<Vec<(Joints, Joints)>> =
             plain.iter().map(|(_, read)| adjoint_of(system, &read.weights, moves)).collect();
         system.tangent.transpose();
-        let Some(adjoints) = adjoints else { return Some(Err(Reason::Singular { step: index })) };
+        let Some(adjoints) = adjoints else { return Some(Err(Reason::Singular { step: stage.step() })) };
         let inputs = self.row.len();
         let mut slopes = vec![f64::NAN; count * inputs];
         loop {
@@ -251,7 +251,7 @@ impl Slopes<'_> {
                 break;
             }
             parts.iter_mut().zip(nearer).for_each(|(part, nearer)| *part = nearer.unwrap_or(*part));
-            explicit = self.explicit(system, (index, all, parts), copies)?;
+            explicit = self.explicit(system, (stage, all, parts), copies)?;
         }
         let loading = &system.loading;
         let rounding =
@@ -264,17 +264,17 @@ impl Slopes<'_> {
         }
         if read.iter().any(|read| read.compliance.is_some()) {
             let found = (&mut slopes[..], &mut cancelled[..]);
-            self.compliances(system, (index, all, &explicit), (read, floors), found, copies)?;
+            self.compliances(system, (stage, all, &explicit), (read, floors), found, copies)?;
         }
         Some(Ok(Round { slopes, cancelled, explicit }))
     }
 
     /// By how much derivatives may be wrong, over the largest of their quantity.
-    fn relative(&self, index: usize, greatest: &Greatest, found: &[Estimate]) -> Vec<f64> {
+    fn relative(&self, stage: Stage, greatest: &Greatest, found: &[Estimate]) -> Vec<f64> {
         let inputs = self.row.len();
         let mut errors = vec![0.0; found.len()];
         for (quantity, own) in found.chunks_exact(inputs.max(1)).enumerate() {
-            let measure = self.measure(own, self.floor(index, greatest, quantity));
+            let measure = self.measure(own, self.floor(stage, greatest, quantity));
             for ((error, found), &value) in errors[quantity * inputs..].iter_mut().zip(own).zip(self.row) {
                 if found.slope.is_finite() && measure > 0.0 {
                     *error = found.error * size(value) / measure;

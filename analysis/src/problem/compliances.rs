@@ -10,7 +10,7 @@ use super::explicit::{self, Explicit, Joints, Kept, TIMES};
 use super::moved::Mover;
 use super::nearby::{Nearby, apart, size};
 use super::numbers::Places;
-use super::slopes::Slopes;
+use super::slopes::{Slopes, Stage};
 
 /// The part of a parameter at which tangents are compared, and the longest one, where rounding counts. Joints move with it, so that members are
 /// strained as little as they are along it: by motions of second order, which the square of the slenderness makes a stress. Four times the
@@ -37,7 +37,7 @@ impl Slopes<'_> {
     pub(super) fn compliances<const D: usize>(
         &self,
         system: &mut System<D>,
-        (index, all, explicit): (usize, &[Nearby], &[Explicit]),
+        (stage, all, explicit): (Stage, &[Nearby], &[Explicit]),
         (read, floors): (&[Read], &[f64]),
         (slopes, cancelled): (&mut [f64], &mut [f64]),
         copies: &mut Kept<D>,
@@ -52,7 +52,7 @@ impl Slopes<'_> {
         let mut parts = vec![FOR_STIFFNESS; inputs];
         asked().for_each(|(place, ..)| cancelled[place * inputs..][..inputs].fill(f64::INFINITY));
         loop {
-            let softenings = self.softenings(system, (index, all, &parts), (&pulls, &ways), copies);
+            let softenings = self.softenings(system, (stage, all, &parts), (&pulls, &ways), copies);
             let (mut far, mut near) = (vec![false; inputs], vec![false; inputs]);
             for ((place, quantity, (_, is_inverse)), (at, pull)) in asked().zip(pulls.iter().enumerate()) {
                 // What is read of a compliance c is c, or 1 / c.
@@ -126,12 +126,12 @@ impl Slopes<'_> {
     fn softenings<const D: usize>(
         &self,
         system: &System<D>,
-        (index, all, parts): (usize, &[Nearby], &[f64]),
+        (stage, all, parts): (Stage, &[Nearby], &[f64]),
         (pulls, ways): (&[Pull], &[Joints]),
         kept: &mut Kept<D>,
     ) -> Vec<Vec<Softening>> {
         let places = Places::of(&self.design.structure, &self.design.steps);
-        let rates = self.rates(index, all, &places);
+        let rates = self.rates(stage, all, &places);
         let movers = self.movers(all, &places, &rates);
         let moved = self.moved(system, (&movers, parts, true), &mut kept.works);
         let far = |input: usize| parts[input] * size(self.row[input]);

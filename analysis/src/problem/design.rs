@@ -3,7 +3,7 @@
 use pennate_models::{Model, discretize};
 use pennate_solver::history::{History, Note, Status, StepHistory};
 use pennate_solver::options::Options;
-use pennate_solver::structure::{Change, Step, Structure};
+use pennate_solver::structure::{Step, Structure};
 
 use super::group::Answer;
 use super::{Control, Problem, Reason, mesh, outputs};
@@ -40,14 +40,14 @@ impl Design {
         (&self.structure, &self.steps)
     }
 
-    /// Components that the step after one holds where they are.
+    /// Components that a step holds where they are, or moves on from there.
+    pub(super) fn kept_by(&self, step: usize) -> Vec<(usize, usize)> {
+        self.steps.get(step).into_iter().flat_map(Step::kept).collect()
+    }
+
+    /// Those of the step after one.
     pub(super) fn kept_after(&self, index: usize) -> Vec<(usize, usize)> {
-        let next = self.steps.get(index + 1);
-        let kept = next.into_iter().flat_map(|step| &step.changes).filter_map(|change| match *change {
-            Change::Hold { node, component } | Change::MoveBy { node, component, .. } => Some((node, component)),
-            Change::Prescribe { .. } | Change::Free { .. } => None,
-        });
-        kept.collect()
+        self.kept_by(index + 1)
     }
 }
 

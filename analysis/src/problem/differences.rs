@@ -1,19 +1,18 @@
 //! Derivatives by differences of neighbours: equilibria of designs that have one parameter a little larger or smaller.
 
 use pennate_models::discretize;
-use pennate_solver::continuation::Continuation;
-use pennate_solver::history::StepHistory;
+use pennate_solver::history::Equilibrium;
 use pennate_solver::joints::Held;
 use pennate_solver::structure::{Change, Step};
+use pennate_solver::system::System;
 
 use super::adjoint::Exact;
 use super::design::take_pieces;
 use super::estimate::{Estimate, Greatest, OF_USE, WITHIN};
 use super::nearby::{self, size};
 use super::neighbour::{self, NOTHING};
-use super::slopes::{Component, Hold, Slopes};
+use super::slopes::{Component, Hold, Slopes, Stage};
 use super::{Reason, mesh};
-use crate::solution;
 use crate::together::{self, Packs};
 
 /// Parts of a parameter by which neighbours are apart: the first that two distances agree at is taken.
@@ -110,21 +109,21 @@ impl Around {
 }
 
 impl Slopes<'_> {
-    /// Derivatives of all probes at the end of a step, and of components that the next one keeps, by equilibria nearby; with
+    /// Derivatives of all probes in the state of a system, and of components that the next one keeps, by equilibria nearby; with
     /// the reason where there are none, or not all.
     pub(super) fn by_neighbours<const D: usize>(
         &self,
-        path: &mut Continuation<'static, D>,
+        system: &mut System<D>,
         packs: Packs<D>,
-        at: (usize, &StepHistory),
+        at: (Stage, &Equilibrium),
         kept: &[Component],
         exact: Option<&Exact>,
     ) -> (Vec<Estimate>, Option<Reason>) {
         let inputs = self.row.len();
-        let count = self.after[at.0].len() + kept.len();
+        let probes = &self.design.model.probes;
+        let count = probes.len() + kept.len();
         let mut found = vec![Estimate::NONE; count * inputs];
         let mut reason = None;
-        let probes = &self.design.model.probes;
         let regular = exact.is_some_and(|exact| exact.regular);
         let needed = self.needed(at.0);
         // Expressions follow what they refer to.
@@ -142,7 +141,7 @@ impl Slopes<'_> {
             }
             // What is stated already, though not as near as it should be, needs no other reason.
             let matters = |quantity: usize| counts(quantity) && !(regular && stated(quantity));
-            match self.slope(path, packs, at, (input, [&known, &counts, &matters]), kept) {
+            match self.slope(system, packs, at, (input, [&known, &counts, &matters]), kept) {
                 Ok((column, doubtful)) => {
                     for (quantity, estimate) in column.into_iter().enumerate() {
                         found[quantity * inputs + input] = estimate;
@@ -162,23 +161,24 @@ impl Slopes<'_> {
     /// be trusted, is given.
     fn slope<const D: usize>(
         &self,
-        path: &mut Continuation<'static, D>,
+        system: &mut System<D>,
         packs: Packs<D>,
-        (index, record): (usize, &StepHistory),
+        (stage, state): (Stage, &Equilibrium),
         (input, [known, counts, matters]): (usize, [&dyn Fn(usize) -> bool; 3]),
         kept: &[Component],
     ) -> Result<(Vec<Estimate>, Option<Reason>), Reason> {
         let size = size(self.row[input]);
-        let largest = self.after[index].iter().filter(|value| value.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest =
+            self.values_at(stage).iter().filter(|value| value.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
         let probes = &self.design.model.probes;
-        let greatest = solution::last_state(record).map(Greatest::of).unwrap_or_default();
+        let greatest = Greatest::of(state);
         let mut found: Vec<Estimate> = Vec::new();
         let mut open: Vec<usize> = Vec::new();
         let (mut agreed, mut jumps): (Vec<bool>, Vec<Option<f64>>) = (Vec::new(), Vec::new());
         for (round, part) in APART.into_iter().enumerate() {
             let last = round + 1 == APART.len();
             // Nearer by, the factors at hand lead to neighbours that they do not lead to here; a singular point stays one.
-            let around = match self.around(path, packs, index, (input, part * size, last), kept) {
+            let around = match self.around(system, packs, stage, (input, part * size, last), kept) {
                 Ok(around) => around,
                 Err(Reason::Singular { .. }) if !last => continue,
                 Err(reason) => return Err(reason),
@@ -194,7 +194,7 @@ impl Slopes<'_> {
                 let noise = ROUNDING * largest.max(values[quantity].abs()) / around.apart;
                 let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
                 let nothing = VANISHES[usize::from(last)] * greatest.like(kind, values[quantity]) / size;
-                let measure = estimate.slope.abs().max(self.floor(index, &greatest, quantity) / size);
+                let measure = estimate.slope.abs().max(self.floor(stage, &greatest, quantity) / size);
                 let is_near = around.beyond.is_some() && estimate.error <= ENOUGH * measure;
                 // What is not a number in the state itself is none here either.
                 agreed[quantity] |= is_near || !((one - two).abs() > (AGREED * one.abs()).max(nothing) + noise);
@@ -222,25 +222,26 @@ impl Slopes<'_> {
             }
             found[quantity] = Estimate::NONE;
             if matters(quantity) {
-                reason = reason.or_else(|| Some(self.doubt(index, quantity, jumps[quantity].is_some())));
+                reason = reason.or_else(|| Some(self.doubt(stage.step(), quantity, jumps[quantity].is_some())));
             }
         }
         Ok((found, reason))
     }
 
-    /// Neighbours whose parameter is this much larger and smaller, and multiples of it, at the end of a step. Unless no shorter distance is
+    /// Neighbours whose parameter is this much larger and smaller, and multiples of it, in the same state. Unless no shorter distance is
     /// left, only such as have settled.
     fn around<const D: usize>(
         &self,
-        path: &mut Continuation<'static, D>,
+        system: &mut System<D>,
         packs: Packs<D>,
-        index: usize,
+        stage: Stage,
         (input, apart, last): (usize, f64, bool),
         kept: &[Component],
     ) -> Result<Around, Reason> {
         let straight = CHANGED / (NEAR * size(self.row[input]));
+        let index = stage.step();
         let mut neighbours = |by: f64| {
-            let mut neighbour = |by: f64| self.neighbour(path, packs, index, (input, by), kept);
+            let mut neighbour = |by: f64| self.neighbour(system, packs, stage, (input, by), kept);
             let (ahead, behind) = (neighbour(by)?, neighbour(-by)?);
             let (bend, settled) = (bend(&ahead.moved, &behind.moved), last || ahead.settled && behind.settled);
             Ok::<_, Reason>(([ahead.values, behind.values], bend, settled))
@@ -267,12 +268,12 @@ impl Slopes<'_> {
         }
     }
 
-    /// All probes of the design whose parameter is this much larger, at the end of a step.
+    /// All probes of the design whose parameter is this much larger, in the same state.
     fn neighbour<const D: usize>(
         &self,
-        path: &mut Continuation<'static, D>,
+        known: &mut System<D>,
         packs: Packs<D>,
-        index: usize,
+        stage: Stage,
         (input, by): (usize, f64),
         kept: &[Component],
     ) -> Result<Neighbour, Reason> {
@@ -285,19 +286,18 @@ impl Slopes<'_> {
             .map_err(|reason| Reason::Edge { parameter: input, reason: reason.into() })?;
         let (mut structure, steps) =
             discretize(&model, &mesh::fitted(&self.problem.mesh, &self.problem.middle, &model));
-        let held = self.held(&path.system.held(), &steps, (input, by));
+        let held = self.held(&known.held(), &steps, (input, by));
         let held = neighbour::rows(&held, &structure);
-        take_pieces(&mut structure, &path.system.loading.drives);
+        take_pieces(&mut structure, &known.loading.drives);
         let mut drives = vec![0.0; structure.drives.len()];
-        for &(drive, value) in steps.iter().take(index + 1).flat_map(|step| &step.targets) {
+        for &(drive, value) in steps.iter().take(stage.behind()).flat_map(|step| &step.targets) {
             drives[drive] = value;
         }
-        let mut system = together::system(&path.system, packs, structure, &self.design.steps);
-        system.adopt(&path.system);
-        system.loading.auxiliary = path.system.loading.auxiliary;
-        system.stand_at_end(&path.system, held, &drives);
-        let (moved, near) =
-            neighbour::approach(&mut system, &mut path.system).ok_or(Reason::Singular { step: index })?;
+        let mut system = together::system(known, packs, structure, &self.design.steps);
+        system.adopt(known);
+        system.loading.auxiliary = known.loading.auxiliary;
+        system.stand_at_end(known, held, &drives);
+        let (moved, near) = neighbour::approach(&mut system, known).ok_or(Reason::Singular { step: stage.step() })?;
         let settled = neighbour::polish(&mut system) && near;
         let state = neighbour::read(&mut system);
         let mut values = self.probes(&model, state, &[]);
@@ -305,7 +305,7 @@ impl Slopes<'_> {
         Ok(Neighbour { values, moved, settled })
     }
 
-    /// What is held at the end of the present step, with the values of a neighbour.
+    /// What is held in the present state, with the values of a neighbour.
     fn held(&self, held: &[Held], steps: &[Step], (input, by): (usize, f64)) -> Vec<Held> {
         let value = |steps: &[Step], (step, place): (usize, usize)| match steps[step].changes[place] {
             Change::Prescribe { to, .. } => to,

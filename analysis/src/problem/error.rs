@@ -108,8 +108,8 @@ pub enum Reason {
         /// Why, where the solver can tell.
         cause: Option<Cause>,
     },
-    /// The tangent at the end of this step is singular to within rounding, or so nearly that derivatives have no digits:
-    /// values are known, derivatives are not.
+    /// The tangent at the end of this step, or where the first one begins and holds something, is singular to within rounding, or so nearly
+    /// that derivatives have no digits: values are known, derivatives are not.
     Singular {
         /// The step.
         step: usize,

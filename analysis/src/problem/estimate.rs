@@ -4,7 +4,7 @@ use pennate_models::probes::ProbeKind;
 use pennate_solver::history::{Equilibrium, NodeState};
 
 use super::nearby::size;
-use super::slopes::Slopes;
+use super::slopes::{Slopes, Stage};
 use super::{Output, Reason};
 use crate::solution;
 
@@ -73,10 +73,10 @@ impl Slopes<'_> {
     }
 
     /// What derivatives of a quantity are measured by at least, each over the whole of a parameter.
-    pub(super) fn floor(&self, index: usize, greatest: &Greatest, quantity: usize) -> f64 {
+    pub(super) fn floor(&self, stage: Stage, greatest: &Greatest, quantity: usize) -> f64 {
         let probes = &self.design.model.probes;
         let kind = (quantity < probes.len()).then(|| probes.kind(quantity));
-        let value = self.after[index].get(quantity).copied().unwrap_or(0.0);
+        let value = self.values_at(stage).get(quantity).copied().unwrap_or(0.0);
         FIXED * greatest.like(kind, value)
     }
 
@@ -84,17 +84,18 @@ impl Slopes<'_> {
     /// would be of no use, with the reason.
     pub(super) fn note_inexact(
         &mut self,
-        (index, state): (usize, &Equilibrium),
+        (stage, state): (Stage, &Equilibrium),
         found: &mut [Estimate],
     ) -> Option<Reason> {
         let (greatest, mut reason) = (Greatest::of(state), None);
+        let (probes, index) = (self.design.model.probes.len(), stage.step());
         for (quantity, found) in found.chunks_exact_mut(self.row.len().max(1)).enumerate() {
-            let is_output = |output: &Output| output.probe == quantity && output.step == index;
-            let is_probe = quantity < self.after[index].len();
+            let is_output = |output: &Output| output.probe == quantity && stage == Stage::End(output.step);
+            let is_probe = quantity < probes;
             if is_probe && !self.problem.outputs.iter().any(is_output) {
                 continue;
             }
-            let floor = if is_probe { self.floors[index][quantity] } else { self.floor(index, &greatest, quantity) };
+            let floor = if is_probe { self.floors[index][quantity] } else { self.floor(stage, &greatest, quantity) };
             let measure = self.measure(found, floor);
             for (estimate, &value) in found.iter_mut().zip(self.row) {
                 let error = estimate.error * size(value) / measure;

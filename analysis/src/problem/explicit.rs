@@ -12,7 +12,7 @@ use super::design::Design;
 use super::moved::{Copies, Mover};
 use super::nearby::{self, Nearby, apart, size};
 use super::numbers::{Places, change_value};
-use super::slopes::{Hold, Slopes};
+use super::slopes::{Hold, Slopes, Stage};
 
 /// Times the part of a parameter at which forces are compared.
 pub(super) const TIMES: [f64; 4] = [1.0, -1.0, 2.0, -2.0];
@@ -97,7 +97,7 @@ impl Slopes<'_> {
     pub(super) fn explicit<const D: usize>(
         &self,
         system: &System<D>,
-        (index, all, parts): (usize, &[Nearby], &mut [f64]),
+        (stage, all, parts): (Stage, &[Nearby], &mut [f64]),
         kept: &mut Kept<D>,
     ) -> Option<Vec<Explicit>> {
         let places = Places::of(&self.design.structure, &self.design.steps);
@@ -113,7 +113,7 @@ impl Slopes<'_> {
         for (nearby, input) in pairs(all) {
             self.hold_along(system, (nearby, input), &places, &mut explicit[input])?;
         }
-        let rates = self.rates(index, all, &places);
+        let rates = self.rates(stage, all, &places);
         let movers = self.movers(all, &places, &rates);
         for mover in &movers {
             if parts[mover.input].is_nan() {
@@ -138,9 +138,9 @@ impl Slopes<'_> {
     }
 
     /// By how much every drive changes along every parameter.
-    pub(super) fn rates(&self, index: usize, all: &[Nearby], places: &Places) -> Vec<Vec<f64>> {
+    pub(super) fn rates(&self, stage: Stage, all: &[Nearby], places: &Places) -> Vec<Vec<f64>> {
         let count = self.design.structure.drives.len();
-        pairs(all).map(|(nearby, input)| nearby.drives(input, index, places, count)).collect()
+        pairs(all).map(|(nearby, input)| nearby.drives(input, stage.behind(), places, count)).collect()
     }
 
     pub(super) fn movers<'b>(&'b self, all: &'b [Nearby], places: &'b Places, rates: &'b [Vec<f64>]) -> Vec<Mover<'b>> {

@@ -10,7 +10,7 @@ use pennate_solver::history::Equilibrium;
 use super::estimate::{Estimate, Greatest, WITHIN};
 use super::nearby::{self, Nearby, apart, size};
 use super::numbers::Places;
-use super::slopes::Slopes;
+use super::slopes::{Slopes, Stage};
 use super::{Output, Reason};
 
 /// Part of an expression that rounding moves it by.
@@ -88,10 +88,10 @@ impl Referring<'_> {
 }
 
 impl Slopes<'_> {
-    /// The probes whose derivatives are asked for at a step, or go into others that are.
-    pub(super) fn needed(&self, index: usize) -> BTreeSet<usize> {
+    /// The probes whose derivatives are asked for in a state, or go into others that are.
+    pub(super) fn needed(&self, stage: Stage) -> BTreeSet<usize> {
         let all = self.behind(&self.problem.outputs);
-        all.into_iter().filter_map(|(step, probe)| (step == index).then_some(probe)).collect()
+        all.into_iter().filter_map(|(step, probe)| (stage == Stage::End(step)).then_some(probe)).collect()
     }
 
     /// The output that a quantity is at the end of a step, or else the first one that is made of it, or is read no earlier.
@@ -131,8 +131,9 @@ impl Slopes<'_> {
     /// Errors go through an expression as derivatives do: what is nothing beside the largest reaction may be all of a sum.
     pub(super) fn combine(&mut self, index: usize, state: &Equilibrium, found: &mut [Estimate]) -> Option<Reason> {
         let (design, inputs) = (self.design, self.row.len());
-        let (greatest, needed) = (Greatest::of(state), self.needed(index));
-        self.floors[index] = (0..design.model.probes.len()).map(|probe| self.floor(index, &greatest, probe)).collect();
+        let (greatest, needed) = (Greatest::of(state), self.needed(Stage::End(index)));
+        self.floors[index] =
+            (0..design.model.probes.len()).map(|probe| self.floor(Stage::End(index), &greatest, probe)).collect();
         let mut reason = None;
         for &probe in design.model.probes.order().iter().filter(|&probe| needed.contains(probe)) {
             let Some(referring) = self.referring(&design.model, index, probe) else { continue };

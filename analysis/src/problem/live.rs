@@ -28,7 +28,7 @@ const LONGER: f64 = 2.0;
 /// It goes from one equilibrium to the next one, as a load that grows slowly would: by as many parts of a change as its
 /// iteration needs, each of which must lead to an equilibrium nearby of the same stability. Structure may change on the way as
 /// loads may. What a step of the file holds where it was, or moves on from there, is held where it was at the values that the
-/// state began with, where a solve from the beginning would hold it where the steps before lead to at the new ones.
+/// state began with, where a solve from the beginning would hold it where the prestress and the steps before lead to at the new ones.
 pub struct Live {
     problem: Problem,
     track: Followable,

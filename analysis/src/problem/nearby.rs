@@ -211,11 +211,11 @@ impl Nearby {
         self.owners[part] == Some(input)
     }
 
-    /// By how much every drive changes from the lower to the upper design by the end of a step, and every change of a step.
-    pub(super) fn drives(&self, input: usize, index: usize, places: &Places, count: usize) -> Vec<f64> {
+    /// By how much every drive changes from the lower to the upper design when so many steps are behind.
+    pub(super) fn drives(&self, input: usize, behind: usize, places: &Places, count: usize) -> Vec<f64> {
         let mut rates = vec![0.0; count];
         let mut part = places.targets;
-        for (step, own) in self.low.steps.iter().enumerate().take(index + 1) {
+        for (step, own) in self.low.steps.iter().enumerate().take(behind) {
             for (place, &(drive, _)) in own.targets.iter().enumerate() {
                 let change = || change(self.around().map(|design| design.steps[step].targets[place].1));
                 rates[drive] = if self.is_owned(part, input) { change() } else { 0.0 };

@@ -3,23 +3,49 @@
 use std::collections::BTreeMap;
 
 use pennate_models::Model;
-use pennate_solver::continuation::Continuation;
+use pennate_solver::continuation::{Beginning, Continuation};
 use pennate_solver::history::{Equilibrium, History, Status};
 use pennate_solver::packs::MODERATE;
+use pennate_solver::results;
 use pennate_solver::structure::Change;
+use pennate_solver::system::System;
 
 use super::adjoint::Exact;
 use super::design::Design;
 use super::estimate::Estimate;
 use super::explicit::Kept;
 use super::gradient::Row;
-use super::nearby::Nearby;
+use super::nearby::{Nearby, apart};
 use super::{Control, Problem, Reason, design, neighbour};
 use crate::solution;
-use crate::together::{Found, Packs, Standing};
+use crate::together::{self, Found, Packs, Standing};
 
 /// A component of a node, in the axes of its support.
 pub(super) type Component = (usize, usize);
+
+/// A state that derivatives are found in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// Where the first step begins: the equilibrium of the prestress.
+    Beginning,
+    /// The end of a step.
+    End(usize),
+}
+
+impl Stage {
+    /// How many steps are behind.
+    pub(super) fn behind(self) -> usize {
+        match self {
+            Self::Beginning => 0,
+            Self::End(step) => step + 1,
+        }
+    }
+
+    /// The step that ends there, or the first one where that begins.
+    pub(super) fn step(self) -> usize {
+        self.behind().saturating_sub(1)
+    }
+}
 
 /// What holds a component at the end of a step, where it is not a support at rest.
 #[derive(Clone, Debug)]
@@ -78,7 +104,9 @@ impl<'a> Slopes<'a> {
     ) -> Row {
         let count = self.design.steps.len().max(1);
         let mut history = first;
-        let (mut reason, mut copies) = (None, Kept::default());
+        let mut copies = Kept::default();
+        let reached = history.steps.first().is_some_and(|step| step.status == Status::Converged);
+        let mut reason = if reached { self.begin(&mut path, packs, &mut copies) } else { None };
         for index in 0..count {
             if index > 0 {
                 let control = self.control;
@@ -99,6 +127,9 @@ impl<'a> Slopes<'a> {
     /// The derivatives at the ends of steps that were found side by side with other designs; nothing where the adjoint method
     /// does not give all of them.
     pub(super) fn run_together(mut self, found: &Found) -> Option<Row> {
+        if self.begins_moved() {
+            return None;
+        }
         let (mut plane, mut space) = (Kept::default(), Kept::default());
         for (index, end) in found.ends.iter().enumerate() {
             let values = match end {
@@ -111,7 +142,7 @@ impl<'a> Slopes<'a> {
             if !self.problem.reads(index) && kept.is_empty() {
                 continue;
             }
-            let at = (index, &end.as_ref()?.state);
+            let at = (Stage::End(index), &end.as_ref()?.state);
             let slopes = match found.system(self.design.posed(), index)? {
                 Standing::Plane(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut plane),
                 Standing::Space(mut system) => self.adjoint(&mut system, at, (&kept, true), &mut space),
@@ -138,12 +169,62 @@ impl<'a> Slopes<'a> {
 
     /// Takes note of derivatives at the end of a step, of all probes and of components that the next one keeps.
     fn keep(&mut self, index: usize, kept: &[Component], mut slopes: Vec<Estimate>) {
-        let (probes, inputs) = (self.after[index].len(), self.row.len());
-        for (&component, rates) in kept.iter().zip(slopes[probes * inputs..].chunks_exact(inputs.max(1))) {
+        let beyond = slopes.split_off(self.design.model.probes.len() * self.row.len());
+        self.slopes[index] = slopes;
+        self.keep_components(kept, &beyond);
+    }
+
+    /// Takes note of derivatives of components that the next step keeps.
+    fn keep_components(&mut self, kept: &[Component], slopes: &[Estimate]) {
+        for (&component, rates) in kept.iter().zip(slopes.chunks_exact(self.row.len().max(1))) {
             self.holds.insert(component, Hold::From(None, rates.iter().map(|rate| rate.slope).collect()));
         }
-        slopes.truncate(probes * inputs);
-        self.slopes[index] = slopes;
+    }
+
+    /// Values of all probes in a state; none before the first step.
+    pub(super) fn values_at(&self, stage: Stage) -> &[f64] {
+        match stage {
+            Stage::Beginning => &[],
+            Stage::End(step) => &self.after[step],
+        }
+    }
+
+    /// Whether the first step keeps components where a prestress may have moved them: one of this design, or of designs beside it.
+    fn begins_moved(&self) -> bool {
+        let structure = &self.design.structure;
+        if self.design.kept_by(0).is_empty() || structure.springs.is_empty() {
+            return false;
+        }
+        let beside = |(input, times): (usize, f64)| {
+            let mut row = self.row.to_vec();
+            row[input] += times * apart(self.row[input]);
+            self.problem.design_beside(&row).is_ok_and(|design| design.structure.is_prestressed())
+        };
+        let mut sides = (0..self.row.len()).flat_map(|input| [(input, -1.0), (input, 1.0)]);
+        structure.is_prestressed() || sides.any(beside)
+    }
+
+    /// Derivatives of the components that the first step keeps where it begins; with the reason where some are not known.
+    fn begin<const D: usize>(
+        &mut self,
+        path: &mut Continuation<'static, D>,
+        packs: Packs<D>,
+        copies: &mut Kept<D>,
+    ) -> Option<Reason> {
+        let Beginning { state, held } = path.beginning.take().filter(|_| self.begins_moved())?;
+        let ended = &path.system;
+        let mut system = together::system(ended, packs, (*ended.structure).clone(), &self.design.steps);
+        system.restore(&state);
+        system.loading.auxiliary = ended.loading.auxiliary;
+        system.stand_at_end(ended, held, &vec![0.0; ended.loading.drives.len()]);
+        system.place_ends();
+        neighbour::settle(&mut system);
+        let state = results::equilibrium(&mut system);
+        let (stage, kept) = (Stage::Beginning, self.design.kept_by(0));
+        let (mut slopes, reason) = self.find(&mut system, packs, (stage, &state), &kept, copies);
+        let useless = self.note_inexact((stage, &state), &mut slopes);
+        self.keep_components(&kept, &slopes[self.design.model.probes.len() * self.row.len()..]);
+        reason.or(useless)
     }
 
     /// The outputs of the steps that were reached.
@@ -198,40 +279,53 @@ impl<'a> Slopes<'a> {
             return Err(Reason::Unbalanced { step: index });
         }
         neighbour::settle(&mut path.system);
-        let found = self.adjoint(&mut path.system, (index, &last.state), (&kept, false), copies);
-        let (mut slopes, reason) = match found {
-            Some(Err(reason)) => (vec![Estimate::NONE; (probes + kept.len()) * inputs], Some(reason)),
-            Some(Ok(exact)) if exact.serves() => (exact.found, None),
-            found => {
-                let exact = found.and_then(Result::ok);
-                // Neighbours strain what is held by motions of second order: where that gives, they are found.
-                let own = path.system.loading.auxiliary;
-                if path.system.loading.holds_strains() {
-                    path.system.loading.auxiliary = MODERATE;
-                    path.system.apply_drives();
-                }
-                path.system.assemble(false);
-                let (mut found, reason) = self.by_neighbours(path, packs, (index, record), &kept, exact.as_ref());
-                if path.system.loading.auxiliary != own {
-                    path.system.loading.auxiliary = own;
-                    path.system.apply_drives();
-                    path.system.assemble(false);
-                }
-                if let Some(Exact { found: exact, regular, .. }) = exact {
-                    // Where neighbours show no singular point, they leave no doubt about what no distance goes into.
-                    let both = found.iter_mut().zip(exact);
-                    let better =
-                        both.filter(|(near, exact)| exact.error <= near.error && (regular || near.slope.is_finite()));
-                    better.for_each(|(near, exact)| *near = exact);
-                }
-                (found, reason)
-            }
-        };
+        let at = (Stage::End(index), &last.state);
+        let (mut slopes, reason) = self.find(&mut path.system, packs, at, &kept, copies);
         let corner = self.combine(index, &last.state, &mut slopes);
-        let useless = self.note_inexact((index, &last.state), &mut slopes);
+        let useless = self.note_inexact(at, &mut slopes);
         let reason = reason.or(corner).or(useless);
         self.keep(index, &kept, slopes);
         reason.map_or(Ok(()), Err)
+    }
+
+    /// Derivatives in a state in which a system stands, of the probes that are needed there and of components that the next step keeps: by
+    /// the adjoint method, and where that does not do by neighbours; with the reason where some are not known.
+    fn find<const D: usize>(
+        &mut self,
+        system: &mut System<D>,
+        packs: Packs<D>,
+        at: (Stage, &Equilibrium),
+        kept: &[Component],
+        copies: &mut Kept<D>,
+    ) -> (Vec<Estimate>, Option<Reason>) {
+        let exact = match self.adjoint(system, at, (kept, false), copies) {
+            Some(Err(reason)) => {
+                let count = self.design.model.probes.len() + kept.len();
+                return (vec![Estimate::NONE; count * self.row.len()], Some(reason));
+            }
+            Some(Ok(exact)) if exact.serves() => return (exact.found, None),
+            found => found.and_then(Result::ok),
+        };
+        // Neighbours strain what is held by motions of second order: where that gives, they are found.
+        let own = system.loading.auxiliary;
+        if system.loading.holds_strains() {
+            system.loading.auxiliary = MODERATE;
+            system.apply_drives();
+        }
+        system.assemble(false);
+        let (mut found, reason) = self.by_neighbours(system, packs, at, kept, exact.as_ref());
+        if system.loading.auxiliary != own {
+            system.loading.auxiliary = own;
+            system.apply_drives();
+            system.assemble(false);
+        }
+        if let Some(Exact { found: exact, regular, .. }) = exact {
+            // Where neighbours show no singular point, they leave no doubt about what no distance goes into.
+            let both = found.iter_mut().zip(exact);
+            let better = both.filter(|(near, exact)| exact.error <= near.error && (regular || near.slope.is_finite()));
+            better.for_each(|(near, exact)| *near = exact);
+        }
+        (found, reason)
     }
 
     /// Stops where nobody waits any longer.
@@ -245,7 +339,8 @@ impl<'a> Slopes<'a> {
         model.probes.evaluate(&state, after)
     }
 
-    /// Takes note of what a step changes about what is held; where components were is known from the step before.
+    /// Takes note of what a step changes about what is held; where components were is known from the step before, or from where the first
+    /// one begins.
     fn note_holds(&mut self, index: usize) {
         let Some(step) = self.design.steps.get(index) else { return };
         let inputs = self.row.len();

@@ -48,12 +48,11 @@ const EXACT: f64 = 1e-12;
 
 /// Whether a design may be solved at all in this way.
 pub(crate) fn is_plain(structure: &Structure, steps: &[Step]) -> bool {
-    let relaxed = !structure.springs.iter().any(|spring| spring.is_prestressed(&structure.nodes));
     let plain = |step: &Step| step.method == Method::Newton && step.stop.is_none() && step.min_increments.is_none();
     // The moment of a rotation in space that is let go has no potential while it fades.
     let fades = |change: &Change| matches!(change, Change::Free { component: 3.., .. });
     let fading = structure.dimension == Dimension::Space && steps.iter().flat_map(|step| &step.changes).any(fades);
-    relaxed && !fading && !steps.is_empty() && steps.iter().all(plain)
+    !structure.is_prestressed() && !fading && !steps.is_empty() && steps.iter().all(plain)
 }
 
 /// Whether designs may share one structure: gravity would be that of all of them.

@@ -228,6 +228,102 @@ pressure = { left = "= p" }
     check(&text, &["p", "d", "L", "beta"], &["stroke@inflate", "holding@hold", "holding@move", "stroke"]);
 }
 
+/// What the first step holds where it is, or moves on from there, is where the prestress has brought it: that follows the section, the
+/// spring and the geometry.
+#[test]
+fn what_the_first_step_holds_where_a_prestress_brought_it() {
+    let first = [
+        r#"hold = { B = ["uy"] }"#,
+        r#"hold = { B = ["ux", "uy"], A = ["ux"] }"#,
+        r#"displace_by = { B = { uy = "= d" } }"#,
+        r#"displace_by = { B = { rz = "= 2 * d" } }"#,
+    ];
+    for (dimension, height) in [("plane", "0"), ("space", "\"= z\"")] {
+        for first in first {
+            let text = format!(
+                r#"
+                format = "pennate/1"
+                dimension = "{dimension}"
+                parameters = {{ EI = 12000, k = 0.05, natural = 40, x = 100, d = -3, f = 0.2, z = 12 }}
+                nodes = {{ A = [0, 0, 0], B = ["= x", 10, {height}], C = [160, 0, 0], G = [100, -60, 0] }}
+                sections.given = {{ stiffness = {{ EI3 = "= EI", EA = 9000, EI2 = 15000, GJ = 8000 }} }}
+                members = {{ a = {{ nodes = ["A", "B"], section = "given" }}, b = {{ nodes = ["B", "C"], section = "given" }} }}
+                supports = {{ A = "clamped", G = "clamped" }}
+                springs.pull = {{ nodes = ["C", "G"], stiffness = "= k", natural_length = "= natural" }}
+                steps = [
+                    {{ name = "first", {first}, force = {{ C = [0.1, "= f", 0] }} }},
+                    {{ name = "on", displace_by = {{ C = {{ uy = "= d" }} }}, force = {{ C = [0, 0, 0] }} }},
+                ]
+                probes.at = {{ node = "B", displacement = "uy" }}
+                probes.push = {{ node = "B", reaction = "uy" }}
+                probes.turn = {{ node = "C", rotation = "rz" }}
+                probes.root = {{ node = "A", reaction = "rz" }}
+                "#
+            );
+            let parameters = ["EI", "k", "natural", "x", "d", "f", "z"];
+            let used = if dimension == "space" { &parameters[..] } else { &parameters[..6] };
+            check(&text, used, &["at@first", "push@first", "turn@first", "root@first", "at", "root"]);
+        }
+    }
+}
+
+/// A spring that its natural length leaves without force has one beside.
+#[test]
+fn what_the_first_step_holds_where_a_prestress_sets_in() {
+    // What is held bears nothing there, whatever the parameters are.
+    let all = [
+        (r#"hold = { B = ["uy"] }"#, &["at", "turn"][..]),
+        ("displace_by = { B = { uy = -5 } }", &["at", "turn", "push"]),
+    ];
+    for (first, probes) in all {
+        let text = format!(
+            r#"
+            format = "pennate/1"
+            dimension = "plane"
+            parameters = {{ EI = 5000, natural = 60 }}
+            nodes = {{ A = [0, 0], B = [100, 0], G = [100, -60] }}
+            sections.given = {{ stiffness = {{ EI3 = "= EI", EA = 9000 }} }}
+            members.a = {{ nodes = ["A", "B"], section = "given" }}
+            supports = {{ A = "clamped", G = "clamped" }}
+            springs.pull = {{ nodes = ["B", "G"], stiffness = 0.01, natural_length = "= natural" }}
+            steps = [{{ {first} }}]
+            probes = {{ at = {{ node = "B", displacement = "uy" }}, turn = {{ node = "B", rotation = "rz" }},
+                        push = {{ node = "B", reaction = "uy" }} }}
+            "#
+        );
+        check(&text, &["EI", "natural"], probes);
+    }
+}
+
+/// A bar that nothing but a prestress keeps from turning is where that brings it; one that the prestress would turn over is held where it is
+/// drawn.
+#[test]
+fn what_the_first_step_holds_of_a_bar_that_is_free_to_turn() {
+    for (natural, h, height) in [(40, 10, "\"= h\""), (40, 0, "\"= h\""), (80, 0, "0")] {
+        for first in [r#"hold = { B = ["uy"] }"#, r#"displace_by = { B = { uy = "= d" } }"#] {
+            let text = format!(
+                r#"
+                format = "pennate/1"
+                dimension = "plane"
+                parameters = {{ EA = 500, natural = {natural}, x = 100, h = {h}, d = 6, f = 0.1 }}
+                nodes = {{ A = [0, 0], B = ["= x", 0], G = [160, {height}] }}
+                sections.given = {{ stiffness = {{ EI3 = 5000, EA = "= EA" }} }}
+                members.a = {{ nodes = ["A", "B"], section = "given" }}
+                supports = {{ A = "pinned", G = "clamped" }}
+                springs.pull = {{ nodes = ["B", "G"], stiffness = 0.05, natural_length = "= natural" }}
+                steps = [{{ {first}, force = {{ B = ["= f", 0] }} }}]
+                probes = {{ at = {{ node = "B", displacement = "ux" }}, turn = {{ node = "A", rotation = "rz" }},
+                            push = {{ node = "B", reaction = "uy" }} }}
+                "#
+            );
+            let parameters = ["EA", "natural", "x", "h", "d", "f"];
+            let used: Vec<&str> =
+                parameters.into_iter().filter(|name| text.contains(&format!("\"= {name}\""))).collect();
+            check(&text, &used, &["at", "turn", "push"]);
+        }
+    }
+}
+
 /// A prestress comes in before the first step alone: a later one that is to go by increments would lose a bar that all of it holds upright.
 #[test]
 fn a_prestress_comes_in_once() {

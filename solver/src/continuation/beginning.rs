@@ -7,13 +7,37 @@ use super::ramp::Ramp;
 use super::{Continuation, HeldRows, SoFar, first_rows, longest_asked};
 use crate::error::{FreeMotion, NearMotion};
 use crate::history::StepHistory;
+use crate::joints::Held;
 use crate::mechanism;
 use crate::structure::Step;
-use crate::system::{Inertia, System};
+use crate::system::{Inertia, State, System};
+
+/// The equilibrium that the first step goes on from: that of the prestress, or the unloaded state where there is none.
+#[derive(Clone, Debug)]
+pub struct Beginning {
+    /// The state.
+    pub state: State,
+    /// What is held there: the supports, and what the first step holds where the prestress would move it without resistance.
+    pub held: Vec<Held>,
+}
 
 impl<const D: usize> Continuation<'_, D> {
-    /// Brings in the prestress, and counts pivots where the first step does not do without.
+    /// Comes to where the first step begins.
     pub(super) fn begin_first(
+        &mut self,
+        steps: &[Step],
+        record: &mut StepHistory,
+        watch: &mut dyn FnMut(f64) -> bool,
+        so_far: &mut SoFar,
+    ) {
+        self.bring_in_prestress(steps, record, watch, so_far);
+        let keeps = steps.first().is_some_and(|step| step.kept().next().is_some());
+        self.beginning = (keeps && so_far.going)
+            .then(|| Beginning { state: self.system.snapshot(), held: self.held.values().copied().collect() });
+    }
+
+    /// Brings in the prestress, and counts pivots where the first step does not do without.
+    fn bring_in_prestress(
         &mut self,
         steps: &[Step],
         record: &mut StepHistory,
@@ -186,8 +210,7 @@ impl<const D: usize> Continuation<'_, D> {
     }
 
     pub(super) fn is_prestressed(&self) -> bool {
-        let structure = &self.system.structure;
-        structure.springs.iter().any(|spring| spring.is_prestressed(&structure.nodes))
+        self.system.structure.is_prestressed()
     }
 }
 

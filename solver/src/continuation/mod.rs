@@ -45,6 +45,7 @@ mod touching;
 mod tuning;
 mod verdict;
 
+pub use beginning::Beginning;
 pub use coarse::Coarse;
 use coarse::End;
 use follow::{Effort, Request, Run};
@@ -127,6 +128,8 @@ pub struct Continuation<'a, const D: usize> {
     tuning: Tuning,
     newton: Newton,
     base: Count,
+    /// Where the first step began, if it holds a component where that is, or moves it on from there.
+    pub beginning: Option<Beginning>,
     /// Whether the unloaded structure has motions that nothing resists but, perhaps, its prestress.
     is_loose: bool,
     /// Motions that the prestress does not resist either: nothing is followed where there are any.
@@ -207,6 +210,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             newton: Newton::new(tuning),
             tuning,
             base: Count::default(),
+            beginning: None,
             is_loose: false,
             refined_stands: false,
             refined_held: BTreeMap::new(),
