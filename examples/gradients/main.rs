@@ -13,6 +13,11 @@
 //!
 //! prints one of the networks, its derivatives, and the differences.
 //!
+//!     cargo run --release --example gradients -- held 200 0
+//!
+//! takes the same networks with a step before the others that holds a component where the prestress of their springs has brought it, or
+//! moves it on from there; `show-held 53` prints one of them.
+//!
 //!     cargo run --release --example gradients -- seeds 53 54 61
 //!
 //! judges these networks alone.
@@ -26,7 +31,7 @@ use rayon::prelude::*;
 
 mod random;
 
-use random::{Random, network};
+use random::{Random, network, network_held};
 
 /// What derivatives are to miss differences by at most, of the largest of their probe.
 const WITHIN: f64 = 1e-7;
@@ -58,13 +63,23 @@ fn main() -> ExitCode {
             show(&network(seed.parse().expect("a seed")));
             ExitCode::SUCCESS
         }
-        ["seeds", ref seeds @ ..] => campaign(seeds.iter().map(|seed| seed.parse().expect("a seed")).collect()),
-        [count, first] => {
-            let first: u64 = first.parse().expect("a seed");
-            campaign((first..first + count.parse::<u64>().expect("a number")).collect())
+        ["show-held", seed] => {
+            show(&network_held(seed.parse().expect("a seed")));
+            ExitCode::SUCCESS
         }
-        _ => campaign((0..200).collect()),
+        ["seeds", ref seeds @ ..] => {
+            campaign(seeds.iter().map(|seed| seed.parse().expect("a seed")).collect(), network)
+        }
+        ["held", count, first] => campaign(range(count, first), network_held),
+        [count, first] => campaign(range(count, first), network),
+        _ => campaign((0..200).collect(), network),
     }
+}
+
+/// So many seeds from one on.
+fn range(count: &str, first: &str) -> Vec<u64> {
+    let first: u64 = first.parse().expect("a seed");
+    (first..first + count.parse::<u64>().expect("a number")).collect()
 }
 
 /// How it went with one network.
@@ -84,7 +99,7 @@ struct Miss {
     parameter: String,
 }
 
-fn campaign(seeds: Vec<u64>) -> ExitCode {
+fn campaign(seeds: Vec<u64>, network: fn(u64) -> Random) -> ExitCode {
     let judged: Vec<(u64, Outcome, Random)> = seeds
         .into_par_iter()
         .map(|seed| {

@@ -62,6 +62,15 @@ impl Numbers {
 
 /// The network of a seed.
 pub(crate) fn network(seed: u64) -> Random {
+    network_with(seed, false)
+}
+
+/// The same with a step before the others that holds a component, or moves it on, from where the prestress has brought it.
+pub(crate) fn network_held(seed: u64) -> Random {
+    network_with(seed, true)
+}
+
+fn network_with(seed: u64, holds_first: bool) -> Random {
     let mut numbers = Numbers { random: fastrand::Rng::with_seed(seed), values: Vec::new(), kinds: Vec::new() };
     let deep = numbers.random.bool();
     let places = places(&mut numbers, deep);
@@ -73,8 +82,12 @@ pub(crate) fn network(seed: u64) -> Random {
     write_muscle(&mut file, &mut numbers);
     let kinds = write_members(&mut file, &mut numbers, (&places, &fixed), &pairs, deep);
     write_held(&mut file, &mut numbers, &places, body, deep);
+    let before_steps = file.len();
     let steps = write_steps(&mut file, &mut numbers, places.len(), &kinds, deep);
     let (probes, scale) = write_probes(&mut file, &mut numbers, places.len(), pairs.len(), steps, deep);
+    if holds_first {
+        file.insert_str(before_steps, &first_hold(&mut numbers, seed, places.len()));
+    }
     let Numbers { values, kinds, .. } = numbers;
     let parameters: Vec<String> = (1..=values.len()).map(|index| format!("p{index}")).collect();
     let written: Vec<String> =
@@ -283,6 +296,22 @@ fn write_held(file: &mut String, numbers: &mut Numbers, places: &[[f64; 3]], bod
             "[springs.couple]\nnodes = [\"N1\", \"N{last}\"]\nstiffness = {{ ux = {k}, rz = {turn}{out} }}"
         );
     }
+}
+
+/// A step that holds a component where the network begins, or moves it on from there; of random numbers of its own, so that the rest of the
+/// network of a seed stays what it is.
+fn first_hold(numbers: &mut Numbers, seed: u64, nodes: usize) -> String {
+    let mut random = fastrand::Rng::with_seed(!seed);
+    let node = random.usize(1..nodes);
+    let component = ["ux", "uy"][random.usize(0..2)];
+    if random.bool() {
+        return format!("[[steps]]\nname = \"first\"\nhold = {{ N{node} = [\"{component}\"] }}\n");
+    }
+    let by = (2.0 * random.f64() - 1.0) * 0.1 * LENGTH;
+    numbers.values.push(by);
+    numbers.kinds.push("moved by");
+    let by = format!("\"= p{}\"", numbers.values.len());
+    format!("[[steps]]\nname = \"first\"\ndisplace_by = {{ N{node} = {{ {component} = {by} }} }}\n")
 }
 
 /// One to three steps: loads, and then more loads, a place that is prescribed, or one that is held and moved on.
