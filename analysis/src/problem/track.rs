@@ -173,7 +173,7 @@ impl<const D: usize> Track<D> {
             ramp: ramp.as_ref(),
             ends: [0.0, 1.0],
             negative,
-            softens: true,
+            softens: false,
             found,
             moved: &moved,
             foreseen: &foreseen,

@@ -547,9 +547,9 @@ impl<const D: usize> Walk<D> {
         let foreseen = foreseen.unwrap_or_else(|| system.moves.first_by_part.clone());
         let (moved, foreseen) = (moved.as_slice(), foreseen.as_slice());
         let ends = [0.0, 1.0];
-        // Whether the network softens is not known; what is doubted goes on alone.
+        // Whether the network softens is not known.
         let passage =
-            Passage { last, before, ramp: Some(&ramp), ends, negative: 0, softens: true, found, moved, foreseen };
+            Passage { last, before, ramp: Some(&ramp), ends, negative: 0, softens: false, found, moved, foreseen };
         let judged = passage.judge(system, self.answer.as_ref(), &mut lost_aside, &newton.tuning);
         self.trusted |= self.defers && lost;
         self.answer = judged.map_err(|parts| self.suspects = parts).ok()?;
