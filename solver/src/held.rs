@@ -12,7 +12,7 @@
 //! as the square of what N lets it bend, and every secant leads to a larger N. A member that can hardly be stretched always has one:
 //! its own stretch answers to N.
 
-use crate::chain::{add_held_force, held_force};
+use crate::chain::{HeldForce, add_held_force, held_force};
 use crate::structure::MemberId;
 use crate::system::System;
 
@@ -82,10 +82,7 @@ impl HeldForces {
         if !system.loading.holds_strains() {
             return;
         }
-        let holds = |&member: &MemberId| {
-            let slot = &system.members.slots[member];
-            held_force(system.members.packs[slot.pack].as_ref(), slot.lane).is_some()
-        };
+        let holds = |&member: &MemberId| held_of(system, member).is_some();
         self.members.extend((0..system.members.count()).filter(holds));
         read(system, &self.members, &mut self.forces);
         // Once for all solves: an iteration takes no memory.
@@ -235,81 +232,104 @@ impl HeldForces {
         self.rounding(system, index) <= RESOLVED * self.response * force_scale(system)
     }
 
+    /// What iterations leave of so many times the forces that are tried on the members, and what the last of them changed of it, as
+    /// strains of the auxiliary stiffness; the state is as it was. `None` where there is no iteration.
+    fn left_of<const D: usize>(&self, system: &mut System<D>, auxiliary: &[f64], times: f64) -> Option<[Vec<f64>; 2]> {
+        let here = system.snapshot();
+        let (mut begun, mut now) = (Vec::new(), Vec::new());
+        read(system, &self.members, &mut begun);
+        let mut left: Vec<f64> = (0..auxiliary.len()).map(|index| times * tried(index)).collect();
+        for (index, &member) in self.members.iter().enumerate() {
+            add(system, member, left[index] * auxiliary[index]);
+        }
+        let pending = system.pattern.equations.has_general();
+        let mut change = Vec::new();
+        for _ in 0..ANSWERS {
+            system.assemble(pending);
+            if system.advance(pending).is_none() {
+                change.clear();
+                break;
+            }
+            read(system, &self.members, &mut now);
+            let since: Vec<f64> = (0..now.len()).map(|index| (now[index] - begun[index]) / auxiliary[index]).collect();
+            change = since.iter().zip(&left).map(|(since, left)| since - left).collect();
+            left = since;
+            if times > 0.0 && largest(&left).1 <= LEFT * TRIED {
+                break;
+            }
+        }
+        system.restore(&here);
+        system.assemble(pending);
+        (!change.is_empty()).then_some([left, change])
+    }
+
     /// Whether nothing of the member answers to its force: one that can hardly be stretched has a stretch that does, however small.
     fn is_rigid<const D: usize>(&self, system: &System<D>, index: usize) -> bool {
-        let slot = &system.members.slots[self.members[index]];
-        held_force(system.members.packs[slot.pack].as_ref(), slot.lane).is_some_and(|held| held.is_rigid)
+        held_of(system, self.members[index]).is_some_and(|held| held.is_rigid)
     }
 
     /// Force that an iteration adds for what rounding makes of the stretch.
     fn rounding<const D: usize>(&self, system: &System<D>, index: usize) -> f64 {
-        let slot = &system.members.slots[self.members[index]];
-        let held = held_force(system.members.packs[slot.pack].as_ref(), slot.lane);
         let strain = |length: f64| PLACES * f64::EPSILON * (system.size / length).max(1.0);
-        held.map_or(0.0, |held| strain(held.length) * held.auxiliary)
+        held_of(system, self.members[index]).map_or(0.0, |held| strain(held.length) * held.auxiliary)
     }
 }
 
 /// Members that cannot be stretched whose axial force nothing determines at the present state, which is an equilibrium.
 ///
-/// A little more force is tried on all of them; iterations take back what anything answers to.
+/// A little more force is tried on all of them; iterations take back what anything answers to. It is measured by the strain that the
+/// auxiliary stiffness of each member would have under it: forces that are in equilibrium with each other are of one size in soft and in
+/// stiff members, and what is left of that size in a stiff one is nothing beside what was tried on it.
 pub(crate) fn undetermined<const D: usize>(system: &mut System<D>) -> Vec<MemberId> {
     let mut held = HeldForces::default();
     held.begin(system);
-    let is_rigid = |&member: &MemberId| {
-        let slot = &system.members.slots[member];
-        held_force(system.members.packs[slot.pack].as_ref(), slot.lane).is_some_and(|held| held.is_rigid)
-    };
-    let members: Vec<MemberId> = held.members.into_iter().filter(is_rigid).collect();
-    if members.is_empty() {
+    held.members.retain(|&member| held_of(system, member).is_some_and(|held| held.is_rigid));
+    if held.members.is_empty() {
         return Vec::new();
     }
-    let mut forces = Vec::new();
-    read(system, &members, &mut forces);
-    let here = system.snapshot();
-    let mut most = 0.0f64;
-    for (index, &member) in members.iter().enumerate() {
-        let slot = &system.members.slots[member];
-        let Some(held) = held_force(system.members.packs[slot.pack].as_ref(), slot.lane) else { continue };
-        // Not the same on all: forces that are undetermined together may be so in one proportion alone.
-        let by = TRIED * held.auxiliary * (1.0 + 0.3 * (index as f64).sin());
-        most = most.max(by);
-        add(system, member, by);
+    let auxiliary: Vec<f64> =
+        held.members.iter().map(|&member| held_of(system, member).map_or(1.0, |held| held.auxiliary)).collect();
+    let Some([mut left, change]) = held.left_of(system, &auxiliary, 1.0) else { return Vec::new() };
+    if largest(&left).1 <= LEFT * TRIED {
+        return Vec::new();
     }
-    let pending = system.pattern.equations.has_general();
-    let since = |system: &System<D>| -> Vec<f64> {
-        let mut now = Vec::new();
-        read(system, &members, &mut now);
-        now.iter().zip(&forces).map(|(now, then)| now - then).collect()
-    };
-    let mut left = since(system);
-    let mut change = vec![f64::INFINITY; left.len()];
-    for _ in 0..ANSWERS {
-        system.assemble(pending);
-        if system.advance(pending).is_none() {
-            break;
-        }
-        let now = since(system);
-        change = now.iter().zip(&left).map(|(now, before)| now - before).collect();
-        left = now;
-        if largest(&left).1 <= LEFT * most {
-            break;
-        }
-    }
-    system.restore(&here);
-    system.assemble(pending);
+    // Beside a singular state iterations move what they began with too, and not by what was tried.
+    let Some([moved, _]) = held.left_of(system, &auxiliary, 0.0) else { return Vec::new() };
+    left.iter_mut().zip(moved).for_each(|(left, moved)| *left -= moved);
     // What grows on with what was tried is not taken back either.
-    let taken = change.iter().zip(&left).map(|(change, left)| -change * left.signum()).fold(0.0, f64::max);
-    let stays = taken <= ANSWERED * largest(&left).1;
-    let kept = |&index: &usize| stays && left[index].abs() > LEFT * most;
-    (0..members.len()).filter(kept).map(|index| members[index]).collect()
+    let taken = |(change, left): (&f64, &f64)| -change * left.signum();
+    let all_stay = change.iter().zip(&left).all(|by| taken(by) <= ANSWERED * largest(&left).1);
+    // What answers slowly in one part of the network says nothing of the others.
+    let stays = |index: usize| {
+        let rounding = held.rounding(system, index) / auxiliary[index];
+        all_stay || change[index].abs() <= (ANSWERED * left[index].abs()).max(rounding)
+    };
+    let shows = |&index: &usize| left[index].abs() > LEFT * TRIED && stays(index);
+    let force = |index: usize| left[index].abs() * auxiliary[index];
+    let most = (0..left.len()).filter(shows).map(force).fold(0.0, f64::max);
+    let kept = |&index: &usize| most > 0.0 && force(index) > LEFT * most && stays(index);
+    (0..left.len()).filter(kept).map(|index| held.members[index]).collect()
+}
+
+/// The strain that stands for the force tried on the member of this index.
+///
+/// Of no pattern: forces that are undetermined together are so in one proportion alone, and in a frame that needs no support their
+/// products with the lengths of its members add up to zero (Maxwell 1864), so that equal strains would show nothing of them.
+fn tried(index: usize) -> f64 {
+    // Multiples of the golden ratio leave parts that are spread as evenly as can be.
+    let part = (index as f64 * 0.618_033_988_749_894_9).fract();
+    let sign = if part < 0.5 { 1.0 } else { -1.0 };
+    sign * TRIED * (1.0 - part.min(1.0 - part))
+}
+
+/// The axial force of a member that no strain gives, if there is one.
+fn held_of<const D: usize>(system: &System<D>, member: MemberId) -> Option<HeldForce> {
+    let slot = &system.members.slots[member];
+    held_force(system.members.packs[slot.pack].as_ref(), slot.lane)
 }
 
 fn read<const D: usize>(system: &System<D>, members: &[MemberId], forces: &mut Vec<f64>) {
-    let force = |&member: &MemberId| {
-        let slot = &system.members.slots[member];
-        held_force(system.members.packs[slot.pack].as_ref(), slot.lane).map_or(0.0, |held| held.force)
-    };
+    let force = |&member: &MemberId| held_of(system, member).map_or(0.0, |held| held.force);
     forces.clear();
     forces.extend(members.iter().map(force));
 }

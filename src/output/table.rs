@@ -377,8 +377,8 @@ fn note_in_words(model: &Model, note: &Note) -> String {
             let names: Vec<String> = members.iter().map(|&member| shown(&model.members[member].name)).collect();
             format!(
                 "nothing determines the axial force of {}, which cannot be stretched and whose ends cannot come nearer: any \
-                 force that the joints pass on is in equilibrium, and what is shown, with the stability that depends on it, is \
-                 one of them. Let it be stretched, or let one end slide.",
+                 force that the joints pass on is in equilibrium, and what is shown, with the reactions and the stability that \
+                 depend on it, is one of them. Let it be stretched, or let one end slide.",
                 list(&names, MEMBERS)
             )
         }

@@ -74,6 +74,72 @@ fn the_force_of_a_bar_held_at_both_ends_is_undetermined() {
     assert!(step.notes.contains(&Note::Undetermined { members: vec![0] }), "{:?}", step.notes);
 }
 
+/// A braced frame on two clamps, or on a body at the end of a stalk that bends by 30°; with one bar less than `redundant` it is
+/// statically determinate.
+fn braced(on_a_stalk: bool, redundant: bool, soft: f64) -> String {
+    let [soft, stiff] =
+        [soft, 50.0].map(|bending| format!("{{ stiffness = {{ EI3 = {bending:e} }}, stretch = false }}"));
+    let foot = match on_a_stalk {
+        true => {
+            "supports.G = \"clamped\"\nrigid_bodies.base = { nodes = [\"P0\", \"P1\"] }\n\
+             members.stalk = { nodes = [\"G\", \"P0\"], section = \"stalk\" }\n"
+        }
+        false => "supports = { G = \"clamped\", P0 = \"clamped\", P1 = \"clamped\" }\n",
+    };
+    let last = if redundant { "members.f = { nodes = [\"P1\", \"P3\"], section = \"stiff\" }\n" } else { "" };
+    format!(
+        "format = \"pennate/1\"\ndimension = \"plane\"\n\
+         nodes = {{ G = [0, 0], P0 = [100, 0], P1 = [140, 0], P2 = [140, 40], P3 = [100, 40] }}\n\
+         sections.stalk = {{ stiffness = {{ EA = 1e4, EI3 = 100 }} }}\n\
+         sections.soft = {soft}\nsections.stiff = {stiff}\n\
+         members.b = {{ nodes = [\"P1\", \"P2\"], section = \"soft\" }}\n\
+         members.c = {{ nodes = [\"P2\", \"P3\"], section = \"stiff\" }}\n\
+         members.d = {{ nodes = [\"P3\", \"P0\"], section = \"stiff\" }}\n\
+         members.e = {{ nodes = [\"P0\", \"P2\"], section = \"soft\" }}\n{last}{foot}\
+         steps = [{{ force.P2 = [0, {load}] }}]\n",
+        load = if on_a_stalk { 1e-2 } else { 1e-6 },
+    )
+}
+
+/// Forces that are in equilibrium with each other are of one size in soft and in stiff members.
+#[test]
+fn forces_of_a_redundant_frame_are_undetermined_however_stiff_its_members_are_beside_each_other() {
+    for on_a_stalk in [false, true] {
+        for soft in [50.0, 5e-2, 5e-3] {
+            for redundant in [false, true] {
+                let model = read_text("frame.toml", &braced(on_a_stalk, redundant, soft), &[]).expect("a network");
+                let bars: Vec<_> = (0..model.members.len()).filter(|&id| model.members[id].name != "stalk").collect();
+                let solution =
+                    solve_to_accuracy(model, 1e-6, &Options::default(), &mut |_| true).expect("no mechanism");
+                let step = &solution.history.steps[0];
+                let case = format!("{on_a_stalk} {soft} {redundant}: {:?}", step.notes);
+                assert_eq!(step.status, Status::Converged, "{case}");
+                let named = step.notes.iter().find_map(|note| match note {
+                    Note::Undetermined { members } => Some(members),
+                    _ => None,
+                });
+                assert_eq!(named, redundant.then_some(&bars), "{case}");
+            }
+        }
+    }
+}
+
+/// Where a shallow arch of two bars buckles, next to nothing is needed to move it; two bars that meet at an angle determine their forces.
+#[test]
+fn forces_beside_a_singular_state_are_determined() {
+    let text = "format = \"pennate/1\"\ndimension = \"plane\"\n\
+                nodes = { P0 = [0, 0], P1 = [2.2378142327136006, -45.117514484312274], P2 = [0, -93.25803865732722] }\n\
+                sections.s = { stiffness.EI3 = 0.17844687922342464, stretch = false }\n\
+                members.a = { nodes = [\"P0\", \"P1\"], section = \"s\" }\n\
+                members.b = { nodes = [\"P1\", \"P2\"], section = \"s\" }\n\
+                supports = { P0 = \"clamped\", P2 = \"pinned\" }\n\
+                steps = [{ force.P1 = [-0.0003374248278649969, 9.261062799463998e-6] }]\n";
+    let model = read_text("arch.toml", text, &[]).expect("a network");
+    let solution = solve_to_accuracy(model, 1e-6, &Options::default(), &mut |_| true).expect("no mechanism");
+    let notes = &solution.history.steps[0].notes;
+    assert!(!notes.iter().any(|note| matches!(note, Note::Undetermined { .. })), "{notes:?}");
+}
+
 /// The wire gives way by less than the auxiliary stiffness of the bar does, down to a ten-thousandth of it: the force is that of
 /// the wire all the same, after few iterations.
 #[test]
