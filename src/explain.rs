@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 use pennate_analysis::accuracy::{Accuracy, Verdict};
 use pennate_analysis::solution::{Solution, fewest_digits, last_state, whole_digits};
 use pennate_models::Model;
-use pennate_models::model::Target;
+use pennate_models::model::{Member, Target};
 use pennate_solver::error::{Extent, FreeMotion, NearMotion, Place};
 use pennate_solver::history::{Cause, Failure, History, Note, Status, StepHistory};
-use pennate_solver::structure::{Change, NodeId};
+use pennate_solver::structure::{Branch, Change, Method, NodeId, Release};
 
 use crate::diagnostics::Message;
 use crate::output::loads;
@@ -305,9 +305,9 @@ fn describe(model: &Model, steps: &[StepHistory], index: usize, failure: &Failur
     let help = match step.prestress {
         Some(_) if failure.cause != Cause::Interrupted => Some(STRAINED.to_owned()),
         None if undecided.is_some() => Some(DECIDES.to_owned()),
-        _ => taut.as_ref().map_or_else(|| advice(failure, &place), |taut| Some(taut.help.clone())),
+        _ => taut.as_ref().map_or_else(|| advice(model, index, failure, &place), |taut| Some(taut.help.clone())),
     };
-    notes.extend(taut.map(|taut| taut.note).or(undecided).or_else(|| looks_like(failure.cause, &place)));
+    notes.extend(taut.map(|taut| taut.note).or(undecided).or_else(|| looks_like(model, index, failure.cause, &place)));
     notes.extend(worst_residual(model, failure));
     notes.extend(pushed_muscles(model, step));
     notes.extend(strains::tension(model, step));
@@ -342,7 +342,7 @@ fn node_name(model: &Model, node: NodeId) -> String {
     format!("node {}", shown(&model.nodes[node].name))
 }
 
-fn looks_like(cause: Cause, place: &str) -> Option<String> {
+fn looks_like(model: &Model, index: usize, cause: Cause, place: &str) -> Option<String> {
     Some(match cause {
         Cause::LimitPoint => format!(
             "the equilibrium path turns back there: beyond it no equilibrium lies near, and the network would snap; \
@@ -357,9 +357,7 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
         }
         Cause::Unbounded => "nothing holds the network beyond that point: its energy falls without bound".to_owned(),
         Cause::StepTooSmall => {
-            "Newton's iteration fails however small the step, though the stiffness is regular: the path may bend \
-             sharply there, as when a muscle kinks"
-                .to_owned()
+            format!("Newton's iteration fails however small the step{}", lost_way(model, index))
         }
         Cause::Endless => {
             "thousands of increments along the path do not lead there: it winds on, or closes to a loop; what it passed is listed"
@@ -379,17 +377,80 @@ fn looks_like(cause: Cause, place: &str) -> Option<String> {
     })
 }
 
-fn advice(failure: &Failure, place: &str) -> Option<String> {
+/// What may stop a step at which neither a limit point nor a bifurcation was seen, by what the step asks for and the network has.
+fn lost_way(model: &Model, index: usize) -> String {
+    let freed = let_go(model, index);
+    if !freed.is_empty() {
+        return format!(
+            ": the step lets go of {}, and without that a part may be loose, or come to rest only far away",
+            list(&freed, NAMES)
+        );
+    }
+    let turns = |member: &Member| member.releases.iter().any(|release| !matches!(release, Release::Welded));
+    let like = if model.members.iter().any(Member::is_muscle) {
+        "when a muscle kinks"
+    } else if !model.springs.is_empty() || model.members.iter().any(turns) {
+        "where parts that turn against each other come into one line"
+    } else {
+        "where a slender member snaps aside"
+    };
+    format!(", though the stiffness is regular: the path may bend sharply there, as {like}")
+}
+
+/// What a step lets go of: components and their nodes.
+fn let_go(model: &Model, index: usize) -> Vec<String> {
+    let changes = model.steps.get(index).map_or(&[][..], |step| &step.changes);
+    let freed = |change: &Change| match *change {
+        Change::Free { node, component } => Some(format!("{} of {}", COMPONENTS[component], node_name(model, node))),
+        _ => None,
+    };
+    changes.iter().filter_map(freed).collect()
+}
+
+/// How a step might ask to go on from a singular point where it stops, besides what it asks for already.
+fn ways_on(model: &Model, index: usize, cause: Cause) -> Vec<&'static str> {
+    let asked = model.steps.get(index);
+    let method = asked.map_or(Method::Newton, |step| step.method);
+    let mut ways = Vec::new();
+    if method != Method::Jump {
+        ways.push("method = \"jump\" goes on to the next stable equilibrium");
+    }
+    let bifurcates = cause == Cause::Bifurcation;
+    if bifurcates && asked.is_none_or(|step| step.branch == Branch::Stable) {
+        ways.push("branch = \"primary\" follows the unstable path");
+    } else if method != Method::ArcLength && let_go(model, index).is_empty() {
+        // Along the arc nothing can be let go of.
+        ways.push(if bifurcates {
+            "method = \"arc_length\" looks for it along its arc"
+        } else {
+            "method = \"arc_length\" follows the path past this point"
+        });
+    }
+    ways
+}
+
+fn advice(model: &Model, index: usize, failure: &Failure, place: &str) -> Option<String> {
+    let asked = model.steps.get(index);
     Some(match failure.cause {
-        Cause::LimitPoint => format!(
-            "method = \"jump\" goes on to the next stable equilibrium, method = \"arc_length\" follows the path past this \
-             point; or ask for less in this step, or prescribe a displacement, for example of {place}, instead of the load"
-        ),
-        Cause::Bifurcation => format!(
-            "no stable branch leads on from there: method = \"jump\" goes on to the next stable equilibrium, branch = \
-             \"primary\" follows the unstable path; a small imperfection, such as an offset of {place} by a thousandth of \
-             the length, shows what the real network does before"
-        ),
+        Cause::LimitPoint => {
+            let ways = ways_on(model, index, failure.cause);
+            let before = if ways.is_empty() { String::new() } else { format!("{}; or ", ways.join(", ")) };
+            format!(
+                "{before}ask for less in this step, or prescribe a displacement, for example of {place}, instead of the load"
+            )
+        }
+        Cause::Bifurcation => {
+            let what = match asked.map(|step| step.branch) {
+                Some(Branch::Primary) => "the unstable path that branch = \"primary\" asks for was not found beyond this point",
+                _ => "no stable branch leads on from there",
+            };
+            let ways = ways_on(model, index, failure.cause);
+            let ways = if ways.is_empty() { String::new() } else { format!(": {}", ways.join(", ")) };
+            format!(
+                "{what}{ways}; a small imperfection, such as an offset of {place} by a thousandth of the length, shows what \
+                 the real network does before"
+            )
+        }
         Cause::SidewaysBifurcation => {
             "set dimension = \"space\" and give a small force or offset out of the plane, which leads onto the stable \
              branch; dimension = \"plane\" if something holds the network in its plane"
@@ -397,6 +458,11 @@ fn advice(failure: &Failure, place: &str) -> Option<String> {
         }
         Cause::Unbounded => {
             "a support, a spring or a stop is missing, or the load grows beyond what the network can carry in any shape"
+                .to_owned()
+        }
+        Cause::StepTooSmall if !let_go(model, index).is_empty() => {
+            "hold what is loose by a support, a spring or a member, or take it back by a prescribed displacement in place \
+             of free"
                 .to_owned()
         }
         Cause::StepTooSmall => {
@@ -411,6 +477,9 @@ fn advice(failure: &Failure, place: &str) -> Option<String> {
         }
         Cause::Overheld { .. } => {
             format!("let {place} be stretched (leave out stretch = false), or let one of its ends slide along it")
+        }
+        Cause::Endless | Cause::LeadsAway if asked.is_some_and(|step| step.method == Method::Jump) => {
+            "ask for less in this step; the last limit points say what the network carries along this path".to_owned()
         }
         Cause::Endless | Cause::LeadsAway => {
             "method = \"jump\" goes on from each limit point to the next stable equilibrium; the last limit \

@@ -1,5 +1,6 @@
 //! The program: arguments, files, faults, sweeps and fits.
 
+mod advice;
 mod faults;
 mod files;
 mod fit;
