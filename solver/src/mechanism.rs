@@ -7,7 +7,7 @@ use pennate_elements::small::{add, axpy, cross, dot, norm, scale, sub};
 
 use crate::error::{Extent, FreeMotion, NearMotion, Place};
 use crate::joints::Idle;
-use crate::structure::Spring;
+use crate::structure::{NodeId, Spring};
 use crate::system::System;
 
 /// Stiffness of a motion over that of its components one by one, below which it is free.
@@ -23,7 +23,69 @@ const CENTRES: usize = 20;
 
 /// Free motions of the system at its last assembly.
 pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
+    let found = null_space(system);
     let mut motions = released(system);
+    motions.extend(readable(system, &found));
+    motions
+}
+
+/// The free motions, at the last assembly, of single joints about what they hang on: however far they go they move no end of a member
+/// and no node of a spring, so that no prestress resists them.
+pub(crate) fn free_in_place<const D: usize>(system: &mut System<D>) -> Vec<FreeMotion> {
+    let candidates = turns_in_place(system);
+    if candidates.is_empty() {
+        return Vec::new();
+    }
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for x in null_space(system) {
+        basis.extend(beside(&flat(system, &system.pattern.motions_of(&x)), &basis, 0.0));
+    }
+    let is_free = |row: &Vec<f64>| beside(row, &basis, OUTSIDE).is_none();
+    candidates.into_iter().filter(|(row, _)| is_free(row)).map(|(_, motion)| motion).collect()
+}
+
+/// Turns of single joints, in the order of [`flat`], that move nothing that members and springs hang on: about the only place where any
+/// of them do, or about the line through all of these.
+fn turns_in_place<const D: usize>(system: &System<D>) -> Vec<(Vec<f64>, FreeMotion)> {
+    let (structure, topology) = (&system.structure, &system.topology);
+    let members = structure.members.iter().flat_map(|member| member.nodes);
+    let springs = structure.springs.iter().flat_map(|spring| spring.nodes().iter().copied());
+    let mut hung: Vec<Vec<NodeId>> = vec![Vec::new(); topology.references.len()];
+    members.chain(springs).for_each(|node| hung[topology.links[node].joint].push(node));
+    let near = 1e-9 * system.size;
+    let mut turns = Vec::new();
+    for (joint, nodes) in hung.iter().enumerate() {
+        // What has no spin of its own makes none.
+        let (Some(&first), Idle::None) = (nodes.first(), topology.idle[joint]) else { continue };
+        let centre = structure.nodes[first];
+        let arms: Vec<[f64; 3]> = nodes.iter().map(|&node| sub(structure.nodes[node], centre)).collect();
+        let longest = arms.iter().copied().fold([0.0; 3], |a, b| if norm(b) > norm(a) { b } else { a });
+        let axes = if norm(longest) <= near {
+            vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        } else {
+            vec![scale(1.0 / norm(longest), longest)]
+        };
+        for axis in axes {
+            let in_plane = D != 3 || norm(sub(axis, [0.0, 0.0, 1.0])) == 0.0;
+            if !in_plane || arms.iter().any(|&arm| norm(cross(axis, arm)) > near) {
+                continue;
+            }
+            let reference = topology.references[joint];
+            let shift = scale(1.0 / system.size, cross(axis, sub(structure.nodes[reference], centre)));
+            let mut row = vec![0.0; 6 * hung.len()];
+            row[6 * joint..6 * joint + 6].copy_from_slice(&[shift, axis].concat());
+            let place = Place::Node(first);
+            let nodes = vec![reference];
+            let motion =
+                FreeMotion { place, direction: axis, turns: true, nodes, extent: Extent::Local, about: Some(first) };
+            turns.push((row, motion));
+        }
+    }
+    turns
+}
+
+/// A basis of the motions of the equations that need no force at the last assembly.
+fn null_space<const D: usize>(system: &mut System<D>) -> Vec<Vec<f64>> {
     let size = system.tangent.linear.size();
     let original = system.tangent.linear.values.clone();
     let doubt = system.rounded_stiffness();
@@ -54,8 +116,7 @@ pub(crate) fn free_motions<const D: usize>(system: &mut System<D>) -> Vec<FreeMo
         found.push(x);
     }
     system.tangent.linear.values = original;
-    motions.extend(readable(system, &found));
-    motions
+    found
 }
 
 /// What rounding may have taken from the stiffness of a motion.

@@ -1,6 +1,8 @@
 //! Networks that are loose where they are drawn, and a prestress that comes in before their first step.
 
 use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_models::{Mesh, discretize};
+use pennate_solver::error::SolveError;
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;
 use pennate_testing::network::model;
@@ -43,4 +45,35 @@ fn a_prestress_in_balance_holds_no_mechanism() {
         Err((_, error)) => error.to_string(),
     };
     assert!(error.contains("mechanism"), "{error}");
+}
+
+/// A lever that a rod ends in with a pin turns about that pin, and a spring on the pin does not feel it. One that draws the tip of the
+/// lever on along its line holds it, but for the turn about that line.
+#[test]
+fn what_turns_about_the_place_it_hangs_on_is_held_by_no_prestress() {
+    let lever = |dimension: &str, spring: &str| {
+        let text = format!(
+            "format = 'pennate/1'\ndimension = '{dimension}'\nnodes = {{ A = [0, 0], B = [60, 0], T = [60, 30], D = [60, 80] }}\n\
+             sections.s.stiffness = {{ EA = 2e4, GJ = 2e4, EI2 = 2e4, EI3 = 2e4 }}\n\
+             members.ab = {{ nodes = ['A', 'B'], section = 's', release.end = 'pin' }}\n\
+             rigid_bodies.lever = {{ nodes = ['B'], reference = 'T' }}\nsupports = {{ A = 'clamped', D = 'clamped' }}\n\
+             springs.k = {{ nodes = ['{spring}', 'D'], stiffness = 0.1, natural_length = 40 }}\n\
+             steps = [{{ force.B = [1e-3, 0] }}]\n"
+        );
+        let read = model(&text);
+        let (structure, steps) = discretize(&read, &Mesh::initial(&read, 1e-6));
+        let at_rest = pennate_solver::free_motions(&structure, &steps).len();
+        let free = match solve_to_accuracy(read, 1e-6, &Options::default(), &mut |_| true) {
+            Ok(solution) => {
+                assert_eq!(solution.history.steps[0].status, Status::Converged);
+                0
+            }
+            Err((_, SolveError::Mechanism(motions))) => motions.len(),
+        };
+        (at_rest, free)
+    };
+    assert_eq!(lever("space", "B"), (3, 3));
+    assert_eq!(lever("space", "T"), (1, 1));
+    assert_eq!(lever("plane", "B"), (1, 1));
+    assert_eq!(lever("plane", "T"), (0, 0));
 }

@@ -149,7 +149,7 @@ impl<const D: usize> Continuation<'_, D> {
     /// Motions that the unloaded structure can make without force, with what the first step holds in place.
     ///
     /// Springs that are stretched or compressed from the start may hold a network that is loose without them: such a network is
-    /// looked at once they are in place.
+    /// looked at once they are in place, but for what turns about the place that it hangs on, which none of them feels.
     pub fn free_motions(&mut self, steps: &[Step]) -> Vec<FreeMotion> {
         let prestressed = self.is_prestressed();
         let wants_near = self.options.near_motion;
@@ -157,7 +157,7 @@ impl<const D: usize> Continuation<'_, D> {
         let (free, near) = self.look_at_rest(steps, &mut |system, at_rest| match at_rest.idle + at_rest.negative {
             count if prestressed => {
                 is_loose = count > 0 || system.hides_signs_at_rest(at_rest);
-                (Vec::new(), None)
+                (if is_loose { mechanism::free_in_place(system) } else { Vec::new() }, None)
             }
             // What rounding explains of a stiffness is none.
             0 if !system.hides_signs_at_rest(at_rest) => {
