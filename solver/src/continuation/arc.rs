@@ -67,8 +67,9 @@ pub(super) struct ByArc {
     pub again: usize,
     /// Increments that are left.
     left: usize,
-    /// The increments by the fraction that the search interrupted, the count there, and how they end if it finds nothing.
-    pub suspended: Option<(ByFraction, Count, Ending)>,
+    /// The increments by the fraction that the search interrupted, the count there, and how they end if it finds nothing; they go on
+    /// where nothing has stopped them.
+    pub suspended: Option<(ByFraction, Count, Option<Ending>)>,
 }
 
 /// An increment along the arc that was accepted.
@@ -455,7 +456,7 @@ impl<const D: usize> Continuation<'_, D> {
             }
             Purpose::Jump => Next::End(self.end_lost(run, by.fraction, &lost)),
             Purpose::Search => {
-                if let (Why::Overheld(_), Some((.., ending))) = (lost.why, &mut by.suspended) {
+                if let (Why::Overheld(_), Some((.., Some(ending)))) = (lost.why, &mut by.suspended) {
                     // What changed signs on the way was the force of this member, which grows without end.
                     *ending = self.ending_of([ending.failure.tried; 2], &lost, false);
                 }
@@ -466,7 +467,17 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// Ends a ramp whose search found nothing: the state that it began at is what is sure.
     fn end_search(&mut self, run: &mut Run<'_>, by: &mut ByArc) -> Next {
-        let Some((fraction, count, ending)) = by.suspended.take() else { return Next::GoOn };
+        let Some((mut fraction, count, ending)) = by.suspended.take() else { return Next::GoOn };
+        let Some(ending) = ending else {
+            // No fold can be told where one was foretold: on from where the arc led to.
+            self.system.restore(&self.last);
+            let onward = by.fraction - by.before;
+            if by.last.is_some() {
+                let next = onward.max(self.tuning.shortest * fraction.whole);
+                fraction.begin_again(by.fraction, next, (onward > 0.0).then_some(onward));
+            }
+            return Next::By(Control::Fraction(fraction));
+        };
         Next::End(self.end_short(run, fraction.fraction, count, ending))
     }
 

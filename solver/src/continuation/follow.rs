@@ -104,6 +104,7 @@ impl<const D: usize> Continuation<'_, D> {
         };
         loop {
             let next = match &mut control {
+                Control::Fraction(by) if by.is_before_a_fold(&self.tuning) => self.look_for_fold(run, by),
                 Control::Fraction(by) => match self.increment_by_fraction(run, by) {
                     Tried::Accepted(increment) => self.advance_by_fraction(run, by, increment),
                     Tried::Lost(ending) => self.search(run, by, ending),

@@ -7,6 +7,7 @@
 
 use super::arc::Purpose;
 use super::follow::{Control, Next, Run, Tried};
+use super::foretold::{Foretold, Slope};
 use super::passage::{HALF_A_TURN, Passage};
 use super::record::Ending;
 use super::touching::Between;
@@ -48,6 +49,10 @@ pub(super) struct ByFraction {
     answer: Option<Answer>,
     /// Whether it became softer in the last increment.
     softens: bool,
+    /// How it goes on, where that foretells a fold, until that was looked for.
+    fold: Option<Foretold>,
+    /// How the stiffness changed in the last increment, where that is known.
+    slope: Option<Slope>,
 }
 
 /// An increment that is tried: its length, where it leads to, what the state there is for, and how far each part of the
@@ -105,7 +110,14 @@ impl ByFraction {
             overheld: None,
             answer,
             softens: false,
+            fold: None,
+            slope: None,
         }
+    }
+
+    /// Whether the next increment would go beyond a fold that is foretold too near for a shorter one.
+    pub(super) fn is_before_a_fold(&self, tuning: &Tuning) -> bool {
+        self.fold.is_some_and(|fold| fold.ahead < self.length.min(tuning.bracket * self.whole))
     }
 
     /// The next increment, one that would leave next to nothing of the ramp drawn out to its end, and that leads to the next of
@@ -118,6 +130,8 @@ impl ByFraction {
             .map(|landmark| landmark - self.fraction)
             .find(|&ahead| ahead > options.tuning.shortest * self.whole);
         let length = length.min(ahead.unwrap_or(left));
+        let fold = self.fold.map(|fold| fold.longest(&options.tuning).max(options.tuning.bracket * self.whole));
+        let length = length.min(fold.unwrap_or(left));
         let target = if self.fraction + length >= 1.0 - 1e-12 { 1.0 } else { self.fraction + length };
         let aim = match target {
             _ if options.rough => Aim::Rough,
@@ -147,6 +161,17 @@ impl ByFraction {
         let stiffness = [&increment.answer, &self.answer].map(|answer| answer.as_ref().map(Answer::stiffness));
         // Stiffness that hardly changes says nothing.
         self.softens = matches!(stiffness, [Some(here), Some(last)] if here < (1.0 - tuning.near) * last);
+        let before = self.slope.take();
+        self.fold = None;
+        if let [Some(here), Some(last)] = stiffness {
+            let slope = Slope::of(last, here, increment.length);
+            // Where the extrapolation is the state the path is straight: what comes near is a bifurcation, if anything.
+            let is_straight = missed.is_some_and(|missed| missed <= tuning.shortest);
+            if self.softens && !is_straight {
+                self.fold = before.and_then(|before| Foretold::by(here, [before, slope]));
+            }
+            self.slope = Some(slope);
+        }
         self.answer = increment.answer.take();
     }
 
@@ -163,6 +188,8 @@ impl ByFraction {
         self.foresees_buckling = false;
         self.answer = None;
         self.softens = false;
+        self.fold = None;
+        self.slope = None;
     }
 
     /// Near a fold the state moves ever faster with the loads.
@@ -338,7 +365,18 @@ impl<const D: usize> Continuation<'_, D> {
         let reach = 0.5 * self.tuning.bracket * by.whole;
         let arc = self.arc_from_last(run, by.fraction, reach, Purpose::Search);
         let Some(mut arc) = arc else { return Next::End(self.end_short(run, by.fraction, self.base, ending)) };
-        arc.suspended = Some((by.clone(), self.base, ending));
+        arc.suspended = Some((by.clone(), self.base, Some(ending)));
+        Next::By(Control::Arc(Box::new(arc)))
+    }
+
+    /// Looks for a fold that is foretold, along the arc of the path, which goes on by the fraction where there is none.
+    pub(super) fn look_for_fold(&mut self, run: &mut Run<'_>, by: &mut ByFraction) -> Next {
+        let Some(Foretold { ahead, .. }) = by.fold.take() else { return Next::GoOn };
+        let reach = ahead.min(0.5 * self.tuning.bracket * by.whole);
+        #[cfg(feature = "trace")]
+        eprintln!("at {:.6e} a fold is foretold {ahead:.2e} ahead", by.fraction);
+        let Some(mut arc) = self.arc_from_last(run, by.fraction, reach, Purpose::Search) else { return Next::GoOn };
+        arc.suspended = Some((by.clone(), self.base, None));
         Next::By(Control::Arc(Box::new(arc)))
     }
 
@@ -431,7 +469,7 @@ impl<const D: usize> Continuation<'_, D> {
         let missed = self.system.moves.first_own;
         let first_moves = self.system.moves.first_by_part.clone();
         let foreseen = if predicted { &trial.foreseen } else { &first_moves };
-        let mut answer = if trial.target < 1.0 { self.system.answer() } else { None };
+        let mut answer = if trial.target < 1.0 || by.fold.is_some() { self.system.answer() } else { None };
         let shorter = |floor: f64| Judged::TooLong((tuning.shorter * step).max(0.9 * floor));
         // So near to a singular point the sign of its stiffness is noise, and which of the branches that meet there the iteration
         // came out on is chance: no place to end an increment at.
@@ -454,13 +492,16 @@ impl<const D: usize> Continuation<'_, D> {
         let guarded = self.loses_stability(&count);
         let moved = self.system.distances(&self.last);
         let ratio = predicted.then_some(step / by.last_length);
+        let stiffness = [&by.answer, &answer].map(|answer| answer.as_ref().map(Answer::stiffness));
+        let stiffens = matches!(stiffness, [Some(last), Some(here)] if here > tuning.longer.sqrt() * last);
+        let softens = by.softens || stiffens;
         let passage = Passage {
             last: &self.last,
             before: ratio.map(|ratio| (&self.before, ratio)),
             ramp: Some(run.ramp),
             ends,
             negative: self.base.own,
-            softens: by.softens,
+            softens,
             found,
             moved: &moved,
             foreseen,
@@ -470,8 +511,8 @@ impl<const D: usize> Continuation<'_, D> {
             "iterations {} contraction {:.1e} missed {missed:.1e} stiffness {:?} to {:?}, quick {}",
             found.iterations,
             found.contraction,
-            by.answer.as_ref().map(|answer| answer.stiffness()),
-            answer.as_ref().map(|answer| answer.stiffness()),
+            stiffness[0],
+            stiffness[1],
             passage.is_quick(&tuning),
         );
         let mut doubtful = passage.leapt(&tuning);
@@ -503,7 +544,14 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let looks = steady && met.is_none() && step > shortest && !guarded && !doubtful && !aside;
         if looks && may_have_passed {
-            aside = too_hard || self.swings_between(run, ends, ratio, (found, by.softens), (&moved, foreseen));
+            aside = too_hard || self.swings_between(run, ends, ratio, (found, softens), (&moved, foreseen));
+        }
+        if met.is_none()
+            && step > shortest
+            && let Some((fold, end)) = by.fold.zip(answer.as_ref())
+            && fold.is_missed(step, end.stiffness(), &tuning)
+        {
+            return shorter(shortest);
         }
         let flipped = !conservative && count.odd != self.base.odd;
         let rose = !conservative && count.own > self.base.own;

@@ -31,6 +31,7 @@ mod direction;
 mod distance;
 mod events;
 mod follow;
+mod foretold;
 mod fraction;
 mod held;
 mod inside;

@@ -48,8 +48,8 @@ pub struct Passage<'a> {
     pub ends: [f64; 2],
     /// Directions in which the state that it began at is unstable.
     pub negative: usize,
-    /// Whether the network became softer on the way to the state that it began at: there may be a limit point ahead, and other paths that
-    /// come near it.
+    /// Whether the network became softer on the way to the state that it began at, or much stiffer since: there may be a limit point
+    /// between, and other paths that come near it.
     pub softens: bool,
     /// The iteration.
     pub found: Convergence,
