@@ -1,6 +1,7 @@
 //! Networks that are loose where they are drawn, and a prestress that comes in before their first step.
 
 use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::solution::Solution;
 use pennate_models::{Mesh, discretize};
 use pennate_solver::error::SolveError;
 use pennate_solver::history::Status;
@@ -76,4 +77,24 @@ fn what_turns_about_the_place_it_hangs_on_is_held_by_no_prestress() {
     assert_eq!(lever("space", "T"), (1, 1));
     assert_eq!(lever("plane", "B"), (1, 1));
     assert_eq!(lever("plane", "T"), (0, 0));
+}
+
+/// Where the first step holds what the prestress brought somewhere, elements of the next order come somewhere else, and that is the error.
+#[test]
+fn the_error_of_a_prestress_is_that_of_what_is_held_where_it_came_to() {
+    let text = "format = 'pennate/1'\ndimension = 'plane'\nnodes = { A = [0, 0], B = [100, 0], P = [120, 60] }\n\
+                sections.s.stiffness = { EA = 4e4, EI3 = 2e4 }\nmembers.beam = { nodes = ['A', 'B'], section = 's' }\n\
+                supports = { A = 'clamped', P = 'pinned' }\n\
+                springs.pull = { nodes = ['B', 'P'], stiffness = 1, natural_length = 20 }\n\
+                [[steps]]\nhold.B = ['ux', 'uy', 'rz']\n";
+    let solve = |asked: f64| {
+        let options = Options { estimate: true, ..Options::default() };
+        solve_to_accuracy(model(text), asked, &options, &mut |_| true).unwrap_or_else(|(_, error)| panic!("{error}"))
+    };
+    let (rough, exact) = (solve(1e-3), solve(1e-11));
+    let end = |solution: &Solution| solution.history.steps[0].increments.last().expect("a state").state.nodes[1];
+    let [rough_end, exact_end] = [&rough, &exact].map(end);
+    let error = (rough_end.rotation_total - exact_end.rotation_total).abs() / exact_end.rotation_total;
+    let estimated = rough.accuracy.estimated.expect("an estimate");
+    assert!(0.5 * error < estimated && estimated < 2.0 * error, "{estimated:e}, should be {error:e}");
 }

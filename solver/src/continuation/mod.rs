@@ -249,7 +249,14 @@ impl<'a, const D: usize> Continuation<'a, D> {
             }
             let mut watch = |fraction: f64| observe(&Progress { step: index, steps: total, fraction });
             if index == 0 {
+                let brings_prestress = self.is_prestressed() && self.system.loading.prestress < 1.0;
                 self.begin_first(steps, &mut record, &mut watch, &mut so_far);
+                // Elements of the next order come somewhere else by the prestress than these, and are held there.
+                if brings_prestress && self.beginning.is_some() && self.options.estimate && !self.options.rough {
+                    let start = (self.options.clock)();
+                    self.refined_stands = self.refine().is_some();
+                    history.estimate += (self.options.clock)().saturating_sub(start);
+                }
             }
             if let Some(step) = steps.get(index).filter(|_| so_far.going) {
                 self.follow_step(index, steps, step, &mut record, &mut watch, &mut so_far);
