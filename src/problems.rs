@@ -33,9 +33,11 @@ pub fn reason(problem: &Problem, reason: &Reason) -> String {
             let how = status_name(*status).replace('_', " ");
             format!("step '{}' ends at {} of its ramp: {how}", step(*index), percent(*fraction))
         }
-        Reason::Singular { step: index } => {
+        Reason::Singular { step: index, begins } => {
+            let place = if *begins { "where step" } else { "at the end of step" };
+            let begins = if *begins { " begins" } else { "" };
             format!(
-                "the stiffness at the end of step '{}' is singular, or so nearly that there is no derivative",
+                "the stiffness {place} '{}'{begins} is singular, or so nearly that there is no derivative",
                 step(*index)
             )
         }

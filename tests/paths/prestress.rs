@@ -1,8 +1,9 @@
 //! Networks that are loose where they are drawn, and a prestress that comes in before their first step.
 
 use pennate_analysis::accuracy::solve_to_accuracy;
+use pennate_analysis::problem::{Problem, Reason};
 use pennate_analysis::solution::Solution;
-use pennate_models::{Mesh, discretize};
+use pennate_models::{Document, Mesh, discretize};
 use pennate_solver::error::SolveError;
 use pennate_solver::history::Status;
 use pennate_solver::options::Options;
@@ -97,4 +98,22 @@ fn the_error_of_a_prestress_is_that_of_what_is_held_where_it_came_to() {
     let error = (rough_end.rotation_total - exact_end.rotation_total).abs() / exact_end.rotation_total;
     let estimated = rough.accuracy.estimated.expect("an estimate");
     assert!(0.5 * error < estimated && estimated < 2.0 * error, "{estimated:e}, should be {error:e}");
+}
+
+/// A lever upright over its pin, which a spring from its tip to a point as far below the pin draws down and a spring aside holds, by a
+/// ten-millionth more than it has to: where the first step begins, and holds the tip, nothing tells how far a point aside draws it.
+#[test]
+fn a_prestress_that_ends_beside_a_singular_state_leaves_no_derivatives() {
+    let text = "format = 'pennate/1'\ndimension = 'plane'\nparameters.aside = 0\n\
+                nodes = { A = [0, 0], B = [0, 100], P = ['= aside', -100] }\nsupports = { A = 'pinned', P = 'pinned' }\n\
+                rigid_bodies.lever = { nodes = ['B'], reference = 'A' }\n\
+                springs.pull = { nodes = ['B', 'P'], stiffness = 0.01, natural_length = 0 }\n\
+                springs.side = { node = 'B', stiffness.ux = 0.010000001 }\n\
+                [[steps]]\nname = 'first'\nhold.B = ['ux']\n[probes]\nux = { node = 'B', displacement = 'ux' }\n";
+    let problem = Problem::new(&Document::from_text("lever.toml", text), &[], &["aside"], &["ux"], 1e-6);
+    let problem = problem.expect("a problem");
+    let found = problem.gradient(&problem.middle());
+    let Some(why @ Reason::Singular { step: 0, begins: true }) = &found.reasons[0] else { panic!("{found:?}") };
+    let words = pennate::problems::reason(&problem, why);
+    assert!(words.contains("where step 'first' begins"), "{words}");
 }

@@ -227,7 +227,7 @@ impl Slopes<'_> {
         let adjoints: Option<Vec<(Joints, Joints)>> =
             plain.iter().map(|(_, read)| adjoint_of(system, &read.weights, moves)).collect();
         system.tangent.transpose();
-        let Some(adjoints) = adjoints else { return Some(Err(Reason::Singular { step: stage.step() })) };
+        let Some(adjoints) = adjoints else { return Some(Err(stage.singular())) };
         let inputs = self.row.len();
         let mut slopes = vec![f64::NAN; count * inputs];
         loop {

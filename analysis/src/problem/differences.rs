@@ -222,7 +222,7 @@ impl Slopes<'_> {
             }
             found[quantity] = Estimate::NONE;
             if matters(quantity) {
-                reason = reason.or_else(|| Some(self.doubt(stage.step(), quantity, jumps[quantity].is_some())));
+                reason = reason.or_else(|| Some(self.doubt(stage, quantity, jumps[quantity].is_some())));
             }
         }
         Ok((found, reason))
@@ -253,18 +253,18 @@ impl Slopes<'_> {
             (_, one, _) if last && neighbours(2.0 * by).is_ok_and(|(_, two, _)| two < AS_MUCH * one) => {
                 Err(Reason::NoDerivative { output: self.output_after(index) })
             }
-            _ => Err(Reason::Singular { step: index }),
+            _ => Err(stage.singular()),
         };
         Ok(Around { apart, near: pair(apart)?, far: pair(2.0 * apart)?, beyond: pair(4.0 * apart).ok() })
     }
 
     /// Why a derivative is not to be trusted: there is a corner, or what is greatest somewhere may have one.
-    fn doubt(&self, index: usize, quantity: usize, is_corner: bool) -> Reason {
+    fn doubt(&self, stage: Stage, quantity: usize, is_corner: bool) -> Reason {
         let probes = &self.design.model.probes;
         if is_corner || quantity < probes.len() && !probes.kind(quantity).is_asked() {
-            Reason::NoDerivative { output: self.output_of(index, quantity) }
+            Reason::NoDerivative { output: self.output_of(stage.step(), quantity) }
         } else {
-            Reason::Singular { step: index }
+            stage.singular()
         }
     }
 
@@ -297,7 +297,7 @@ impl Slopes<'_> {
         system.adopt(known);
         system.loading.auxiliary = known.loading.auxiliary;
         system.stand_at_end(known, held, &drives);
-        let (moved, near) = neighbour::approach(&mut system, known).ok_or(Reason::Singular { step: stage.step() })?;
+        let (moved, near) = neighbour::approach(&mut system, known).ok_or(stage.singular())?;
         let settled = neighbour::polish(&mut system) && near;
         let state = neighbour::read(&mut system);
         let mut values = self.probes(&model, state, &[]);

@@ -113,6 +113,8 @@ pub enum Reason {
     Singular {
         /// The step.
         step: usize,
+        /// Whether it is so where that begins, before it has gone anywhere.
+        begins: bool,
     },
     /// A moment at the end of this step is taken by nothing ([`pennate_solver::history::Note::Untaken`]): values are those of a state that is no
     /// equilibrium, and have no derivatives.

@@ -45,6 +45,11 @@ impl Stage {
     pub(super) fn step(self) -> usize {
         self.behind().saturating_sub(1)
     }
+
+    /// Its tangent is singular, or so nearly that there are no derivatives.
+    pub(super) fn singular(self) -> Reason {
+        Reason::Singular { step: self.step(), begins: self == Self::Beginning }
+    }
 }
 
 /// What holds a component at the end of a step, where it is not a support at rest.
