@@ -195,12 +195,27 @@ pub enum Note {
     /// Elements of the next order lose stability where these do not, or the other way round, or lose most of the stiffness that is
     /// left: the end of a step is nearer to a singular state than these can tell.
     TooCoarse,
+    /// So many motions are unstable that what was passed was counted, and not located.
+    Crowded(Crowded),
     /// Small vibrations about the end of a step are not known: elements of another order, or a smaller space of motions, has others.
     VibrationsUnknown,
     /// Stability could only be judged in the plane: the supports do not hold the network out of it.
     StabilityInPlane,
     /// Stability could only be judged in the plane: a moment about z has no potential for rotations out of it.
     NoPotentialOutOfPlane,
+}
+
+/// Singular points of a step that were counted, and not located.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crowded {
+    /// Pivots that changed their signs.
+    pub changes: usize,
+    /// Fractions of the ramp of the step between which they did.
+    pub from: f64,
+    /// The second.
+    pub to: f64,
+    /// Negative pivots on elements of the next order at the end of the step, where they are others.
+    pub other: Option<usize>,
 }
 
 /// A converged increment.

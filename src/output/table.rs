@@ -429,6 +429,21 @@ fn note_in_words(model: &Model, note: &Note) -> String {
             "elements of the next order have another verdict on the end: it is nearer to a singular state than the mesh can tell."
                 .to_owned()
         }
+        Note::Crowded(crowd) => {
+            let on_others = match crowd.other {
+                Some(other) => format!(
+                    "; at the end elements of the next order, which bend in shorter waves, have {}, and finer ones others again",
+                    counted(other, "negative pivot")
+                ),
+                None => String::new(),
+            };
+            format!(
+                "{} of stability between {} and {} that are not located one by one, since many motions are unstable there already{on_others}.",
+                counted(crowd.changes, "change"),
+                percent(crowd.from),
+                percent(crowd.to)
+            )
+        }
         Note::VibrationsUnknown => {
             "small vibrations about the end differ from one mesh to the next: whether it is stable is not known.".to_owned()
         }

@@ -2,7 +2,7 @@
 
 use pennate_analysis::accuracy::solve_to_accuracy;
 use pennate_models::read_text;
-use pennate_solver::history::{CriticalKind, Status};
+use pennate_solver::history::{CriticalKind, Note, Status};
 use pennate_solver::options::Options;
 
 use super::critical_points::{assert_load, last_displacement, reference, solve};
@@ -261,4 +261,39 @@ fn a_clamped_column_buckles_between_its_ends() {
     let state = &step.increments.last().expect("a state").state;
     assert_load(-state.nodes[1].reaction_force[0], 41.103135822);
     assert_eq!(state.members.len(), 1);
+}
+
+/// A thin column that is pushed straight by a quarter of its length, and let go, passes its n-th critical load at n² of the first, some 450
+/// of them, and more of them on every finer mesh than on the one before. With EA = GA the n-th is n² π² EI / L² exactly.
+#[test]
+fn of_hundreds_of_critical_loads_the_first_are_located() {
+    let first = (std::f64::consts::PI / 100.0).powi(2) * 0.04 / (32.0 * 0.25);
+    for method in ["newton", "jump"] {
+        let text = format!(
+            "format = 'pennate/1'\ndimension = 'plane'\nnodes = {{ A = [0, 0], B = [0, 100] }}\n\
+             sections.s.stiffness = {{ EA = 32, GA2 = 32, EI3 = 0.04 }}\n\
+             members.m = {{ nodes = ['A', 'B'], section = 's' }}\nsupports = {{ A = 'pinned', B = ['ux'] }}\n\
+             [[steps]]\ndisplacement.B.uy = -25\nmethod = '{method}'\nbranch = 'primary'\n\
+             [[steps]]\nfree.B = ['uy']\nbranch = 'primary'\n"
+        );
+        let model = read_text("column.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let options = Options { estimate: true, ..Options::default() };
+        let solution = solve_to_accuracy(model, 1e-6, &options, &mut |_| true).expect("no mechanism");
+        let [pushed, released] = &solution.history.steps[..] else { panic!("two steps") };
+        assert_eq!([pushed.status, released.status], [Status::Converged; 2]);
+        assert_eq!([pushed.stable, released.stable], [Some(false), Some(true)]);
+        for step in [pushed, released] {
+            let counted = step.notes.iter().find_map(|note| match note {
+                Note::Crowded(crowd) => Some(crowd.changes),
+                _ => None,
+            });
+            assert_eq!(counted.map(|counted| step.critical_points.len() + counted), Some(pushed.negative_pivots));
+        }
+        assert!(pushed.critical_points.len() >= 10 && pushed.factorizations < 5_000, "{}", pushed.factorizations);
+        for (point, n) in pushed.critical_points.iter().zip(1..) {
+            let error = (point.fraction - first * f64::from(n * n)).abs();
+            let stated = point.error.map(|stated| stated.max(1e-9 * point.fraction));
+            assert!(stated.is_some_and(|stated| error <= 2.0 * stated), "{method} {n}: {point:?}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! The errors of singular points: how far a finer mesh moves them along the ramp.
 
-use pennate_solver::history::{CriticalPoint, History, Status, StepHistory};
+use pennate_solver::history::{CriticalPoint, History, Note, Status, StepHistory};
 
 /// Part of a ramp by which one mesh follows it as far as another one.
 const SCATTER: f64 = 0.01;
@@ -63,7 +63,16 @@ pub(super) fn keep_lost_points(coarse: &History, fine: &mut History) {
                     && (own.fraction - point.fraction).abs() <= SCATTER * point.fraction.abs()
             })
         };
-        let is_lost = |index: &usize| partner(others, *index, known).is_none() && !near(&others[*index]);
+        // What the finer mesh counts it knows of.
+        let is_counted = |point: &CriticalPoint| {
+            let spans =
+                |note: &Note| matches!(note, Note::Crowded(crowd) if (crowd.from..=crowd.to).contains(&point.fraction));
+            !point.in_prestress && own.notes.iter().any(spans)
+        };
+        let is_lost = |index: &usize| {
+            let point = &others[*index];
+            partner(others, *index, known).is_none() && !near(point) && !is_counted(point)
+        };
         let lost: Vec<usize> = (0..others.len()).filter(is_lost).collect();
         for point in lost.into_iter().map(|index| &others[index]) {
             // Those of the prestress come first.

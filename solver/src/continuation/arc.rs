@@ -77,6 +77,8 @@ pub(super) struct ArcIncrement {
     pub length: f64,
     pub point: Point,
     pub events: Events,
+    /// Whether singular points on the way are counted alone.
+    counted: bool,
     /// Unit tangent at its end, forward.
     pub ahead: Direction,
     /// How the network answers there.
@@ -324,6 +326,7 @@ impl<const D: usize> Continuation<'_, D> {
         }
         let turns_back = ahead.rate * by.tangent.rate < 0.0;
         let mut events = self.events_at(&count, turns_back);
+        let counted = !turns_back && self.only_counts(run, &count);
         // At a fold a pivot changes its sign, though it may be small enough to pass for neutral.
         let same = point.inertia.negative == by.negative;
         let touched = events.turns_back_alone() && events.aside == 0 && by.touches && same;
@@ -334,12 +337,20 @@ impl<const D: usize> Continuation<'_, D> {
                 && events.aside == 0
                 && path.are_together(run, ends, [by.negative, point.inertia.negative], part)
         };
-        if !short && !touched && (events.turns_back_alone() || events.number() > 1 && !together(self, run)) {
+        if !short && !touched && (events.turns_back_alone() || events.number() > 1 && !counted && !together(self, run))
+        {
             by.next = tuning.shorter * s;
             return None;
         }
         let far = s > tuning.bracket * (by.behind + s);
-        if far && !one && !touched && events.conservative && events.bifurcates() && self.leans(&by.metric, &ahead) {
+        if far
+            && !one
+            && !touched
+            && !counted
+            && events.conservative
+            && events.bifurcates()
+            && self.leans(&by.metric, &ahead)
+        {
             by.next = tuning.shorter * s;
             return None;
         }
@@ -361,7 +372,7 @@ impl<const D: usize> Continuation<'_, D> {
             }
             Between::Touched(fraction) | Between::Leapt(fraction) => Some(fraction),
         };
-        Some(ArcIncrement { length: s, point, events, ahead, answer, meets })
+        Some(ArcIncrement { length: s, point, events, counted, ahead, answer, meets })
     }
 
     /// Whether a path, with this tangent at the present state, moves along the softest motion too.
@@ -381,13 +392,14 @@ impl<const D: usize> Continuation<'_, D> {
         if increment.events.touched {
             return self.pass_where_branches_meet(run, by, &increment);
         }
-        let passes =
-            increment.events.any() && !(by.purpose == Purpose::Whole && self.ends_before_events(run, by, ends));
+        let passes = increment.events.any()
+            && !increment.counted
+            && !(by.purpose == Purpose::Whole && self.ends_before_events(run, by, ends));
         if passes && let Some(next) = self.pass_events(run, by, &increment) {
             return next;
         }
         if by.purpose != Purpose::Search
-            && let Some(end) = self.arrive(run, by, ends)
+            && let Some(end) = self.arrive(run, by, (ends, increment.counted))
         {
             return end;
         }
@@ -400,6 +412,9 @@ impl<const D: usize> Continuation<'_, D> {
         let residual = increment.point.residual;
         if let Some(fraction) = increment.meets.filter(|_| by.purpose != Purpose::Search) {
             self.note_touched(run, fraction);
+        }
+        if increment.counted {
+            self.note_counted(run.record, &increment.events.count, ends, 0);
         }
         self.base = increment.events.count;
         self.shift_states();
@@ -505,8 +520,11 @@ impl<const D: usize> Continuation<'_, D> {
     }
 
     /// Ends a path between `last` and `next`, at these fractions, if it reaches its end or its stop there.
-    fn arrive(&mut self, run: &mut Run<'_>, by: &ByArc, ends: [f64; 2]) -> Option<Next> {
+    fn arrive(&mut self, run: &mut Run<'_>, by: &ByArc, (ends, counted): ([f64; 2], bool)) -> Option<Next> {
         let (fraction, count) = self.find_end(run, by, ends)?;
+        if counted {
+            self.note_counted(run.record, &count, [ends[0], fraction], 0);
+        }
         self.base = count;
         self.shift_states();
         let residual = self.system.residual();

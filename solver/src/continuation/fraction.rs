@@ -80,6 +80,8 @@ pub(super) struct Increment {
     answer: Option<Answer>,
     /// Whether it leaves the branch of the last state for another one that meets it.
     leaves: bool,
+    /// Whether singular points on the way are counted alone.
+    counted: bool,
     /// The fraction at which the path touched another one, if it did.
     touched: Option<f64>,
 }
@@ -339,7 +341,14 @@ impl<const D: usize> Continuation<'_, D> {
         if let Some(fraction) = increment.touched {
             self.note_touched(run, fraction);
         }
-        self.note_changes(run.record, &increment.count, ends, increment.passed.take());
+        if increment.counted {
+            self.note_counted(run.record, &increment.count, ends, 0);
+        } else {
+            let passed = increment.passed.take();
+            let located = passed.as_ref().map_or(0, |points| points.len().max(1));
+            self.note_changes(run.record, &increment.count, ends, passed);
+            self.note_left_out(run, &increment.count, ends, located);
+        }
         self.base = increment.count;
         self.shift_states();
         run.effort.accepted += 1;
@@ -407,10 +416,11 @@ impl<const D: usize> Continuation<'_, D> {
         trial: &Trial,
     ) -> (Result<Convergence, Lost>, f64) {
         let doubt = run.conservative && trial.length > self.tuning.bracket * by.whole;
+        let may_lose = self.may_lose(run);
         let start = Start {
             predicted: by.is_extrapolated,
             rest: Some(&self.last),
-            negative_limit: if doubt { self.base.own } else { usize::MAX },
+            negative_limit: if doubt { self.base.own + may_lose } else { usize::MAX },
             aim: trial.aim,
             may_wander: trial.length <= self.tuning.near * by.whole,
             ..Start::nearby()
@@ -422,7 +432,7 @@ impl<const D: usize> Continuation<'_, D> {
             self.lateral.as_mut().filter(|_| self.base.lateral_stiffness >= self.tuning.bracket * self.stiffest_aside);
         let mut lost_aside = |system: &mut System<D>| match &mut aside {
             Some(lateral) => match lateral.inertia(system) {
-                (inertia, true) => inertia.negative.saturating_sub(known),
+                (inertia, true) => inertia.negative.saturating_sub(known + may_lose),
                 _ => 0,
             },
             None => 0,
@@ -489,7 +499,8 @@ impl<const D: usize> Continuation<'_, D> {
         }
         // A moment on a joint that supports hold about some axes may have a potential where the joint has not turned yet.
         let conservative = run.conservative && count.potential;
-        let guarded = self.loses_stability(&count);
+        let counted = self.only_counts(run, &count);
+        let guarded = !counted && self.loses_stability(&count);
         let moved = self.system.distances(&self.last);
         let ratio = predicted.then_some(step / by.last_length);
         let stiffness = [&by.answer, &answer].map(|answer| answer.as_ref().map(Answer::stiffness));
@@ -616,7 +627,7 @@ impl<const D: usize> Continuation<'_, D> {
         if let Some(met) = met {
             passed = Some(vec![met.point]);
         }
-        if passed.is_none() {
+        if passed.is_none() && !counted {
             passed = self.locate_changes(run, &count, ends);
         }
         let several =
@@ -646,6 +657,7 @@ impl<const D: usize> Continuation<'_, D> {
             rate,
             answer,
             leaves,
+            counted,
             touched,
         })
     }

@@ -27,6 +27,7 @@ mod beginning;
 mod between;
 mod branch;
 mod coarse;
+mod crowded;
 mod direction;
 mod distance;
 mod events;
@@ -147,6 +148,8 @@ pub struct Continuation<'a, const D: usize> {
     way: coarse::Way,
     /// Whether rounding hides the sign of the lowest stiffness at the end of the last step.
     undecided: bool,
+    /// Whether so many motions were unstable that singular points were counted alone.
+    is_crowded: bool,
 }
 
 /// How far a run has come.
@@ -222,6 +225,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             stiffest_aside: 0.0,
             way: coarse::Way::default(),
             undecided: false,
+            is_crowded: false,
         };
         for support in &structure.supports {
             for component in 0..6 {
@@ -404,6 +408,13 @@ impl<'a, const D: usize> Continuation<'a, D> {
             return;
         };
         let differs = own != other && (other < own || refined.certain_negative() > own);
+        if crowded::is_crowd(own.min(other))
+            && let Some(crowd) = crowded::noted(record)
+        {
+            // Both have far more than one: the verdict is the same, and how many there are is said of both.
+            crowd.other = differs.then_some(other);
+            return;
+        }
         // A step that ends at a singular point says so.
         let near = !differs && own == other && record.stable == Some(true) && record.status == Status::Converged;
         if differs || near && self.system.is_far_stiffer(refined) {
