@@ -210,9 +210,9 @@ pub enum Note {
 pub struct Crowded {
     /// Pivots that changed their signs.
     pub changes: usize,
-    /// Fractions of the ramp of the step between which they did.
+    /// Fraction of the ramp of the step from which on they were counted.
     pub from: f64,
-    /// The second.
+    /// Fraction of the ramp up to which they were.
     pub to: f64,
     /// Negative pivots on elements of the next order at the end of the step, where they are others.
     pub other: Option<usize>,

@@ -26,7 +26,9 @@ impl Slope {
 /// How the square of the stiffness goes on from a state, where it is zero ahead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foretold {
+    /// The square at the state.
     square: f64,
+    /// Its change for a unit of the fraction, and half the change of that for another.
     slope: f64,
     half_curvature: f64,
     /// How much farther it is zero, in parts of the ramp.

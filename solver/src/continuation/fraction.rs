@@ -49,7 +49,7 @@ pub(super) struct ByFraction {
     answer: Option<Answer>,
     /// Whether it became softer in the last increment.
     softens: bool,
-    /// How it goes on, where that foretells a fold, until that was looked for.
+    /// How its stiffness goes on, where that foretells a fold, until that was looked for.
     fold: Option<Foretold>,
     /// How the stiffness changed in the last increment, where that is known.
     slope: Option<Slope>,

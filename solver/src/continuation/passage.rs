@@ -53,9 +53,9 @@ pub struct Passage<'a> {
     pub softens: bool,
     /// The iteration.
     pub found: Convergence,
-    /// How far every part of the network moved.
+    /// How far every part of the network moved, in radians or lengths of a member.
     pub moved: &'a [Size],
-    /// How far it was foreseen to move: by the extrapolation, or else by the first increment of the iteration.
+    /// How far it was foreseen to, likewise: by the extrapolation, or else by the first increment of the iteration.
     pub foreseen: &'a [Size],
 }
 
