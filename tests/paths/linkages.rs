@@ -93,3 +93,102 @@ fn a_linkage_that_misses_the_line_keeps_to_its_way() {
         }
     }
 }
+
+/// Where C comes to of slender or stout four bars that a spring at C holds, after a turn of the crank in as many increments as are asked for.
+fn beside_a_change_point([x_b, y_b, x_c, y_c, x_d, turn, k]: [f64; 7], bars: &str, increments: &str) -> [f64; 3] {
+    let text = format!(
+        "format = 'pennate/1'\ndimension = 'plane'\n[nodes]\nA = [0, 0]\nB = [{x_b:?}, {y_b:?}]\nC = [{x_c:?}, {y_c:?}]\n\
+         D = [{x_d:?}, 0]\n[materials]\nsteel = {{ youngs_modulus = 2e5, poissons_ratio = 0.3 }}\n{}",
+        bars.replace("{k}", &format!("{k:?}"))
+    );
+    let text = format!("{text}\n[[steps]]\nrotation.A = [0, 0, {turn:?}]\n{increments}\n");
+    let solution = solve_to_accuracy(model(&text), 1e-4, &Options::default(), &mut |_| true)
+        .unwrap_or_else(|(_, error)| panic!("{error}"));
+    assert_eq!(solution.history.steps[0].status, Status::Converged);
+    let index = solution.model.nodes.iter().position(|node| node.name == "C").expect("the node");
+    solution.history.steps[0].increments.last().expect("a state").state.nodes[index].displacement
+}
+
+/// Four bars near their change point come where they come in small increments, and not to the other way on, which is stable too.
+#[test]
+fn four_bars_go_their_way_whatever_the_increments() {
+    let bars = |radius: f64, spring: &str| {
+        format!(
+            "[sections]\nrod = {{ circle = {{ radius = {radius:?} }}, shear = false }}\n[springs]\nS = {{ node = 'C', {spring} }}\n\
+             [members]\nAB = {{ nodes = ['A', 'B'], section = 'rod', material = 'steel' }}\n\
+             BC = {{ nodes = ['B', 'C'], section = 'rod', material = 'steel', release = {{ start = 'pin', end = 'pin' }} }}\n\
+             CD = {{ nodes = ['C', 'D'], section = 'rod', material = 'steel', release = {{ end = 'pin' }} }}\n\
+             [supports]\nA = 'clamped'\nD = 'clamped'"
+        )
+    };
+    let slender = bars(0.02, "stiffness = { uy = {k} }");
+    let stout = bars(0.06, "stiffness = { ux = {k}, uy = {k} }");
+    for (design, bars) in [
+        (
+            [
+                -0.9935887637708278,
+                0.11765938580974253,
+                1.0064058253999149,
+                0.11300715110459081,
+                2.0,
+                13.447382577287511,
+                0.002257028014660536,
+            ],
+            &slender,
+        ),
+        (
+            [
+                -0.9905839486458584,
+                0.13690668604994907,
+                1.0013911081755624,
+                -0.040545388279132094,
+                2.0,
+                13.608792654207647,
+                0.031076109137315806,
+            ],
+            &slender,
+        ),
+        (
+            [
+                -0.9893780039598444,
+                0.13672873994661455,
+                1.0015230992803892,
+                -0.040966025776663056,
+                2.0,
+                13.491930129725649,
+                0.014303242296292307,
+            ],
+            &slender,
+        ),
+        (
+            [
+                -0.9884253824755133,
+                0.07006583206424663,
+                1.0093493486093685,
+                -0.018933926131863663,
+                2.0,
+                13.470452716587582,
+                0.05883955218073628,
+            ],
+            &slender,
+        ),
+        (
+            [
+                0.7385220508263767,
+                0.022256857978998398,
+                0.36234349159418144,
+                0.000925463243629313,
+                1.5068610748515197,
+                -17.083196208737455,
+                0.036704196122290714,
+            ],
+            &stout,
+        ),
+    ] {
+        let [at_once, slowly] =
+            ["", "increments = 400"].map(|increments| beside_a_change_point(design, bars, increments));
+        for c in 0..2 {
+            assert!((at_once[c] - slowly[c]).abs() < 1e-6, "{design:?}: {at_once:?} for {slowly:?}");
+        }
+    }
+}

@@ -365,7 +365,7 @@ impl<const D: usize> Continuation<'_, D> {
         let ends = [by.fraction, point.fraction];
         let between = if events.any() { Between::Nothing } else { self.seen_between(run, ends, [&by.answer, &answer]) };
         let meets = match between {
-            Between::Nothing => None,
+            Between::Nothing | Between::Turned => None,
             Between::Leapt(_) if !short => {
                 by.next = tuning.shorter * s;
                 return None;

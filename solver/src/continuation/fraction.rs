@@ -643,7 +643,10 @@ impl<const D: usize> Continuation<'_, D> {
         let same = !leaves && passed.is_none() && !self.events_at(&count, false).any();
         let between = if same { self.seen_between(run, ends, [&by.answer, &answer]) } else { Between::Nothing };
         let touched = match between {
-            Between::Nothing => None,
+            // States between the ends need not lie on the path of the first.
+            Between::Touched(_) if step > bracket => return shorter(bracket),
+            Between::Turned if step > bracket && !predicted => return shorter(bracket),
+            Between::Nothing | Between::Turned => None,
             Between::Leapt(_) if step > shortest => return shorter(shortest),
             Between::Touched(fraction) | Between::Leapt(fraction) => Some(fraction),
         };

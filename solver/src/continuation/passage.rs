@@ -92,7 +92,7 @@ impl Passage<'_> {
         let answer = system.answer_of_hinged();
         if let (Some(before), Some(after)) = (answered, &answer) {
             // What goes from one way of carrying a load to the opposite one passes nothing, or infinity (`touching.rs`).
-            none_of(system.parts_that_carry_otherwise(before, after))?;
+            none_of(before.parts_unlike(after))?;
         }
         Ok(answer)
     }

@@ -27,8 +27,10 @@ const INFINITE: f64 = 1e4;
 /// What lies between two states of a path whose members carry a load by opposite forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Between {
-    /// Nothing but states at which they turn bit by bit, or vanish.
+    /// Nothing but states at which they vanish.
     Nothing,
+    /// States at which they turn bit by bit, as far as an increment of this length tells.
+    Turned,
     /// A singular state, at this fraction: the path touches another one.
     Touched(f64),
     /// No state, at this fraction: the two lie on different paths, as far as an increment of this length tells.
@@ -40,7 +42,7 @@ impl<const D: usize> Continuation<'_, D> {
     pub(super) fn seen_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Option<Answer>; 2]) -> Between {
         let [Some(before), Some(after)] = answers else { return Between::Nothing };
         // What goes from one way of carrying a load to the opposite one passes nothing, or infinity.
-        if before.like(after) >= 0.0 {
+        if before.parts_unlike(after).is_empty() {
             return Between::Nothing;
         }
         self.system.save(&mut self.next);
@@ -63,7 +65,10 @@ impl<const D: usize> Continuation<'_, D> {
 
     /// What lies between the states `last` and `next`.
     fn look_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2]) -> Between {
-        let Some(guess) = self.changes_over(run, ends, answers) else { return Between::Nothing };
+        let guess = match self.changes_over(run, ends, answers) {
+            Ok(guess) => guess,
+            Err(between) => return between,
+        };
         let beyond = answers[1];
         let softness = |system: &mut System<D>| system.answer().map(|answer| 1.0 / answer.like(beyond));
         let mut locator = self.locator(run.ramp);
@@ -85,9 +90,9 @@ impl<const D: usize> Continuation<'_, D> {
         if is_finite { Between::Leapt(root.fraction) } else { Between::Touched(root.fraction) }
     }
 
-    /// The fraction, nearly, at which the forces of members change over to opposite ones between the states `last` and `next`; `None` where
-    /// they come to be others bit by bit, or vanish.
-    fn changes_over(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2]) -> Option<f64> {
+    /// The fraction, nearly, at which the forces of members change over to opposite ones between the states `last` and `next`; or that they
+    /// come to be others bit by bit, or vanish.
+    fn changes_over(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2]) -> Result<f64, Between> {
         let [mut before, mut after] = answers.map(Clone::clone);
         let mut bracket = [0.0, 1.0];
         let mut middle = 0.5;
@@ -103,13 +108,13 @@ impl<const D: usize> Continuation<'_, D> {
             } else if answer.like(&after) < 0.0 {
                 (bracket[0], before) = (middle, answer);
             } else {
-                return None;
+                return Err(Between::Turned);
             }
             middle = 0.5 * (bracket[0] + bracket[1]);
         }
         let largest =
             |answers: [&Answer; 2]| answers.map(|answer| answer.like(answer).sqrt()).into_iter().fold(0.0, f64::max);
         let vanish = largest([&before, &after]) < VANISHES * largest(answers);
-        (!vanish).then(|| ends[0] + middle * (ends[1] - ends[0]))
+        if vanish { Err(Between::Nothing) } else { Ok(ends[0] + middle * (ends[1] - ends[0])) }
     }
 }

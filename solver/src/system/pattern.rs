@@ -126,6 +126,18 @@ impl<const D: usize> Pattern<D> {
         (0..self.equations.joints.len()).map(|joint| self.equations.motion(joint, solution, false)).collect()
     }
 
+    /// Forces and moments on the joints, or motions of these, along the motions that their equations stand for.
+    pub(crate) fn along_equations(&self, of_joints: &[[f64; 6]]) -> Vec<f64> {
+        let equations = &self.equations.joints;
+        let mut along = vec![0.0; equations.iter().map(|own| own.count).sum()];
+        for (joint, (own, of)) in equations.iter().zip(of_joints).enumerate() {
+            for (value, motion) in along[own.first..].iter_mut().zip(self.joint_motions(joint)) {
+                *value = motion.iter().zip(of).map(|(a, b)| a * b).sum();
+            }
+        }
+        along
+    }
+
     /// The motions of a joint that its equations stand for, one after the other.
     pub(crate) fn joint_motions(&self, joint: usize) -> Vec<[f64; 6]> {
         let count = self.equations.joints[joint].count;

@@ -313,16 +313,22 @@ impl<const D: usize> Tangent<D> {
         self.answer_to_all(pattern, size).map(|(test, _)| test)
     }
 
-    /// The same, and the solution for these forces.
+    /// The same, and the solution for these forces. They are those of every part by itself, whatever others there are.
     pub(super) fn answer_to_all(&mut self, pattern: &Pattern<D>, size: f64) -> Option<(f64, Vec<f64>)> {
-        let mut forces = vec![0.0; self.linear.size()];
-        for (joint, own) in pattern.equations.joints.iter().enumerate() {
-            let force: [f64; 6] = std::array::from_fn(|c| any(6 * joint + c) * if c < 3 { 1.0 } else { size });
-            for (e, motion) in pattern.joint_motions(joint).iter().enumerate() {
-                forces[own.first + e] = (0..6).map(|c| force[c] * motion[c]).sum();
-            }
-        }
-        self.answer_to(&forces)
+        let mut joints = vec![0; pattern.parts.count];
+        let force = |&part: &usize| -> [f64; 6] {
+            let joint = joints[part];
+            joints[part] += 1;
+            std::array::from_fn(|c| any(6 * joint + c) * if c < 3 { 1.0 } else { size })
+        };
+        let forces: Vec<[f64; 6]> = pattern.parts.joints.iter().map(force).collect();
+        self.answer_to(&pattern.along_equations(&forces))
+    }
+
+    /// The solution of the equations of the joints for these forces and moments; `None` where there are no factors.
+    pub(super) fn solve_for(&mut self, pattern: &Pattern<D>, loads: &[[f64; 6]]) -> Option<Vec<f64>> {
+        let mut solution = pattern.along_equations(loads);
+        self.solve(&mut solution).then_some(solution)
     }
 
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
@@ -345,13 +351,7 @@ impl<const D: usize> Tangent<D> {
         pattern: &Pattern<D>,
         size: f64,
     ) -> Vec<f64> {
-        let mut begin = vec![0.0; self.linear.size()];
-        for (joint, own) in pattern.equations.joints.iter().enumerate() {
-            for (e, unit) in pattern.joint_motions(joint).iter().enumerate() {
-                begin[own.first + e] = (0..6).map(|c| motions[joint][c] * unit[c]).sum();
-            }
-        }
-        self.softest_motion_from(begin, iterations, pattern, size)
+        self.softest_motion_from(pattern.along_equations(motions), iterations, pattern, size)
     }
 
     /// What motions are weighed by, so that an iteration for the softest one is indifferent to units.
