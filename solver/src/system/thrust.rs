@@ -14,7 +14,8 @@ use crate::structure::NodeId;
 const STEPS: usize = 2;
 
 /// Part of what they are at most, product by product, that loads and their forces have against each other where a load is carried by opposite
-/// forces: four bars that went over to the other way on had nine tenths, and rods that turn far in space have a twentieth.
+/// forces: four bars that went over to the other way on had nine tenths, but for one of 4,600 with a twelfth, and rods that turn far in
+/// space have a sixteenth.
 const OPPOSITE: f64 = 0.3;
 
 /// The answer of a network, in its present state, to forces that single out no motion.
