@@ -99,7 +99,7 @@ impl<const D: usize> System<D> {
             // How far loads move the ends of members apart is how much of them these carry.
             solution = self.tangent.solve_for(&self.pattern, &self.pushes(&thrusts))?;
             loads = self.pattern.motions_of(&solution);
-            self.unite(&mut loads);
+            self.normalize(&mut loads);
             let size = self.size;
             let full = |load: &[f64; 6]| std::array::from_fn(|c| if c < 3 { load[c] } else { size * load[c] });
             solution = self.tangent.solve_for(&self.pattern, &loads.iter().map(full).collect::<Vec<_>>())?;
@@ -119,7 +119,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Motions of the joints as lengths, of size one in every part.
-    fn unite(&self, motions: &mut [[f64; 6]]) {
+    fn normalize(&self, motions: &mut [[f64; 6]]) {
         let parts = &self.pattern.parts;
         let mut squares = vec![0.0; parts.count];
         for (motion, &part) in motions.iter_mut().zip(&parts.joints) {
