@@ -32,6 +32,7 @@ pub mod spectral;
 mod spring;
 pub mod structure;
 pub mod system;
+mod unsymmetric;
 mod wide;
 
 pub use pennate_chains as chain;

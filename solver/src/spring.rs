@@ -146,14 +146,6 @@ impl Spring {
         (length - natural_length).abs() > 1e-12 * length
     }
 
-    /// By how much its force grows with its length (force per length), of a spring along a line.
-    pub(crate) fn line_stiffness(&self) -> Option<f64> {
-        match self {
-            Self::Axial { stiffness, .. } => Some(*stiffness),
-            Self::Ground { .. } | Self::Coupling { .. } => None,
-        }
-    }
-
     /// Its stiffness against turning across an axis, on which its nodes lie (moment per radian); nothing where it is not alike in all
     /// directions across, against displacements too.
     pub(crate) fn stiffness_around(&self, axis: V3<f64>) -> Option<f64> {

@@ -101,11 +101,15 @@ fn beside_a_change_point([x_b, y_b, x_c, y_c, x_d, turn, k]: [f64; 7], bars: &st
          D = [{x_d:?}, 0]\n[materials]\nsteel = {{ youngs_modulus = 2e5, poissons_ratio = 0.3 }}\n{}",
         bars.replace("{k}", &format!("{k:?}"))
     );
-    let text = format!("{text}\n[[steps]]\nrotation.A = [0, 0, {turn:?}]\n{increments}\n");
-    let solution = solve_to_accuracy(model(&text), 1e-4, &Options::default(), &mut |_| true)
+    end_of(&format!("{text}\n[[steps]]\nrotation.A = [0, 0, {turn:?}]\n{increments}\n"), "C")
+}
+
+/// The displacement of a node at the end of the first step of a network, which gets there.
+fn end_of(network: &str, node: &str) -> [f64; 3] {
+    let solution = solve_to_accuracy(model(network), 1e-4, &Options::default(), &mut |_| true)
         .unwrap_or_else(|(_, error)| panic!("{error}"));
     assert_eq!(solution.history.steps[0].status, Status::Converged);
-    let index = solution.model.nodes.iter().position(|node| node.name == "C").expect("the node");
+    let index = solution.model.nodes.iter().position(|own| own.name == node).expect("the node");
     solution.history.steps[0].increments.last().expect("a state").state.nodes[index].displacement
 }
 
@@ -122,6 +126,7 @@ fn four_bars_go_their_way_whatever_the_increments() {
         )
     };
     let slender = bars(0.02, "stiffness = { uy = {k} }");
+    let stiff = bars(0.06, "stiffness = { uy = {k} }");
     let stout = bars(0.06, "stiffness = { ux = {k}, uy = {k} }");
     for (design, bars) in [
         (
@@ -174,6 +179,42 @@ fn four_bars_go_their_way_whatever_the_increments() {
         ),
         (
             [
+                -0.6365864639379263,
+                0.0706975932477758,
+                1.14789565413347,
+                -0.029059053666819934,
+                1.948609246298121,
+                23.08465644582092,
+                0.00352052571968405,
+            ],
+            &slender,
+        ),
+        (
+            [
+                -0.9927877290803057,
+                0.07203344163233269,
+                1.0067545983297057,
+                0.03184399899062665,
+                2.0,
+                13.183215375470096,
+                0.03699350254887591,
+            ],
+            &stiff,
+        ),
+        (
+            [
+                -0.9901260275747932,
+                0.06276868067264371,
+                1.001292828862905,
+                0.04171676503407326,
+                2.0,
+                13.892961627994893,
+                0.003135128019816185,
+            ],
+            &stiff,
+        ),
+        (
+            [
                 0.7385220508263767,
                 0.022256857978998398,
                 0.36234349159418144,
@@ -190,5 +231,85 @@ fn four_bars_go_their_way_whatever_the_increments() {
         for c in 0..2 {
             assert!((at_once[c] - slowly[c]).abs() < 1e-6, "{design:?}: {at_once:?} for {slowly:?}");
         }
+    }
+}
+
+/// Two loops of bars, of which the second is turned by the first: A, B, C and D, and C, E and F. Where C comes to after a turn of the crank in
+/// as many increments as are asked for.
+fn of_two_loops([x_b, y_b, x_c, y_c, x_d, x_e, y_e, x_f, turn, k]: [f64; 10], increments: &str) -> [f64; 3] {
+    let text = format!(
+        "format = 'pennate/1'\ndimension = 'plane'\n[nodes]\nA = [0, 0]\nB = [{x_b:?}, {y_b:?}]\nC = [{x_c:?}, {y_c:?}]\n\
+         D = [{x_d:?}, 0]\nE = [{x_e:?}, {y_e:?}]\nF = [{x_f:?}, 0]\n\
+         [materials]\nsteel = {{ youngs_modulus = 2e5, poissons_ratio = 0.3 }}\n\
+         [sections]\nrod = {{ circle = {{ radius = 0.06 }}, shear = false }}\n\
+         [springs]\nS = {{ node = 'E', stiffness = {{ uy = {k:?} }} }}\n\
+         [members]\nAB = {{ nodes = ['A', 'B'], section = 'rod', material = 'steel' }}\n\
+         BC = {{ nodes = ['B', 'C'], section = 'rod', material = 'steel', release = {{ start = 'pin', end = 'pin' }} }}\n\
+         CD = {{ nodes = ['C', 'D'], section = 'rod', material = 'steel', release = {{ end = 'pin' }} }}\n\
+         CE = {{ nodes = ['C', 'E'], section = 'rod', material = 'steel', release = {{ start = 'pin', end = 'pin' }} }}\n\
+         EF = {{ nodes = ['E', 'F'], section = 'rod', material = 'steel', release = {{ end = 'pin' }} }}\n\
+         [supports]\nA = 'clamped'\nD = 'clamped'\nF = 'clamped'\n\
+         [[steps]]\nrotation.A = [0, 0, {turn:?}]\n{increments}\n"
+    );
+    end_of(&text, "C")
+}
+
+/// Loops that could both turn over at once, which no determinant tells, and one that is stiffened and turned bit by bit: they come where
+/// they come in small increments.
+#[test]
+fn two_loops_go_their_way_whatever_the_increments() {
+    for design in [
+        [
+            -0.8500468952747258,
+            0.05226263256676601,
+            0.5941303628242971,
+            0.07184215529435423,
+            1.659801106779976,
+            1.6243611076293267,
+            0.015628826461752288,
+            3.12043788312701,
+            11.189469966394824,
+            0.028308747313662903,
+        ],
+        [
+            0.4841940351316234,
+            0.11379863057992486,
+            0.5561652395308518,
+            -0.0733404017708123,
+            1.667440867217453,
+            2.3091363281927295,
+            0.012772165560404947,
+            3.1811788321101515,
+            11.952966079820307,
+            0.06840072093403782,
+        ],
+    ] {
+        let [at_once, slowly] = ["", "increments = 400"].map(|increments| of_two_loops(design, increments));
+        for c in 0..2 {
+            assert!((at_once[c] - slowly[c]).abs() < 1e-6, "{design:?}: {at_once:?} for {slowly:?}");
+        }
+    }
+}
+
+/// A slender parallelogram that misses its line cannot be turned through it: the limit point is found, though one increment leads over it in
+/// five iterations.
+#[test]
+fn a_limit_point_is_not_leapt_in_a_few_iterations() {
+    let text = "format = 'pennate/1'\ndimension = 'plane'\n[nodes]\nA = [0, 0]\nB = [0.989898766636365, 0.1420315235358897]\n\
+                C = [2.4899198577073185, 0.14195627979356412]\nD = [1.5, 0]\n\
+                [materials]\nsteel = { youngs_modulus = 2e5, poissons_ratio = 0.3 }\n\
+                [sections]\nrod = { circle = { radius = 0.02 }, shear = false }\n\
+                [springs]\nS = { node = 'C', stiffness = { uy = 0.006222271841933767 } }\n\
+                [members]\nAB = { nodes = ['A', 'B'], section = 'rod', material = 'steel' }\n\
+                BC = { nodes = ['B', 'C'], section = 'rod', material = 'steel', release = { start = 'pin', end = 'pin' } }\n\
+                CD = { nodes = ['C', 'D'], section = 'rod', material = 'steel', release = { end = 'pin' } }\n\
+                [supports]\nA = 'clamped'\nD = 'clamped'\n[[steps]]\nrotation.A = [0, 0, -22.539597020504456]\n";
+    for increments in ["", "increments = 400\n"] {
+        let solution =
+            solve_to_accuracy(model(&format!("{text}{increments}")), 1e-4, &Options::default(), &mut |_| true)
+                .unwrap_or_else(|(_, error)| panic!("{error}"));
+        let step = &solution.history.steps[0];
+        assert_eq!(step.status, Status::LimitPoint, "{increments}");
+        assert!((step.fraction - 0.32558508).abs() < 1e-6, "{}", step.fraction);
     }
 }

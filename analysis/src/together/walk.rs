@@ -340,7 +340,7 @@ impl<const D: usize> Walk<D> {
     /// Asks how the network answers at the last equilibrium with what is held now.
     fn answer_anew(&mut self) {
         self.answer = None;
-        if self.system.may_carry_otherwise() {
+        if self.system.may_turn_over() {
             self.system.assemble(false);
             self.answer = self.system.answer_of_hinged();
         }

@@ -112,6 +112,7 @@ impl<const D: usize> Continuation<'_, D> {
             landmarks: Vec::new(),
             is_nearly_symmetric: false,
             turns: Vec::new(),
+            firmest: Vec::new(),
             effort: Effort::default(),
         });
         self.judge_end(&ramp, record);

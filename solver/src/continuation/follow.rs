@@ -68,6 +68,8 @@ pub(super) struct Run<'r> {
     pub is_nearly_symmetric: bool,
     /// Parts that nothing resisted turning at the end of the last step, where loads of this one do.
     pub turns: Vec<Turning>,
+    /// The firmest that every part has been on the way, where members can turn over.
+    pub firmest: Vec<f64>,
     pub effort: Effort,
 }
 

@@ -504,8 +504,10 @@ impl<const D: usize> Continuation<'_, D> {
         let moved = self.system.distances(&self.last);
         let ratio = predicted.then_some(step / by.last_length);
         let stiffness = [&by.answer, &answer].map(|answer| answer.as_ref().map(Answer::stiffness));
-        let stiffens = matches!(stiffness, [Some(last), Some(here)] if here > tuning.longer.sqrt() * last);
-        let softens = by.softens || stiffens;
+        let times = if let [Some(last), Some(here)] = stiffness { here / last } else { 1.0 };
+        let softens = by.softens || times > tuning.longer.sqrt();
+        // So much softer or stiffer in one increment, a network may have passed a limit point by however few iterations.
+        let is_another = times > tuning.longer || times * tuning.longer < 1.0;
         let passage = Passage {
             last: &self.last,
             before: ratio.map(|ratio| (&self.before, ratio)),
@@ -554,7 +556,7 @@ impl<const D: usize> Continuation<'_, D> {
             (doubtful, aside) = (false, false);
         }
         let looks = steady && met.is_none() && step > shortest && !guarded && !doubtful && !aside;
-        if looks && may_have_passed {
+        if looks && (may_have_passed || is_another) {
             aside = too_hard || self.swings_between(run, ends, ratio, (found, softens), (&moved, foreseen));
         }
         if met.is_none()
@@ -644,8 +646,7 @@ impl<const D: usize> Continuation<'_, D> {
         let between = if same { self.seen_between(run, ends, [&by.answer, &answer]) } else { Between::Nothing };
         let touched = match between {
             // States between the ends need not lie on the path of the first.
-            Between::Touched(_) if step > bracket => return shorter(bracket),
-            Between::Turned if step > bracket && !predicted => return shorter(bracket),
+            Between::Touched(_) | Between::Turned if step > bracket => return shorter(bracket),
             Between::Nothing | Between::Turned => None,
             Between::Leapt(_) if step > shortest => return shorter(shortest),
             Between::Touched(fraction) | Between::Leapt(fraction) => Some(fraction),

@@ -336,6 +336,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             landmarks: self.landmarks_of_coarse(index),
             is_nearly_symmetric: false,
             turns: Vec::new(),
+            firmest: Vec::new(),
             effort: Effort::default(),
         };
         self.way = self.way_on_this_mesh(index);

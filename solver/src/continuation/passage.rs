@@ -91,8 +91,8 @@ impl Passage<'_> {
         none_of(self.parts_aside(system, tuning))?;
         let answer = system.answer_of_hinged();
         if let (Some(before), Some(after)) = (answered, &answer) {
-            // What goes from one way of carrying a load to the opposite one passes nothing, or infinity (`touching.rs`).
-            none_of(before.parts_unlike(after))?;
+            // What turns over passes a singular state, or comes to another path (`touching.rs`).
+            none_of(before.parts_turned_over(after))?;
         }
         Ok(answer)
     }

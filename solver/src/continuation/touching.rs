@@ -1,9 +1,9 @@
 //! Where a path touches a singular state and goes on with the same stability: the change point of a linkage.
 //!
 //! Bars that come into one line carry nothing across it, and from there two ways go on. What resists the motion that leads from the one
-//! to the other is the square of how far the bars are from that line, so no pivot changes its sign. The forces by which members
-//! carry a load do: they pass infinity. Bars that miss the line by a little have two paths that come near each other and
-//! part again; each keeps to its side, so that an increment after which these forces are the opposite ones changed over.
+//! to the other is the square of how far the bars are from that line, so no pivot changes its sign. What that motion strains
+//! the bars by does (`system/posture.rs`). Bars that miss the line by a little have two paths that come near each other and
+//! part again; each keeps to its side, so that an increment that leads to the other posture changed over.
 //!
 //! Theory: docs/theory/stability.md, Eq. 7.11.
 
@@ -12,24 +12,21 @@ use super::follow::Run;
 use super::locate::{Root, Value};
 use crate::history::Note;
 use crate::newton::Start;
-use crate::system::{Answer, System};
+use crate::system::Answer;
 
-/// Halvings of an increment after which members that still change over to opposite forces do so at one place: what carries a load in
-/// another way because the network has turned does so on all of the way.
+/// Halvings of an increment after which members that still turn over do so at one place: such that are strained in another way because the
+/// network has turned are so on all of the way.
 const HALVINGS: usize = 4;
-/// Part of what they were, at most, that forces are on both sides of a place where they vanish, after so many halvings: an eighth where they
-/// go evenly.
-const VANISHES: f64 = 0.5;
-/// Part of what forces are at the ends of an increment that is infinite beside them: bars that come into one line have 2e4 times as
-/// much for what rounding leaves of them, and such that miss it by 1e-10 of their length 3e3.
-const INFINITE: f64 = 1e4;
+/// Part of the largest determinant on a path that is zero beside it: bars that come into one line have up to 1.4e-4 of it for what rounding
+/// leaves of them, and such that miss it by 1e-8 of their length 4e-4.
+const ZERO: f64 = 2e-4;
 
-/// What lies between two states of a path whose members carry a load by opposite forces.
+/// What lies between two states of a path whose members are strained in opposite ways.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Between {
-    /// Nothing but states at which they vanish.
+    /// Nothing that is to be told: they are not.
     Nothing,
-    /// States at which they turn bit by bit, as far as an increment of this length tells.
+    /// States in which that comes bit by bit, as far as an increment of this length tells.
     Turned,
     /// A singular state, at this fraction: the path touches another one.
     Touched(f64),
@@ -41,12 +38,14 @@ impl<const D: usize> Continuation<'_, D> {
     /// What lies between the last state and the present one, at these fractions, that are of equal stability and answer so.
     pub(super) fn seen_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Option<Answer>; 2]) -> Between {
         let [Some(before), Some(after)] = answers else { return Between::Nothing };
-        // What goes from one way of carrying a load to the opposite one passes nothing, or infinity.
-        if before.parts_unlike(after).is_empty() {
-            return Between::Nothing;
+        for posture in [before, after].iter().filter_map(|answer| answer.posture.as_ref()) {
+            run.firmest.resize(posture.parts(), f64::NEG_INFINITY);
+            let all = run.firmest.iter_mut().enumerate();
+            all.for_each(|(part, firmest)| *firmest = firmest.max(posture.firmness(part)));
         }
+        let Some(&part) = before.parts_turned_over(after).first() else { return Between::Nothing };
         self.system.save(&mut self.next);
-        let between = self.look_between(run, ends, [before, after]);
+        let between = self.look_between(run, ends, [before, after], part);
         self.on_to_next(run.ramp, ends[1]);
         run.effort.factorizations += 1;
         between
@@ -63,20 +62,29 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// What lies between the states `last` and `next`.
-    fn look_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2]) -> Between {
-        let guess = match self.changes_over(run, ends, answers) {
-            Ok(guess) => guess,
-            Err(between) => return between,
-        };
-        let beyond = answers[1];
-        let softness = |system: &mut System<D>| system.answer().map(|answer| 1.0 / answer.like(beyond));
+    /// What lies between the states `last` and `next`, in which this part is strained in opposite ways.
+    fn look_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2], part: usize) -> Between {
+        let Some(guess) = self.turns_over_at(run, ends, answers, part) else { return Between::Turned };
+        let (beyond, firmest) = (answers[1].posture.as_ref(), run.firmest[part]);
         let mut locator = self.locator(run.ramp);
         let mut most = 0;
+        // Where the determinant is zero as far as rounding can tell a state is on either way by chance: the next states on both sides of that
+        // say where the point is.
+        let mut touches = false;
+        let mut sides = [None; 2];
         let root = locator.root(ends, None, Value::Smooth, &mut |system, point| {
             most = point.inertia.negative.max(most);
-            let softness = softness(system);
-            (softness.is_none_or(|softness| softness < 0.0), softness)
+            let posture = system.answer().and_then(|answer| answer.posture);
+            let found = posture.as_ref().zip(beyond).map(|(own, beyond)| own.ratio(beyond, part));
+            if let Some((posture, found)) = posture.zip(found) {
+                let is_zero = (posture.firmness(part) - firmest).exp() <= ZERO;
+                touches |= is_zero;
+                let side: &mut Option<(f64, f64)> = &mut sides[usize::from(found > 0.0)];
+                if !is_zero && side.is_none_or(|(nearest, _)| found.abs() < nearest.abs()) {
+                    *side = Some((found, point.fraction));
+                }
+            }
+            (found.is_none_or(|found| found < 0.0), found)
         });
         run.effort.factorizations += locator.factorizations;
         // A path that loses its stability there, or on which the ramp turns back, comes to the second state by a longer way.
@@ -85,17 +93,19 @@ impl<const D: usize> Continuation<'_, D> {
         let own = self.base.own;
         let goes_on = |root: &Root| (low..=high).contains(&root.fraction) && root.beyond.unwrap_or(most) <= own;
         let Some(root) = root.filter(goes_on) else { return Between::Leapt(guess) };
-        let [before, after] = answers.map(|answer| answer.like(beyond).abs());
-        let is_finite = softness(&mut self.system).is_some_and(|soft| INFINITE * soft.abs() * before.min(after) > 1.0);
-        if is_finite { Between::Leapt(root.fraction) } else { Between::Touched(root.fraction) }
+        match sides {
+            [Some((a, from)), Some((b, to))] if touches => Between::Touched(from + a / (a - b) * (to - from)),
+            _ if touches => Between::Touched(root.fraction),
+            _ => Between::Leapt(root.fraction),
+        }
     }
 
-    /// The fraction, nearly, at which the forces of members change over to opposite ones between the states `last` and `next`; or that they
-    /// come to be others bit by bit, or vanish.
-    fn changes_over(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2]) -> Result<f64, Between> {
+    /// The fraction, nearly, at which a part turns over between the states `last` and `next`; nothing where that comes bit by bit.
+    fn turns_over_at(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Answer; 2], part: usize) -> Option<f64> {
         let [mut before, mut after] = answers.map(Clone::clone);
         let mut bracket = [0.0, 1.0];
         let mut middle = 0.5;
+        let turns = |before: &Answer, after: &Answer| before.parts_turned_over(after).contains(&part);
         for _ in 0..HALVINGS {
             run.ramp.apply(&mut self.system, ends[0] + middle * (ends[1] - ends[0]));
             self.system.predict(&self.last, &self.next, middle - 1.0);
@@ -103,18 +113,15 @@ impl<const D: usize> Continuation<'_, D> {
             run.effort.count(&outcome);
             // So near to a singular state an iteration may find nothing, and there may be no factors.
             let Some(answer) = outcome.ok().and_then(|_| self.system.answer()) else { break };
-            if before.like(&answer) < 0.0 {
+            if turns(&before, &answer) {
                 (bracket[1], after) = (middle, answer);
-            } else if answer.like(&after) < 0.0 {
+            } else if turns(&answer, &after) {
                 (bracket[0], before) = (middle, answer);
             } else {
-                return Err(Between::Turned);
+                return None;
             }
             middle = 0.5 * (bracket[0] + bracket[1]);
         }
-        let largest =
-            |answers: [&Answer; 2]| answers.map(|answer| answer.like(answer).sqrt()).into_iter().fold(0.0, f64::max);
-        let vanish = largest([&before, &after]) < VANISHES * largest(answers);
-        if vanish { Err(Between::Nothing) } else { Ok(ends[0] + middle * (ends[1] - ends[0])) }
+        Some(ends[0] + middle * (ends[1] - ends[0]))
     }
 }

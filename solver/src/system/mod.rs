@@ -15,6 +15,7 @@ use crate::structure::{MemberId, SectionLaw, SectionState, Structure};
 mod adopt;
 mod advance;
 mod after;
+mod answer;
 mod assembly;
 mod beside;
 mod carriers;
@@ -30,6 +31,7 @@ mod moves;
 mod parts;
 mod pattern;
 mod places;
+mod posture;
 mod relative;
 mod remainder;
 mod renew;
@@ -39,12 +41,13 @@ mod skew;
 mod spins;
 mod springs;
 mod states;
+mod strains;
 mod symmetry;
 mod tangent;
-mod thrust;
 mod turning;
 mod untaken;
 
+pub use answer::Answer;
 use dashpots::Dashpots;
 pub(crate) use dashpots::Inner;
 pub use linearized::Linearized;
@@ -61,7 +64,6 @@ pub(crate) use spins::spins_of;
 pub use states::State;
 pub(crate) use symmetry::{Holds, Turning};
 pub use tangent::{Inertia, Residual, Tangent};
-pub use thrust::Answer;
 pub(crate) use untaken::Untaken;
 
 /// The equations of a structure in D components a joint, split by what lives how long.
@@ -201,6 +203,7 @@ impl<const D: usize> System<D> {
     /// The same as another system found it for equations like these.
     fn take_analysis(&mut self, other: &Self) {
         self.pattern.scatters = Arc::clone(&other.pattern.scatters);
+        self.pattern.layout = other.pattern.layout.clone();
         self.pattern.side = other.pattern.side.clone().filter(|_| self.members.lie_as(&other.members));
         self.check_side();
         self.resize(other.tangent.linear.alike());

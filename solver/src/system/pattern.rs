@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::carriers::Carrier;
 use super::loading::{Fading, loaded_nodes};
 use super::parts::Parts;
+use super::posture::Layout;
 use super::scatter::{Scatters, unit_motion};
 use super::side::Side;
 use crate::joints::{Active, Equations, Held, HeldKind, Topology};
@@ -36,6 +37,8 @@ pub struct Pattern<const D: usize> {
     pub(super) has_carriers: bool,
     /// Parts of the network that nothing connects.
     pub(super) parts: Parts,
+    /// Where its equations are in the matrices of postures, once one was asked for.
+    pub(super) layout: Option<Arc<Layout>>,
 }
 
 impl<const D: usize> Pattern<D> {
@@ -52,6 +55,7 @@ impl<const D: usize> Pattern<D> {
             carried: vec![false; topology.references.len()],
             has_carriers: false,
             parts: Parts::of(structure, topology),
+            layout: None,
         }
     }
 
@@ -91,6 +95,7 @@ impl<const D: usize> Pattern<D> {
             return false;
         }
         self.equations = Equations::new(topology, self.equations.active, held);
+        self.layout = None;
         true
     }
 

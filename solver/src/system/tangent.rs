@@ -308,13 +308,9 @@ impl<const D: usize> Tangent<D> {
         self.singular_test_of_all(pattern, size).map(f64::abs)
     }
 
-    /// The same with its sign, which changes where the tangent is singular, and where the stiffness is beyond all bounds.
+    /// The same with its sign, which changes where the tangent is singular, and where the stiffness is beyond all bounds. Forces are those of
+    /// every part by itself, whatever others there are.
     pub(crate) fn singular_test_of_all(&mut self, pattern: &Pattern<D>, size: f64) -> Option<f64> {
-        self.answer_to_all(pattern, size).map(|(test, _)| test)
-    }
-
-    /// The same, and the solution for these forces. They are those of every part by itself, whatever others there are.
-    pub(super) fn answer_to_all(&mut self, pattern: &Pattern<D>, size: f64) -> Option<(f64, Vec<f64>)> {
         let mut joints = vec![0; pattern.parts.count];
         let force = |&part: &usize| -> [f64; 6] {
             let joint = joints[part];
@@ -322,13 +318,7 @@ impl<const D: usize> Tangent<D> {
             std::array::from_fn(|c| any(6 * joint + c) * if c < 3 { 1.0 } else { size })
         };
         let forces: Vec<[f64; 6]> = pattern.parts.joints.iter().map(force).collect();
-        self.answer_to(&pattern.along_equations(&forces))
-    }
-
-    /// The solution of the equations of the joints for these forces and moments; `None` where there are no factors.
-    pub(super) fn solve_for(&mut self, pattern: &Pattern<D>, loads: &[[f64; 6]]) -> Option<Vec<f64>> {
-        let mut solution = pattern.along_equations(loads);
-        self.solve(&mut solution).then_some(solution)
+        self.singular_test(&pattern.along_equations(&forces))
     }
 
     /// The softest motion, by inverse iteration on the factors; the largest part of it is positive, and of size one (in lengths of
@@ -413,16 +403,11 @@ impl<const D: usize> Tangent<D> {
 
     /// The inverse of how far forces move what they act on: 1 / (bᵀ K⁻¹ b) passes zero, smoothly, where the tangent is singular.
     pub(crate) fn singular_test(&mut self, b: &[f64]) -> Option<f64> {
-        self.answer_to(b).map(|(test, _)| test)
-    }
-
-    /// The same, and the solution K⁻¹ b.
-    fn answer_to(&mut self, b: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut y = b.to_vec();
         if !self.solve(&mut y) {
             return None;
         }
         let compliance: f64 = y.iter().zip(b).map(|(y, b)| y * b).sum();
-        (compliance != 0.0).then(|| (1.0 / compliance, y))
+        (compliance != 0.0).then(|| 1.0 / compliance)
     }
 }
