@@ -38,12 +38,15 @@ impl<const D: usize> Continuation<'_, D> {
     /// What lies between the last state and the present one, at these fractions, that are of equal stability and answer so.
     pub(super) fn seen_between(&mut self, run: &mut Run<'_>, ends: [f64; 2], answers: [&Option<Answer>; 2]) -> Between {
         let [Some(before), Some(after)] = answers else { return Between::Nothing };
-        for posture in [before, after].iter().filter_map(|answer| answer.posture.as_ref()) {
-            run.firmest.resize(posture.parts(), f64::NEG_INFINITY);
-            let all = run.firmest.iter_mut().enumerate();
-            all.for_each(|(part, firmest)| *firmest = firmest.max(posture.firmness(part)));
+        let Some((own, next)) = before.posture.as_ref().zip(after.posture.as_ref()) else { return Between::Nothing };
+        let seen = own.against(next);
+        next.follow_firmness(own, &seen);
+        for posture in [own, next] {
+            let firmness = posture.firmness();
+            run.firmest.resize(firmness.len(), f64::NEG_INFINITY);
+            run.firmest.iter_mut().zip(firmness).for_each(|(firmest, firmness)| *firmest = firmest.max(*firmness));
         }
-        let Some(&part) = before.parts_turned_over(after).first() else { return Between::Nothing };
+        let Some(&part) = seen.turned_over.first() else { return Between::Nothing };
         self.system.save(&mut self.next);
         let between = self.look_between(run, ends, [before, after], part);
         self.on_to_next(run.ramp, ends[1]);
@@ -77,7 +80,7 @@ impl<const D: usize> Continuation<'_, D> {
             let posture = system.answer().and_then(|answer| answer.posture);
             let found = posture.as_ref().zip(beyond).map(|(own, beyond)| own.ratio(beyond, part));
             if let Some((posture, found)) = posture.zip(found) {
-                let is_zero = (posture.firmness(part) - firmest).exp() <= ZERO;
+                let is_zero = (posture.firmness()[part] - firmest).exp() <= ZERO;
                 touches |= is_zero;
                 let side: &mut Option<(f64, f64)> = &mut sides[usize::from(found > 0.0)];
                 if !is_zero && side.is_none_or(|(nearest, _)| found.abs() < nearest.abs()) {

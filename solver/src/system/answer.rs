@@ -23,7 +23,7 @@ impl Answer {
     /// The parts of the network whose members are strained the other way than in another answer.
     pub(crate) fn parts_turned_over(&self, other: &Self) -> Vec<usize> {
         let postures = self.posture.as_ref().zip(other.posture.as_ref());
-        postures.map_or_else(Vec::new, |(own, other)| own.turned_over(other))
+        postures.map_or_else(Vec::new, |(own, other)| own.against(other).turned_over)
     }
 }
 

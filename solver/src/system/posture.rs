@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -43,8 +43,17 @@ pub(crate) struct Posture {
     strains: Vec<Vec<f64>>,
     /// The equations of joints that rows hold in axes that turn, and the motions that they stand for.
     turned: Vec<(usize, Vec<[f64; 6]>)>,
-    /// How firm every part is: the logarithm of det A, of AᵀA where members are more than enough.
-    firmness: Vec<f64>,
+    /// How firm every part is, once that was asked for or followed from another state: see [`Self::firmness`].
+    firmness: OnceLock<Vec<f64>>,
+}
+
+/// How one posture is against another one, part by part.
+pub(crate) struct Comparison {
+    /// The parts that motions strain the other way: no path leads from one state to the other without a singular one, as far as
+    /// they are near.
+    pub turned_over: Vec<usize>,
+    /// The logarithm of the determinant of A₀ᵀA₁ of every part.
+    logarithms: Vec<f64>,
 }
 
 impl<const D: usize> Pattern<D> {
@@ -103,24 +112,21 @@ impl<const D: usize> System<D> {
         let turns = |joint: &usize| matches!(self.pattern.equations.joints[*joint].basis, Basis::Columns(_));
         let turned = (0..joints).filter(turns);
         let turned = turned.map(|joint| (self.pattern.equations.joints[joint].first, motions[joint].clone())).collect();
-        let mut posture = Posture { layout, strains, turned, firmness: Vec::new() };
-        let pivots = posture.pivots(&posture);
-        posture.firmness = posture.layout.parts.iter().map(|part| 0.5 * logarithm(part, &pivots)).collect();
-        Some(posture)
+        Some(Posture { layout, strains, turned, firmness: OnceLock::new() })
     }
 }
 
 impl Posture {
-    /// The parts of the network that motions strain the other way than in another state: no path leads from one to the other without a
-    /// singular state, as far as they are near.
-    pub(crate) fn turned_over(&self, other: &Self) -> Vec<usize> {
+    /// How this posture is against another one.
+    pub(crate) fn against(&self, other: &Self) -> Comparison {
         debug_assert_eq!(self.layout.equations, other.layout.equations, "postures of the same rows");
         let pivots = self.pivots(other);
         let is_turned = |part: &usize| {
             let negative = self.layout.parts[*part].iter().filter(|&&row| pivots[row] < 0.0).count();
             negative % 2 == 1 || negative > 0 && self.has_pair(other, *part)
         };
-        (0..self.layout.parts.len()).filter(is_turned).collect()
+        let turned_over = (0..self.layout.parts.len()).filter(is_turned).collect();
+        Comparison { turned_over, logarithms: self.logarithms(&pivots) }
     }
 
     /// det A₀ᵀA₁ / det A₁ᵀA₁ of a part, this state against another one: zero where this one is singular, and one where both are the same.
@@ -128,17 +134,28 @@ impl Posture {
         let pivots = self.pivots(other);
         let rows = &self.layout.parts[part];
         let sign: f64 = rows.iter().map(|&row| pivots[row].signum()).product();
-        sign * (logarithm(rows, &pivots) - 2.0 * other.firmness[part]).exp()
+        sign * (logarithm(rows, &pivots) - 2.0 * other.firmness()[part]).exp()
     }
 
-    /// How many parts there are.
-    pub(crate) fn parts(&self) -> usize {
-        self.firmness.len()
+    /// How firm every part is: the logarithm of det A, of the root of det AᵀA where members are more than enough. It falls where a part comes
+    /// near to a singular state.
+    pub(crate) fn firmness(&self) -> &[f64] {
+        let own = || self.logarithms(&self.pivots(self)).into_iter().map(|both| 0.5 * both).collect();
+        self.firmness.get_or_init(own)
     }
 
-    /// The logarithm of the determinant of a part, up to a constant: it falls where the part comes near to a singular state.
-    pub(crate) fn firmness(&self, part: usize) -> f64 {
-        self.firmness[part]
+    /// Takes how firm this posture is from one before it, to which it is near: det A₀ᵀA₁ is nearly the product of what both are, and exactly
+    /// where members are just enough.
+    pub(crate) fn follow_firmness(&self, before: &Self, comparison: &Comparison) {
+        let own = || {
+            let both = comparison.logarithms.iter().zip(before.firmness());
+            both.map(|(both, before)| both - before).collect()
+        };
+        self.firmness.get_or_init(own);
+    }
+
+    fn logarithms(&self, pivots: &[f64]) -> Vec<f64> {
+        self.layout.parts.iter().map(|rows| logarithm(rows, pivots)).collect()
     }
 
     /// Pivots of A₀ᵀA₁.
