@@ -10,14 +10,10 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use faer::Side;
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
 use pennate_elements::lanes::{Generic, Width};
 use pennate_elements::real::{Real, Work};
+
+use crate::simplicial::Simplicial;
 
 /// Larger blocks have panels that are dense enough to fill the lanes by themselves.
 const LARGEST: usize = 96;
@@ -47,49 +43,31 @@ impl Blocks {
     pub(crate) fn of(starts: &[usize], rows: &[usize]) -> Option<Self> {
         let size = block_size(starts, rows)?;
         let (count, entries) = ((starts.len() - 1) / size, starts[size]);
-        let block = SymbolicSparseColMatRef::new_checked(size, size, &starts[..=size], None, &rows[..entries]);
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..CholeskySymbolicParams::default()
-        };
-        let symbolic = factorize_symbolic_cholesky(block, Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
-        let SymbolicCholeskyRaw::Simplicial(factors) = symbolic.raw() else { return None };
-        let order: Vec<usize> = symbolic.perm().map_or_else(|| (0..size).collect(), |p| p.arrays().0.to_vec());
-        let mut blocks = Self {
-            size,
-            count,
-            entries,
-            places: Vec::with_capacity(entries),
-            order,
-            starts: factors.col_ptr().to_vec(),
-            rows: factors.row_idx().to_vec(),
-            targets: Vec::new(),
-            // Numbers that lie alone are rounded otherwise.
-            width: Width::widest().for_members(count.max(2)),
-        };
-        let mut place_of = vec![0; size];
-        blocks.order.iter().enumerate().for_each(|(place, &row)| place_of[row] = place);
+        let factors = Simplicial::of(&starts[..=size], &rows[..entries])?;
+        let narrow = |place: usize| u32::try_from(place).ok();
+        let places =
+            factors.places(&starts[..=size], &rows[..entries])?.into_iter().map(narrow).collect::<Option<_>>()?;
+        let mut targets = Vec::new();
         for column in 0..size {
-            for &row in &rows[starts[column]..starts[column + 1]] {
-                let (a, b) = (place_of[row], place_of[column]);
-                blocks.places.push(blocks.place(a.max(b), a.min(b))?);
-            }
-        }
-        for column in 0..size {
-            let below = blocks.starts[column] + 1..blocks.starts[column + 1];
+            let below = factors.starts[column] + 1..factors.starts[column + 1];
             for k in below.clone() {
                 for i in k..below.end {
-                    blocks.targets.push(blocks.place(blocks.rows[i], blocks.rows[k])?);
+                    targets.push(narrow(factors.place(factors.rows[i], factors.rows[k])?)?);
                 }
             }
         }
-        Some(blocks)
-    }
-
-    fn place(&self, row: usize, column: usize) -> Option<u32> {
-        let range = self.starts[column]..self.starts[column + 1];
-        let found = self.rows[range.clone()].binary_search(&row).ok()?;
-        u32::try_from(range.start + found).ok()
+        Some(Self {
+            size,
+            count,
+            entries,
+            places,
+            order: factors.order,
+            starts: factors.starts,
+            rows: factors.rows,
+            targets,
+            // Numbers that lie alone are rounded otherwise.
+            width: Width::widest().for_members(count.max(2)),
+        })
     }
 
     /// Numbers that the factors take.

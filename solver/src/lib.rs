@@ -28,6 +28,7 @@ pub mod results;
 pub mod rigid;
 mod rounding;
 pub mod sensitivity;
+mod simplicial;
 pub mod spectral;
 mod spring;
 pub mod structure;

@@ -6,12 +6,7 @@
 //! dₖ = aₖₖ − Σⱼ lₖⱼ dⱼ uⱼₖ        lᵢₖ dₖ = aᵢₖ − Σⱼ lᵢⱼ dⱼ uⱼₖ        dₖ uₖᵢ = aₖᵢ − Σⱼ lₖⱼ dⱼ uⱼᵢ        for j < k < i
 //! ```
 
-use faer::Side;
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
+use crate::simplicial::Simplicial;
 
 /// Where the entries of a matrix of several blocks are among its factors. Each block is eliminated in an order of its own, whatever
 /// others there are.
@@ -60,7 +55,7 @@ impl Places {
 
     /// Adds a block of these rows, whose columns have these entries below the diagonal.
     fn add_block(&mut self, rows: &[usize], columns: Vec<Vec<usize>>) -> Option<()> {
-        let (size, first) = (rows.len(), self.starts.len() - 1);
+        let first = self.starts.len() - 1;
         let (mut starts, mut entries) = (vec![0], Vec::new());
         for (diagonal, mut below) in columns.into_iter().enumerate() {
             below.sort_unstable();
@@ -69,20 +64,12 @@ impl Places {
             entries.extend(below);
             starts.push(entries.len());
         }
-        let pattern = SymbolicSparseColMatRef::new_checked(size, size, &starts, None, &entries);
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..CholeskySymbolicParams::default()
-        };
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
-        let SymbolicCholeskyRaw::Simplicial(factors) = symbolic.raw() else { return None };
-        let order: Vec<usize> = symbolic.perm().map_or_else(|| (0..size).collect(), |p| p.arrays().0.to_vec());
-        for (place, &row) in order.iter().enumerate() {
-            self.of[rows[row]] = first + place;
+        let factors = Simplicial::of(&starts, &entries)?;
+        for (row, place) in rows.iter().zip(&factors.place_of) {
+            self.of[*row] = first + place;
         }
-        for column in factors.col_ptr().windows(2) {
-            let below = &factors.row_idx()[column[0]..column[1]];
-            self.rows.extend(below.iter().map(|row| first + row).filter(|row| *row + 1 != self.starts.len()));
+        for column in factors.starts.windows(2) {
+            self.rows.extend(factors.rows[column[0] + 1..column[1]].iter().map(|row| first + row));
             self.starts.push(self.rows.len());
         }
         Some(())

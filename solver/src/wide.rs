@@ -6,12 +6,7 @@
 //!
 //! Theory: docs/theory/stability.md.
 
-use faer::Side;
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
+use crate::simplicial::Simplicial;
 
 /// A number as the sum of two, the second of which is rounding of the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -108,32 +103,13 @@ impl Wide {
     /// Room for the factors of a pattern, columns of the lower triangle from the diagonal on.
     pub(crate) fn of(starts: &[usize], rows: &[usize]) -> Option<Self> {
         let size = starts.len() - 1;
-        let pattern = SymbolicSparseColMatRef::new_checked(size, size, starts, None, rows);
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..CholeskySymbolicParams::default()
-        };
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters).ok()?;
-        let SymbolicCholeskyRaw::Simplicial(factors) = symbolic.raw() else { return None };
-        let order: Vec<usize> = symbolic.perm().map_or_else(|| (0..size).collect(), |p| p.arrays().0.to_vec());
-        let mut place_of = vec![0; size];
-        order.iter().enumerate().for_each(|(place, &row)| place_of[row] = place);
-        let (own_starts, own_rows) = (factors.col_ptr().to_vec(), factors.row_idx().to_vec());
-        let mut places = Vec::with_capacity(rows.len());
-        for column in 0..size {
-            for &row in &rows[starts[column]..starts[column + 1]] {
-                let (a, b) = (place_of[row], place_of[column]);
-                let first = own_starts[a.min(b)];
-                let found = own_rows[first..own_starts[a.min(b) + 1]].binary_search(&a.max(b)).ok()?;
-                places.push(first + found);
-            }
-        }
+        let factors = Simplicial::of(starts, rows)?;
         Some(Self {
-            order,
-            places,
-            factors: vec![Double::default(); own_rows.len()],
-            starts: own_starts,
-            rows: own_rows,
+            places: factors.places(starts, rows)?,
+            factors: vec![Double::default(); factors.rows.len()],
+            order: factors.order,
+            starts: factors.starts,
+            rows: factors.rows,
             place_of_row: vec![0; size],
             room: vec![Double::default(); size],
         })
