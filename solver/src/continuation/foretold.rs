@@ -7,6 +7,9 @@
 
 use super::Tuning;
 
+/// Part of its square that the stiffness is to lose in an increment, by what is foretold, for what it loses to say anything.
+const FALLS: f64 = 0.3;
+
 /// How the square of the stiffness fell in an increment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slope {
@@ -55,7 +58,7 @@ impl Foretold {
     /// Whether the stiffness at the end of an increment is another than that of the path: it was to fall by far more than it did.
     pub(super) fn is_missed(&self, length: f64, stiffness: f64, tuning: &Tuning) -> bool {
         let fall = -length * (self.slope + length * self.half_curvature);
-        fall > tuning.swing * self.square && self.square - stiffness * stiffness < tuning.contraction * fall
+        fall > FALLS * self.square && self.square - stiffness * stiffness < tuning.contraction * fall
     }
 }
 

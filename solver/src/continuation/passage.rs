@@ -22,10 +22,6 @@ const FARTHER: f64 = 1.5;
 /// Contraction of an iteration whose first increment says where it leads: all that follow move it by about as much as this part of
 /// that one (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sec. 2.1).
 const CONTRACTS: f64 = 0.05;
-/// Part of what half way may be missed by elsewhere that it may be where the network softens: right before a limit point the path is so
-/// steep that a leap to another path that comes near looks like the way there, but for a quarter of it to a twentieth. That on a path
-/// falls to a sixteenth in half an increment.
-const SOFTENING: f64 = 1.0 / 3.0;
 /// An angle (radians) by which a hinge turns in one increment at most, a sixth of a right one: bars that are hinged pass dead centres,
 /// and windows without a stable state, that neither end of a longer increment tells of.
 const HINGE: f64 = PI / 12.0;
@@ -137,21 +133,18 @@ impl Passage<'_> {
     }
 
     /// Whether the iteration may have passed something on its way, where anything thrusts: of more steps than lead to what lies near, or
-    /// from an extrapolation that was less stable than the last state.
+    /// from an extrapolation that was less stable than the last state, or farther away than it was to be.
     pub(super) fn may_have_passed<const D: usize>(&self, system: &System<D>, tuning: &Tuning) -> bool {
-        let near = if self.before.is_some() { tuning.few() } else { tuning.many };
-        (self.found.iterations > near || self.began_beyond()) && !system.hangs()
+        let predicted = self.before.is_some();
+        let near = if predicted { tuning.few() } else { tuning.many };
+        let is_off = predicted && system.moves.first_own > tuning.miss;
+        (self.found.iterations > near || is_off || self.began_beyond()) && !system.hangs()
     }
 
     /// Whether an extrapolation of a network that softens led to the present state by more steps than can be believed from one, whatever
     /// lies half way.
     pub(super) fn is_too_hard(&self, tuning: &Tuning) -> bool {
-        self.softens && self.before.is_some() && self.found.iterations > tuning.many
-    }
-
-    /// The part of its way by which a part of the network may miss the cubic half way.
-    pub(super) fn most_swing(&self, tuning: &Tuning) -> f64 {
-        if self.softens { SOFTENING * tuning.swing } else { tuning.swing }
+        self.softens && self.before.is_some() && self.found.iterations >= tuning.many
     }
 
     /// Whether the extrapolation was less stable than the last state: what is foreseen beyond a singular point is unstable, however near,
