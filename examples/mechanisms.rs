@@ -1,8 +1,8 @@
 //! Random networks, solved with the defaults and again with very small increments: who agrees, and who says what.
 //!
-//! `cargo run --release --example mechanisms [-- COUNT]` prints the table; seeds are fixed. Nodes lie at random in a
-//! square or a cube, members join them to a tree and beyond, some of them contract. A network "agrees" where both runs end
-//! in the same stable equilibrium, or at the same singular point.
+//! `cargo run --release --example mechanisms [-- COUNT [FIRST]]` prints the table, for so many networks of each family at most, from
+//! seed FIRST on. Nodes lie at random in a square or a cube, members join them to a tree and beyond, some of them contract. A network
+//! "agrees" where both runs end in the same stable equilibrium, or at the same singular point.
 
 use std::sync::Arc;
 
@@ -50,7 +50,8 @@ const FAMILIES: [Family; 3] = [
 ];
 
 fn main() {
-    let limit = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(usize::MAX);
+    let number = |place: usize| std::env::args().nth(place).and_then(|text| text.parse().ok());
+    let (limit, first) = (number(1).unwrap_or(usize::MAX), number(2).unwrap_or(0));
     println!(
         "| networks | solved, stable | of them by a branch | stopped at a singular point | no equilibrium found | \
          agree with {SMALL} increments | silently elsewhere | factorizations, mean |"
@@ -59,7 +60,7 @@ fn main() {
     for family in &FAMILIES {
         let count = family.count.min(limit);
         let (mut solved, mut branched, mut stopped, mut lost, mut agree, mut silent, mut work) = (0, 0, 0, 0, 0, 0, 0);
-        for seed in 0..count {
+        for seed in first..first + count {
             let (structure, mut step) = network(family, seed as u64);
             let usual = run(&structure, &step);
             step.min_increments = Some(SMALL);
