@@ -56,6 +56,13 @@ pub struct ReleaseFactor {
     rest: [f64; MAX_FREE],
 }
 
+impl ReleaseFactor {
+    /// Forgets what is left to turn: the forces on the ends are those after it.
+    pub(crate) fn settle(&mut self) {
+        self.rest = [0.0; MAX_FREE];
+    }
+}
+
 impl Default for ReleaseFactor {
     fn default() -> Self {
         Self { counts: [0; 2], spins: [[0.0; 3]; MAX_FREE], solved: [[0.0; 12]; MAX_FREE], rest: [0.0; MAX_FREE] }

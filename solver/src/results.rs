@@ -46,6 +46,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
         node.reaction_moment = add(node.reaction_moment, moment);
     }
 
+    let ends = system.settled_ends();
     let mut members = Vec::with_capacity(system.members.count());
     let mut energy = system.tangent.spring_energy;
     let packs = system.members.packs.iter().filter(|_| measured);
@@ -53,7 +54,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
     for (index, slot) in system.members.slots.iter().enumerate() {
         let pack = system.members.packs[slot.pack].as_ref();
         energy += pack.interior(slot.lane).energy;
-        let part = |end: usize, offset: usize| std::array::from_fn(|c| system.tangent.ends[index][end][offset + c]);
+        let part = |end: usize, offset: usize| std::array::from_fn(|c| ends[index][end][offset + c]);
         let mut end_moments = [part(0, 3), part(1, 3)];
         for (end, kind) in topology.ends[index].iter().enumerate() {
             if let EndKind::Free { .. } = kind {
@@ -105,7 +106,7 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
     let compliances = Vec::new();
     let springs = system.tangent.spring_forces.clone();
     let residual = residual.largest();
-    let sections = sections(system);
+    let sections = sections(system, &ends);
     Equilibrium {
         nodes,
         members,
@@ -121,11 +122,11 @@ fn read<const D: usize>(system: &mut System<D>, measured: bool) -> Equilibrium {
 }
 
 /// Section forces along the members that a structure asks for, in the members' own axes.
-fn sections<const D: usize>(system: &System<D>) -> Vec<Vec<SectionForces>> {
+fn sections<const D: usize>(system: &System<D>, ends: &[[[f64; 6]; 2]]) -> Vec<Vec<SectionForces>> {
     let along = |&member: &usize| {
         let slot = &system.members.slots[member];
         let origin = system.structure.nodes[system.structure.members[member].nodes[0]];
-        let [f0, f1, f2, m0, m1, m2] = system.tangent.ends[member][0];
+        let [f0, f1, f2, m0, m1, m2] = ends[member][0];
         let pack = system.members.packs[slot.pack].as_ref();
         let mut all = chain::sections(pack, slot.lane, origin, [f0, f1, f2], [m0, m1, m2]);
         if system.structure.dimension == Dimension::Plane {
@@ -171,15 +172,16 @@ fn balance<const D: usize>(system: &System<D>, nodes: &[NodeState]) -> f64 {
 
 /// Shapes of all members, in the members' own axes.
 pub(crate) fn shapes<const D: usize>(system: &System<D>) -> Vec<MemberShape> {
+    let ends = system.settled_ends();
     system
         .members
         .slots
         .iter()
+        .zip(&ends)
         .enumerate()
-        .map(|(index, slot)| {
+        .map(|(index, (slot, &[f, _]))| {
             let member = &system.structure.members[index];
             let origin = system.structure.nodes[member.nodes[0]];
-            let f = system.tangent.ends[index][0];
             let pack = system.members.packs[slot.pack].as_ref();
             let mut shape = chain::shape(pack, slot.lane, origin, [f[0], f[1], f[2]], [f[3], f[4], f[5]]);
             if system.structure.dimension == Dimension::Plane {

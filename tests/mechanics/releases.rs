@@ -59,6 +59,29 @@ fn pinned_bars_of_a_space_truss_carry_no_moment() {
     }
 }
 
+/// A stiff bar that sags between hinges on fixed supports pulls on these by what its ends are pulled with, to the last digit: the least turn that an
+/// iteration leaves at a hinge would change that by 10⁻¹⁰ of it.
+#[test]
+fn supports_bear_what_hinged_ends_are_pulled_with() {
+    let hinge = "{ hinge = [0, 0, 1] }";
+    let solved = solve(&format!(
+        r#"
+        format = "pennate/1"
+        dimension = "plane"
+        nodes = {{ A = [0, 0], B = [45, 8] }}
+        sections.s = {{ stiffness = {{ EA = 2.56e8, EI3 = 26000, GA2 = 43000, mass_per_length = 1e-6 }} }}
+        members.bar = {{ nodes = ["A", "B"], section = "s", elements = 4, release = {{ start = {hinge}, end = {hinge} }} }}
+        supports = {{ A = "clamped", B = "clamped" }}
+        steps = [{{ gravity = [1765, -1458, 0] }}]
+    "#
+    ));
+    for end in 0..2 {
+        let bar = Vector::from(solved.last().members[0].end_forces[end]);
+        let reaction = Vector::from(solved.last().nodes[end].reaction_force);
+        assert!((bar - reaction).norm() < 1e-14 * bar.norm(), "{bar:?} {reaction:?}");
+    }
+}
+
 /// A hinge about a skew axis in space: no moment about the axis, which the joint carries along.
 #[test]
 fn hinge_in_space_carries_no_moment_about_its_axis() {

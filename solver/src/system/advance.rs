@@ -58,18 +58,35 @@ impl<const D: usize> System<D> {
         for (force, change) in self.tangent.forces.iter_mut().flatten().zip(changes.iter().flatten()) {
             *force += change;
         }
-        let active = self.pattern.equations.active;
         for index in 0..self.members.count() {
-            let ([first, last], _) = self.end_motions(index, &motions);
-            let MemberEnds { k00, k01, k11, .. } = self.members.condensed(index);
-            let [start, end] = &mut self.tangent.ends[index];
-            for (i, &component) in active.iter().enumerate() {
-                for j in 0..D {
-                    start[component] += k00[i][j] * first[j] + k01[i][j] * last[j];
-                    end[component] += k01[j][i] * first[j] + k11[i][j] * last[j];
-                }
+            let ends = self.moved_ends(index, &motions);
+            self.tangent.ends[index] = ends;
+            self.tangent.releases[index].settle();
+        }
+    }
+
+    /// Forces and moments on the ends of a member whose joints move like this, to first order.
+    fn moved_ends(&self, index: usize, motions: &[[f64; 6]]) -> [[f64; 6]; 2] {
+        let ([first, last], _) = self.end_motions(index, motions);
+        let MemberEnds { k00, k01, k11, .. } = self.members.condensed(index);
+        let [mut start, mut end] = self.tangent.ends[index];
+        for (i, &component) in self.pattern.equations.active.iter().enumerate() {
+            for j in 0..D {
+                start[component] += k00[i][j] * first[j] + k01[i][j] * last[j];
+                end[component] += k01[j][i] * first[j] + k11[i][j] * last[j];
             }
         }
+        [start, end]
+    }
+
+    /// Forces and moments on the ends of all members: of those that are released when nothing turns their ends any further, as in the forces of
+    /// joints. A stiff one makes a force of what rounding and the iteration left of that turn.
+    pub(crate) fn settled_ends(&self) -> Vec<[[f64; 6]; 2]> {
+        let still = vec![[0.0; 6]; self.places.joints.len()];
+        let settled = |(index, ends): (usize, &[[f64; 6]; 2])| {
+            if self.members.slots[index].released { self.moved_ends(index, &still) } else { *ends }
+        };
+        self.tangent.ends.iter().enumerate().map(settled).collect()
     }
 
     /// What the ends of a member move by where joints move like this, and its released rotations, where it has any.
