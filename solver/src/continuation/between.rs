@@ -52,7 +52,7 @@ impl Passage<'_> {
             let far = |part: &usize| {
                 // The negation catches a NaN too.
                 let [moved, apart] = [&moved, &apart].map(|sizes: &Vec<Size>| sizes[*part].largest());
-                moved > tuning.shortest && !(apart <= tuning.swing * moved)
+                moved > tuning.shortest && !(apart <= self.most_swing(tuning) * moved)
             };
             let all = 0..moved.len();
             if lost || !stepped { all.collect() } else { all.filter(far).collect() }

@@ -505,9 +505,10 @@ impl<const D: usize> Continuation<'_, D> {
         let ratio = predicted.then_some(step / by.last_length);
         let stiffness = [&by.answer, &answer].map(|answer| answer.as_ref().map(Answer::stiffness));
         let times = if let [Some(last), Some(here)] = stiffness { here / last } else { 1.0 };
-        let softens = by.softens || times > tuning.longer.sqrt();
+        let double = tuning.longer.sqrt();
+        let softens = by.softens || times > double;
         // So much softer or stiffer in one increment, a network may have passed a limit point by however few iterations.
-        let is_another = times > tuning.longer || times * tuning.longer < 1.0;
+        let is_another = times > double || times * double < 1.0;
         let passage = Passage {
             last: &self.last,
             before: ratio.map(|ratio| (&self.before, ratio)),

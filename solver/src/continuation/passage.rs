@@ -22,6 +22,10 @@ const FARTHER: f64 = 1.5;
 /// Contraction of an iteration whose first increment says where it leads: all that follow move it by about as much as this part of
 /// that one (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sec. 2.1).
 const CONTRACTS: f64 = 0.05;
+/// Times the part of an increment by which the state half way may miss the cubic, for one that begins where nothing is known of the path before:
+/// such a one is as long as the ramp, as a rule, and none that extrapolation foresaw. Pennate dyads that are inflated at once miss it by
+/// up to 0.16 on one path.
+const AT_FIRST: f64 = 2.0;
 /// An angle (radians) by which a hinge turns in one increment at most, a sixth of a right one: bars that are hinged pass dead centres,
 /// and windows without a stable state, that neither end of a longer increment tells of.
 const HINGE: f64 = PI / 12.0;
@@ -145,6 +149,11 @@ impl Passage<'_> {
     /// lies half way.
     pub(super) fn is_too_hard(&self, tuning: &Tuning) -> bool {
         self.softens && self.before.is_some() && self.found.iterations >= tuning.many
+    }
+
+    /// The part of its way by which a part of the network may miss the cubic half way.
+    pub(super) fn most_swing(&self, tuning: &Tuning) -> f64 {
+        if self.before.is_some() || self.softens { tuning.swing } else { AT_FIRST * tuning.swing }
     }
 
     /// Whether the extrapolation was less stable than the last state: what is foreseen beyond a singular point is unstable, however near,
