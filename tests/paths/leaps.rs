@@ -110,6 +110,24 @@ fn a_path_of_increments_that_were_cut_short_is_followed_on_every_mesh() {
     assert_loses_stability(&names, CriticalKind::LimitPoint);
 }
 
+/// A strut buckles to one side on the coarse mesh and to the other on the finer one, whose next step begins there.
+#[test]
+fn a_step_that_changes_nothing_stays_on_the_branch_of_its_own_mesh() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/strut_of_two_meshes.toml");
+    let text = std::fs::read_to_string(path).expect("a file");
+    let model = read_text("strut_of_two_meshes.toml", &text, &[]).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let history = solve_to_accuracy(model, 1e-4, &Options::default(), &mut |_| true);
+    let history = history.unwrap_or_else(|(_, error)| panic!("{error}")).history;
+    let [first, second] = history.steps.as_slice() else { panic!("two steps") };
+    assert_eq!([first.status, second.status], [Status::Converged; 2]);
+    let [before, after] = [first, second].map(|step| &step.increments.last().expect("an end").state.nodes);
+    for (a, b) in before.iter().zip(after) {
+        for (x, y) in a.displacement.iter().zip(b.displacement) {
+            assert!((x - y).abs() < 1e-6, "{:?} and {:?}", a.displacement, b.displacement);
+        }
+    }
+}
+
 /// Both ends of an increment are stable there, with tangents along the way, and no path joins them.
 #[test]
 fn no_increment_leaps_a_limit_point_that_only_the_middle_tells_of() {

@@ -1,7 +1,8 @@
 //! A step whose end is known from a coarser mesh.
 //!
 //! Where a coarser mesh went without a singular point, the end of a step on a finer one lies next to it: a few
-//! iterations lead there, and the way need not be gone again. If they do not, or if stability is another, it is.
+//! iterations lead there, and the way need not be gone again. If they do not, or if stability is another, it is. So it is
+//! once a step was gone again: the next may begin on another branch than it did on the coarser mesh.
 
 use super::Continuation;
 use super::follow::Run;

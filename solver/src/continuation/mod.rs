@@ -108,6 +108,8 @@ pub struct Continuation<'a, const D: usize> {
     pub make_refined: Option<Box<dyn Fn() -> System<D> + 'a>>,
     /// The same structure on a coarser mesh, and what became of it.
     pub coarse: Option<(Coarse<D>, &'a [StepHistory])>,
+    /// Whether a step was followed on this mesh, and the state at its end may be another than that of the coarser one.
+    is_apart: bool,
     /// See [`History::near_motion`].
     pub near: Option<NearMotion>,
     /// Whether ends of steps are kept for a finer mesh.
@@ -201,6 +203,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
             refined: None,
             make_refined: None,
             coarse: None,
+            is_apart: false,
             near: None,
             keeps: false,
             ends: Vec::new(),
@@ -344,7 +347,8 @@ impl<'a, const D: usize> Continuation<'a, D> {
         self.system.turning = self.system.may_be_turned([&ramp.drives[0], &ramp.drives[1]]);
         run.turns = turned;
         run.turns.retain(|part| !self.system.turning.contains(part) && self.system.has_left(part));
-        let known = !prestressed && self.end_from_coarse(&mut run, index, step);
+        let known = !prestressed && !self.is_apart && self.end_from_coarse(&mut run, index, step);
+        self.is_apart |= !known;
         if index + 1 == steps.len() {
             self.coarse = None; // what follows needs its memory
         }
