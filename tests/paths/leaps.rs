@@ -135,6 +135,18 @@ fn no_increment_leaps_a_limit_point_that_only_the_middle_tells_of() {
     assert_loses_stability(&names, CriticalKind::LimitPoint);
 }
 
+/// Nothing thrusts there but the loads, against what holds one end.
+#[test]
+fn no_increment_of_a_single_member_leaps_its_fold() {
+    let names = [
+        "column_let_back_over_a_fold",
+        "strut_let_back_over_a_fold",
+        "bar_on_springs",
+        "bar_on_springs_under_a_follower",
+    ];
+    assert_loses_stability(&names, CriticalKind::LimitPoint);
+}
+
 /// What is lost within an increment and regained in it leaves no trace at the ends.
 #[test]
 fn no_increment_leaps_two_bifurcations_at_once() {

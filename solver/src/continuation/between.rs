@@ -21,9 +21,9 @@ impl Passage<'_> {
         if self.before.is_some() { 2 } else { 3 }
     }
 
-    /// The parts of which what lies half way is not on a path that joins both ends: one step of an iteration leads them far from where a
-    /// cubic says that they are. All parts where a motion has lost its stiffness there that has some at both ends, one that `lost_aside`
-    /// counts among them.
+    /// The parts of which what lies half way is not on a path that joins both ends: an iteration leads them far from where a cubic says
+    /// that they are. All parts where it does not settle, or where a motion has lost its stiffness there that has some at both ends, one
+    /// that `lost_aside` counts among them.
     ///
     /// The iteration came to rest, but by more steps than lead to what lies near. The factors of the end would not do for the middle:
     /// what is stiff turns with its members.
@@ -45,7 +45,7 @@ impl Passage<'_> {
             system.follow_carried_forces();
             let own = system.assemble(true).negative > self.negative;
             let lost = own || lost_aside(system) > 0;
-            let stepped = system.advance(true).is_some();
+            let settled = settle(system, &cubic, &moved, tuning);
             let apart = system.distances(&cubic);
             #[cfg(feature = "trace")]
             eprintln!("between {from} and {to}: {apart:?} of {moved:?}, lost {lost}");
@@ -55,7 +55,7 @@ impl Passage<'_> {
                 moved > tuning.shortest && !(apart <= self.most_swing(tuning) * moved)
             };
             let all = 0..moved.len();
-            if lost || !stepped { all.collect() } else { all.filter(far).collect() }
+            if lost || !settled { all.collect() } else { all.filter(far).collect() }
         });
         system.restore(&next);
         ramp.apply(system, to);
@@ -107,6 +107,26 @@ impl Passage<'_> {
     }
 }
 
+/// Iterates from a state half way, linearized, to the equilibrium that is near it, until a move is small beside how far each part `moved`
+/// over the whole way; whether it comes to rest so. One step is enough beside a smooth path, and says little of how far an equilibrium is
+/// that lies on another one.
+fn settle<const D: usize>(system: &mut System<D>, from: &State, moved: &[Size], tuning: &Tuning) -> bool {
+    let is_small = |by: &[Size]| {
+        by.iter().zip(moved).all(|(by, moved)| by.largest() <= tuning.near * moved.largest().max(tuning.shortest))
+    };
+    if system.advance(true).is_none() {
+        return false;
+    }
+    if is_small(&system.distances(from)) {
+        return true;
+    }
+    (0..tuning.few()).any(|_| {
+        let before = system.snapshot();
+        system.assemble(true);
+        system.advance(true).is_some() && is_small(&system.distances(&before))
+    })
+}
+
 impl<const D: usize> Continuation<'_, D> {
     /// Whether what lies half way between the last state and the present one, at these fractions, is not on a path that joins them.
     /// `ratio` is that of the increment to the one before, where there is one to extrapolate from.
@@ -119,7 +139,9 @@ impl<const D: usize> Continuation<'_, D> {
         (moved, foreseen): (&[Size], &[Size]),
     ) -> bool {
         let before = ratio.map(|ratio| (&self.before, ratio));
-        let (last, ramp, negative) = (&self.last, Some(run.ramp), self.base.own);
+        // Without a potential pivots are lost and come back where nothing is singular.
+        let negative = if run.conservative { self.base.own } else { usize::MAX };
+        let (last, ramp) = (&self.last, Some(run.ramp));
         let passage = Passage { last, before, ramp, ends, negative, softens, found, moved, foreseen };
         let (known, lateral) = (self.base.lateral, &mut self.lateral);
         let mut lost_aside = |system: &mut System<D>| {

@@ -538,7 +538,8 @@ impl<const D: usize> Continuation<'_, D> {
         let mut aside = conservative && !guarded && !passage.parts_aside(&mut self.system, &tuning).is_empty();
         let same_aside =
             count.lateral == self.base.lateral || !(count.lateral_potential && self.base.lateral_potential);
-        let steady = conservative && count.own == self.base.own && same_aside;
+        let same_count = count.own == self.base.own && same_aside;
+        let steady = conservative && same_count;
         let was_nearly_symmetric = run.is_nearly_symmetric;
         let met = if steady { self.meeting(run, ends, (count, ratio, quick)) } else { None };
         if run.is_nearly_symmetric && !was_nearly_symmetric && step > bracket {
@@ -556,8 +557,8 @@ impl<const D: usize> Continuation<'_, D> {
         if met.is_some() {
             (doubtful, aside) = (false, false);
         }
-        let looks = steady && met.is_none() && step > shortest && !guarded && !doubtful && !aside;
-        if looks && (may_have_passed || is_another) {
+        let looks = same_count && met.is_none() && step > shortest && !guarded && !doubtful && !aside;
+        if looks && (may_have_passed || conservative && is_another) {
             aside = too_hard || self.swings_between(run, ends, ratio, (found, softens), (&moved, foreseen));
         }
         if met.is_none()

@@ -136,13 +136,11 @@ impl Passage<'_> {
         far || iterations > tuning.few() && (elsewhere || leapt())
     }
 
-    /// Whether the iteration may have passed something on its way, where anything thrusts: of more steps than lead to what lies near, or
-    /// from an extrapolation that was less stable than the last state, or farther away than it was to be.
+    /// Whether the iteration may have passed something on its way: of more steps than lead to what lies near, or from an extrapolation that
+    /// was less stable than the last state, or farther away than it was to be.
     pub(super) fn may_have_passed<const D: usize>(&self, system: &System<D>, tuning: &Tuning) -> bool {
-        let predicted = self.before.is_some();
-        let near = if predicted { tuning.few() } else { tuning.many };
-        let is_off = predicted && system.moves.first_own > tuning.miss;
-        (self.found.iterations > near || is_off || self.began_beyond()) && !system.hangs()
+        let is_off = self.before.is_some() && system.moves.first_own > tuning.miss;
+        self.found.iterations > tuning.few() || is_off || self.began_beyond()
     }
 
     /// Whether an extrapolation of a network that softens led to the present state by more steps than can be believed from one, whatever
