@@ -134,7 +134,8 @@ fn hinge_in_space_carries_no_moment_about_its_axis() {
         assert_near(moment.dot(&(solved.rotation("J") * axis)), 0.0, 1e-8 * moment.norm());
         let (force, moment) = solved.imbalance(&[("J", [8.0, -30.0, 25.0], [100.0, -150.0, 60.0])]);
         assert!(force < 1e-8 && moment < 1e-6, "{force} {moment}");
-        assert!(solved.factorizations() < 50, "{}", solved.factorizations());
+        // An increment of six iterations is looked at half way.
+        assert!(solved.factorizations() < 55, "{}", solved.factorizations());
     }
 }
 
@@ -197,7 +198,8 @@ fn two_released_rotations_balance() {
     assert_close(one.shift("J"), other.shift("J"), 1e-5);
     let (force, moment) = one.imbalance(&[("J", [5.0, -20.0, 30.0], [300.0, 150.0, 260.0])]);
     assert!(force < 1e-8 && moment < 1e-6, "{force} {moment}");
-    assert!(one.factorizations() < 45, "{}", one.factorizations());
+    // An increment of six iterations is looked at half way.
+    assert!(one.factorizations() < 50, "{}", one.factorizations());
 }
 
 /// A parallelogram of bars hinged about parallel skew axes is driven around without force.

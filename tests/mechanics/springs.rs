@@ -59,8 +59,8 @@ fn coupling_with_offset_balances_about_its_first_node() {
         assert!(force < 1e-9 && moment < 1e-7, "{force} {moment}");
         factorizations += solved.factorizations();
     }
-    // Dead moments have no potential: an increment that was hard to find is made again in two parts.
-    assert!(factorizations < 600, "{factorizations}");
+    // Dead moments have no potential: an increment that was hard to find is looked at half way, and made again in two parts.
+    assert!(factorizations < 700, "{factorizations}");
 }
 
 /// Springs without rotational stiffness hold a node without a rotation: no mechanism.

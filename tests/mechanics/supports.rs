@@ -105,12 +105,13 @@ fn partly_held_rotations_react_with_moments_that_balance() {
         let (force, moment) = solved.imbalance(&[("B", [-10.0, 3.0, 4.0], [90.0, 200.0, 250.0])]);
         assert!(force < 1e-9 && moment < 1e-7, "{held}: {force:.1e} {moment:.1e}");
         // The reference is from 400 increments; two long ones lead to another, unstable state with 40 factorizations. What
-        // was hard to find under loads without a potential, or was extrapolated from beyond a singular point, is made again in two parts.
+        // was hard to find under loads without a potential, or was extrapolated from beyond a singular point, is looked at half way and made
+        // again in two parts.
         let enough = if held == "\"rx\"" {
             assert_close(solved.shift("B"), [-35.371033, 27.844493, 38.119512], 1e-5);
-            90
+            105
         } else {
-            70
+            80
         };
         assert!(solved.factorizations() < enough, "{held}: {}", solved.factorizations());
     }

@@ -172,6 +172,7 @@ impl<const D: usize> Track<D> {
             before: None,
             ramp: ramp.as_ref(),
             ends: [0.0, 1.0],
+            from_rest: false,
             negative,
             softens: false,
             found,

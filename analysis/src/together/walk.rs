@@ -548,8 +548,18 @@ impl<const D: usize> Walk<D> {
         let (moved, foreseen) = (moved.as_slice(), foreseen.as_slice());
         let ends = [0.0, 1.0];
         // Whether the network softens is not known.
-        let passage =
-            Passage { last, before, ramp: Some(&ramp), ends, negative: 0, softens: false, found, moved, foreseen };
+        let passage = Passage {
+            last,
+            before,
+            ramp: Some(&ramp),
+            ends,
+            from_rest: last.is_unloaded::<D>(),
+            negative: 0,
+            softens: false,
+            found,
+            moved,
+            foreseen,
+        };
         let judged = passage.judge(system, self.answer.as_ref(), &mut lost_aside, &newton.tuning);
         self.trusted |= self.defers && lost;
         self.answer = judged.map_err(|parts| self.suspects = parts).ok()?;

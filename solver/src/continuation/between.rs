@@ -142,7 +142,8 @@ impl<const D: usize> Continuation<'_, D> {
         // Without a potential pivots are lost and come back where nothing is singular.
         let negative = if run.conservative { self.base.own } else { usize::MAX };
         let (last, ramp) = (&self.last, Some(run.ramp));
-        let passage = Passage { last, before, ramp, ends, negative, softens, found, moved, foreseen };
+        let from_rest = self.began_at_rest();
+        let passage = Passage { last, before, ramp, ends, from_rest, negative, softens, found, moved, foreseen };
         let (known, lateral) = (self.base.lateral, &mut self.lateral);
         let mut lost_aside = |system: &mut System<D>| {
             let found = lateral.as_mut().map(|lateral| lateral.inertia(system));

@@ -514,6 +514,7 @@ impl<const D: usize> Continuation<'_, D> {
             before: ratio.map(|ratio| (&self.before, ratio)),
             ramp: Some(run.ramp),
             ends,
+            from_rest: self.began_at_rest(),
             negative: self.base.own,
             softens,
             found,

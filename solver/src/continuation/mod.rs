@@ -371,6 +371,11 @@ impl<'a, const D: usize> Continuation<'a, D> {
         1.0 / (turns.fold(0.0, f64::max) / QUARTER_TURN).ceil().max(1.0)
     }
 
+    /// Whether the present step began at the unloaded network.
+    fn began_at_rest(&self) -> bool {
+        self.moved_at_start == 0.0
+    }
+
     /// Whether the loads have a potential along the whole of a ramp; the state is left at its beginning.
     ///
     /// Loads that lack one on the way lack it at an end: at the last where they grow, at the first where they fade.

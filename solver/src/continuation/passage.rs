@@ -46,6 +46,8 @@ pub struct Passage<'a> {
     pub ramp: Option<&'a Ramp>,
     /// Fractions of the ramp at both ends.
     pub ends: [f64; 2],
+    /// Whether that ramp begins at the unloaded network.
+    pub from_rest: bool,
     /// Directions in which the state that it began at is unstable.
     pub negative: usize,
     /// Whether the network became softer on the way to the state that it began at, or much stiffer since: there may be a limit point
@@ -138,9 +140,13 @@ impl Passage<'_> {
 
     /// Whether the iteration may have passed something on its way: of more steps than lead to what lies near, or from an extrapolation that
     /// was less stable than the last state, or farther away than it was to be.
+    ///
+    /// A tree that a single joint holds has nothing to pass where loads grow on it from none: it bends their way. What was bent before may
+    /// snap back.
     pub(super) fn may_have_passed<const D: usize>(&self, system: &System<D>, tuning: &Tuning) -> bool {
         let is_off = self.before.is_some() && system.moves.first_own > tuning.miss;
-        self.found.iterations > tuning.few() || is_off || self.began_beyond()
+        let is_hard = self.found.iterations > tuning.few() || is_off || self.began_beyond();
+        is_hard && !(self.from_rest && system.hangs())
     }
 
     /// Whether an extrapolation of a network that softens led to the present state by more steps than can be believed from one, whatever

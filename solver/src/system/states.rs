@@ -33,6 +33,13 @@ impl Clone for State {
     }
 }
 
+impl State {
+    /// Whether no joint is anywhere else than in the unloaded network.
+    pub fn is_unloaded<const D: usize>(&self) -> bool {
+        self.places.moved::<D>(1.0) == 0.0
+    }
+}
+
 impl<const D: usize> System<D> {
     /// The present state as a value.
     pub fn snapshot(&self) -> State {
