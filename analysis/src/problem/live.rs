@@ -17,7 +17,8 @@ use super::{Control, Problem, Reason, mesh, neighbour};
 use crate::solution::ProbeTable;
 use crate::together;
 
-/// Part of a change that is gone at once, at the least.
+/// Part of what is gone of a change already that is gone at once, at the least; the square of it where nothing is. A way ends within a
+/// thousandth of the singular point that it leads to, and the next one begins there.
 const SHORTEST: f64 = 1e-3;
 /// How much shorter a part is tried where one leads elsewhere, and how much longer one after a success.
 const SHORTER: f64 = 0.4;
@@ -326,7 +327,7 @@ impl Live {
                 (at, part) = (next, LONGER * part);
             } else if !control.is_stopped() {
                 part = SHORTER * (next - at);
-                if part < SHORTEST {
+                if part < SHORTEST * at.max(SHORTEST) {
                     return Err(Reason::Lost { fraction: at });
                 }
             }

@@ -339,3 +339,26 @@ fn what_snaps_on_the_way_is_not_leapt_over() {
         live.values()
     );
 }
+
+/// An arch right before its limit point, from which a change of its shape leads away: a thousandth of that is too much at once.
+#[test]
+fn a_way_that_begins_at_the_edge_leads_away_from_it() {
+    let text = r#"
+        format = "pennate/1"
+        parameters = { F = 1.4259, h = 7.5925 }
+        nodes = { A = [-100, 0], B = [100, 0], C = [0, "= h"] }
+        materials = { m = { youngs_modulus = 1000, poissons_ratio = 0.3 } }
+        sections = { r = { rectangle = { width = 5, height = 3 } } }
+        members = { a = { nodes = ["A", "C"], section = "r", material = "m" }, b = { nodes = ["C", "B"], section = "r", material = "m" } }
+        supports = { A = "pinned", B = "pinned" }
+        steps = [{ name = "push", force = { C = [0.02, "= -F"] } }]
+        probes = { drop = { node = "C", displacement = "uy" } }
+    "#;
+    let document = Document::from_text("arch.toml", text);
+    let problem = Problem::new(&document, &[], &["F", "h"], &["drop"], 1e-6).unwrap();
+    let mut live = problem.live().unwrap();
+    live.set(0, 0.3);
+    live.set(1, 12.0);
+    live.solve().unwrap();
+    is_near(&live, &problem);
+}
