@@ -473,6 +473,11 @@ impl Lives {
         self.states.iter().flat_map(|state| state.values()).copied().collect()
     }
 
+    /// Values of the parameters that the present states belong to: a row of k values each.
+    pub fn present(&self) -> Vec<f64> {
+        self.states.iter().flat_map(Live::present).copied().collect()
+    }
+
     /// Whether the present states are stable, as [`Live::stable`].
     pub fn stable(&mut self) -> Vec<Option<bool>> {
         self.stable_while(&Control::default())

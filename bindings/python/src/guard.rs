@@ -99,13 +99,16 @@ pub(crate) fn patient_while<T: Send>(
     let mut raised = None;
     let outcome = std::thread::scope(|scope| {
         let (sender, mut receiver) = mpsc::channel();
+        let (answer, answered) = mpsc::channel();
         let (asked, flag) = (Arc::clone(&stop), Arc::clone(&stop));
         let thread = std::thread::Builder::new().name("pennate".to_owned()).stack_size(STACK);
         thread.spawn_scoped(scope, move || {
-            let mut observe = |progress: &Progress| {
+            let told = sender.clone();
+            let mut observe = move |progress: &Progress| {
                 if listens {
-                    // Who listens is there until the work is done.
-                    let _ = sender.send(News::Progress(*progress));
+                    // Who listens is there until the work is done, and may end it here: the work waits for the answer.
+                    let _ = told.send(News::Progress(*progress));
+                    let _ = answered.recv();
                 }
                 !asked.load(Ordering::Relaxed)
             };
@@ -115,6 +118,7 @@ pub(crate) fn patient_while<T: Send>(
         loop {
             let news;
             (news, receiver) = py.detach(move || (receiver.recv_timeout(TICK), receiver));
+            let waits = matches!(news, Ok(News::Progress(_)));
             let heard = match news {
                 Ok(News::Done(outcome)) => return outcome.map_err(|message| broken(py, message)),
                 Ok(News::Progress(progress)) if raised.is_none() => tell(py, listener, &progress),
@@ -131,6 +135,10 @@ pub(crate) fn patient_while<T: Send>(
                     stop.store(true, Ordering::Relaxed);
                     raised = Some(error);
                 }
+            }
+            if waits {
+                // A thread that is gone tells of that itself.
+                let _ = answer.send(());
             }
         }
     })?;

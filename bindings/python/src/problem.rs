@@ -140,7 +140,6 @@ impl Problem {
         pace: &Pace,
         designs: usize,
         wanted: &Wanted,
-        reasons: fn(&T) -> &[Option<Reason>],
         work: impl Fn(&Compiled, &Control) -> T + Send + Sync,
     ) -> PyResult<T> {
         let begin = Instant::now();
@@ -149,7 +148,8 @@ impl Problem {
             let control = Control { until: Some(begin + PATIENCE), ..Control::default() };
             let done = quick(py, || self.on_threads(designs, &control, || work(compiled, &control)))?;
             let done = done.map_err(PyRuntimeError::new_err)?;
-            if !reasons(&done).iter().any(|reason| matches!(reason, Some(Reason::Interrupted))) {
+            // What looked at the clock too late may have been solved another way, whose last digits are others.
+            if begin.elapsed() < PATIENCE {
                 pace.note(begin.elapsed(), designs);
                 return Ok(done);
             }
@@ -242,7 +242,7 @@ impl Problem {
             return Ok((array(py, Vec::new(), &[0, self.compiled.outputs().len()])?, Vec::new(), Vec::new()));
         }
         let work = |problem: &Compiled, control: &Control| problem.evaluate_while(&values, control);
-        let answer = self.work(py, &self.values, designs, &wanted, |answer| &answer.reasons, work)?;
+        let answer = self.work(py, &self.values, designs, &wanted, work)?;
         let outputs = self.compiled.outputs().len();
         let shape = if alone { vec![outputs] } else { vec![designs, outputs] };
         Ok((array(py, answer.values, &shape)?, self.why(&answer.reasons), answer.stable))
@@ -264,7 +264,7 @@ impl Problem {
             return Ok((none, array(py, Vec::new(), &[0, outputs, inputs])?, Vec::new(), Vec::new()));
         }
         let work = |problem: &Compiled, control: &Control| problem.gradient_while(&values, control);
-        let answer = self.work(py, &self.gradients, designs, &wanted, |answer| &answer.reasons, work)?;
+        let answer = self.work(py, &self.gradients, designs, &wanted, work)?;
         let lead = if alone { vec![] } else { vec![designs] };
         let shape = |rest: &[usize]| lead.iter().chain(rest).copied().collect::<Vec<usize>>();
         let y = array(py, answer.values, &shape(&[outputs]))?;
@@ -290,7 +290,7 @@ impl Problem {
     fn live(slf: &Bound<'_, Self>) -> PyResult<Live> {
         let problem = slf.get();
         // How long this takes is not known beforehand.
-        let made = problem.work(slf.py(), &Pace::unknown(), 1, &None, |_| &[], Compiled::live_while)?;
+        let made = problem.work(slf.py(), &Pace::unknown(), 1, &None, Compiled::live_while)?;
         let state = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
         let seen = Seen::new(seen(slf.py(), facts(&state))?);
         Ok(Live { problem: slf.clone().unbind(), kept: Kept::new(state), seen })
@@ -300,10 +300,11 @@ impl Problem {
     fn live_all(slf: &Bound<'_, Self>, count: usize) -> PyResult<Lives> {
         let problem = slf.get();
         let all = |compiled: &Compiled, control: &Control| compiled.live_all_while(count, control);
-        let made = problem.work(slf.py(), &Pace::unknown(), 1, &None, |_| &[], all)?;
+        let made = problem.work(slf.py(), &Pace::unknown(), 1, &None, all)?;
         let states = made.map_err(|reason| problem.unsolved(slf.py(), &reason))?;
         let reasons = vec![None; count];
-        let seen = Seen::new(all_seen(problem, slf.py(), (states.values(), states.judged()), &reasons)?);
+        let seen =
+            Seen::new(all_seen(problem, slf.py(), (states.values(), states.judged(), states.present()), &reasons)?);
         Ok(Lives { problem: slf.clone().unbind(), kept: Kept::new(states), count, seen })
     }
 }
@@ -456,17 +457,20 @@ pub(crate) struct Lives {
 }
 
 /// The outputs of states, and whether they are stable, where that is known of all.
-type AllFacts = (Vec<f64>, Option<Vec<Option<bool>>>);
+type AllFacts = (Vec<f64>, Option<Vec<Option<bool>>>, Vec<f64>);
 
-/// The outputs of states, (n, m), whether they are stable, and why some are not where they were to go.
+/// The outputs of states, (n, m), whether they are stable, why some are not where they were to go, and the parameters that they belong
+/// to, (n, k).
 fn all_seen<'py>(
     problem: &Problem,
     py: Python<'py>,
-    (values, judged): AllFacts,
+    (values, judged, present): AllFacts,
     reasons: &[Option<Reason>],
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let shape = [reasons.len(), problem.compiled.outputs().len()];
-    (array(py, values, &shape)?, judged, problem.why(reasons)).into_pyobject(py)
+    let [outputs, parameters] = [problem.compiled.outputs().len(), problem.compiled.parameters().len()];
+    let [values, present] =
+        [(values, outputs), (present, parameters)].map(|(numbers, width)| array(py, numbers, &[reasons.len(), width]));
+    (values?, judged, problem.why(reasons), present?).into_pyobject(py)
 }
 
 #[pymethods]
@@ -479,15 +483,15 @@ impl Lives {
         let go = |states: &mut States, control: &Control| {
             states.set(&rows);
             let reasons = problem.on_threads(self.count, control, || states.solve_while(control))?;
-            Ok(((states.values(), states.judged()), reasons))
+            Ok(((states.values(), states.judged(), states.present()), reasons))
         };
         let (turn, (facts, reasons), raised) = self.kept.work(py, &self.kept.pace, self.count, go)?;
         self.seen.set(turn, all_seen(problem, py, facts, &reasons)?);
         Ok(raised)
     }
 
-    /// What the states are: outputs, (n, m), whether they are stable, where that is known of all, and why some are not where they
-    /// were to go.
+    /// What the states are: outputs, (n, m), whether they are stable, where that is known of all, why some are not where they were to go,
+    /// and parameters, (n, k).
     fn now(&self, py: Python<'_>) -> Py<PyTuple> {
         self.seen.get(py)
     }

@@ -290,10 +290,21 @@ def test_wrong_values_of_live_states_are_named(problem: pennate.Problem) -> None
         lives.set(beta=[1, "x", 2])  # type: ignore[list-item]
     with pytest.raises(ValueError, match=r"parameter 'beta' has the shape \(2,\), but there are 3 states"):
         lives.set(beta=[1, 2])
-    for count, error in (("3", TypeError), (0, ValueError), (2.5, ValueError)):
-        with pytest.raises(error, match="count: a whole number, one or more, expected, not"):
+    for count, error in (("3", TypeError), (0, ValueError), (2.5, ValueError), (10**9, ValueError)):
+        with pytest.raises(error, match="count: a whole number, from 1 to 1000000, expected, not"):
             problem.live(count)  # type: ignore[call-overload]
     assert live.solve().present["beta"] == 22
+
+
+def test_each_of_many_states_tells_what_it_belongs_to(problem: pennate.Problem) -> None:
+    lives = problem.live(3)
+    assert isinstance(lives, pennate.Lives)
+    lives.set(pressure=[15, 20, 26], beta=23).solve()
+    assert [reason is None for reason in lives.reasons] == [True, True, False]
+    assert list(lives.present["beta"][:2]) == [23, 23] and list(lives.present["pressure"][:2]) == [15, 20]
+    assert lives.present["pressure"][2] <= 25
+    lives.present["beta"][:] = 0
+    assert lives.present["beta"][0] == 23
 
 
 def test_values_that_are_given_away_may_be_changed(problem: pennate.Problem) -> None:

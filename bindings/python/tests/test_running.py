@@ -44,6 +44,14 @@ def test_a_listener_stops_a_solve_and_keeps_what_converged() -> None:
     assert np.isfinite(solution.displacement[0]).all()
 
 
+def test_a_listener_stops_even_a_quick_solve_each_time(dyad: pennate.Network) -> None:
+    for no in (False, np.False_, 0):
+        for _ in range(50):
+            calls: list[float] = []
+            solution = dyad.solve(progress=lambda *news: bool(calls.append(news[2])) or no)
+            assert solution.status == "interrupted" and solution.fraction[-1] == 0.0 and len(calls) == 1
+
+
 def test_an_exception_of_a_listener_stops_a_solve() -> None:
     def listen(*_: object) -> None:
         raise RuntimeError("enough")

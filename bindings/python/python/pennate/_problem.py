@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from ._network import Network
 
 Array = npt.NDArray[np.float64]
+# Live states of one problem: those of a dyad alone take 100 GB then.
+MOST_LIVE = 1_000_000
 
 
 class Reason(str):
@@ -176,7 +178,7 @@ class Problem:
         """
         if count is None:
             return Live(self)
-        return Lives(self, _arguments.count(count, "count", None))
+        return Lives(self, _arguments.count(count, "count", MOST_LIVE))
 
     def __repr__(self) -> str:
         title = self.network.title or self.network.name
@@ -323,6 +325,12 @@ class Lives:
     def values(self) -> Array:
         """(n, m), the probes in the present states."""
         return self._core.now()[0].copy()
+
+    @property
+    def present(self) -> dict[str, Array]:
+        """The parameters that the present states belong to, (n,) each: those that were set, but for states that did not get there."""
+        rows = self._core.now()[3]
+        return {name: rows[:, place].copy() for place, name in enumerate(self.problem.parameters)}
 
     @property
     def stable(self) -> list[bool | None]:
