@@ -24,7 +24,10 @@ pub(super) struct LoadAt {
 impl<const D: usize> System<D> {
     /// Adds the loads on nodes; to `moved` what they change by where their joints move by what is pending.
     pub(super) fn assemble_loads(&mut self, mut moved: Option<&mut [[f64; 6]]>) {
-        self.tangent.skew.joints.clear();
+        // What has no potential is in the factors, and stays with them.
+        if !self.tangent.keeps_matrix {
+            self.tangent.skew.joints.clear();
+        }
         for position in 0..self.pattern.loaded_nodes.len() {
             let node = self.pattern.loaded_nodes[position];
             let (link, load) = (&self.topology.links[node], &self.loading.nodes[node]);
@@ -121,7 +124,7 @@ impl<const D: usize> System<D> {
         let rest = small - symmetric;
         // Directions of turned supports round, and what is left of large terms may be small.
         let largest = block.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        if rest.amax() > 1e-13 * largest {
+        if !keeps && rest.amax() > 1e-13 * largest {
             self.tangent.skew.add(joint, first, count, rest);
         }
     }
