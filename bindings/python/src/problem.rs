@@ -456,7 +456,7 @@ pub(crate) struct Lives {
     seen: Seen,
 }
 
-/// The outputs of states, and whether they are stable, where that is known of all.
+/// The outputs of states, whether they are stable, where that is known of all, and their parameters.
 type AllFacts = (Vec<f64>, Option<Vec<Option<bool>>>, Vec<f64>);
 
 /// The outputs of states, (n, m), whether they are stable, why some are not where they were to go, and the parameters that they belong

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ._network import Network
 
 Array = npt.NDArray[np.float64]
-# Live states of one problem: those of a dyad alone take 100 GB then.
+# Live states of one problem, at most: a larger number is a slip, and would end the interpreter for want of memory.
 MOST_LIVE = 1_000_000
 
 
