@@ -15,12 +15,15 @@ use crate::chain::Size;
 use crate::newton::{Aside, Convergence};
 use crate::system::{State, System};
 
-impl Passage<'_> {
-    /// Factorizations that [`Self::parts_that_swing`] takes.
-    const fn factorizations(&self) -> usize {
-        if self.before.is_some() { 2 } else { 3 }
-    }
+/// What a look half way found.
+pub(super) struct Looked {
+    /// The parts that are not on a path that joins both ends.
+    pub swinging: Vec<usize>,
+    /// Factorizations that it took.
+    pub factorizations: usize,
+}
 
+impl Passage<'_> {
     /// The parts of which what lies half way is not on a path that joins both ends: an iteration leads them far from where a cubic says
     /// that they are. All parts where it does not settle, or where a motion has lost its stiffness there that has some at both ends, one
     /// that `lost_aside` counts among them.
@@ -32,20 +35,23 @@ impl Passage<'_> {
         system: &mut System<D>,
         lost_aside: Aside<'_, D>,
         tuning: &Tuning,
-    ) -> Vec<usize> {
+    ) -> Looked {
         let moved = system.distances(self.last);
         let Some(ramp) = self.ramp.filter(|_| moved.iter().any(|moved| moved.largest() > tuning.shortest)) else {
-            return Vec::new();
+            return Looked { swinging: Vec::new(), factorizations: 0 };
         };
+        // The end once more, and the beginning where nothing is known of the path before.
+        let mut factorizations = if self.before.is_some() { 1 } else { 2 };
         let [from, to] = self.ends;
         let next = system.snapshot();
-        let seen = self.state_between(system, &next, ramp, tuning).map(|cubic| {
+        let swinging = self.state_between(system, &next, ramp, tuning).map(|cubic| {
             system.restore(&cubic);
             ramp.apply(system, 0.5 * (from + to));
             system.follow_carried_forces();
             let own = system.assemble(true).negative > self.negative;
             let lost = own || lost_aside(system) > 0;
-            let settled = settle(system, &cubic, &moved, tuning);
+            let (settled, steps) = settle(system, &cubic, &moved, tuning);
+            factorizations += steps;
             let apart = system.distances(&cubic);
             #[cfg(feature = "trace")]
             eprintln!("between {from} and {to}: {apart:?} of {moved:?}, lost {lost}");
@@ -60,7 +66,7 @@ impl Passage<'_> {
         system.restore(&next);
         ramp.apply(system, to);
         system.assemble(false);
-        seen.unwrap_or_default()
+        Looked { swinging: swinging.unwrap_or_default(), factorizations }
     }
 
     /// Where the path is half way to the present state `next`, by the cubic through both ends with their rates, or with that of the
@@ -108,23 +114,27 @@ impl Passage<'_> {
 }
 
 /// Iterates from a state half way, linearized, to the equilibrium that is near it, until a move is small beside how far each part `moved`
-/// over the whole way; whether it comes to rest so. One step is enough beside a smooth path, and says little of how far an equilibrium is
-/// that lies on another one.
-fn settle<const D: usize>(system: &mut System<D>, from: &State, moved: &[Size], tuning: &Tuning) -> bool {
+/// over the whole way; whether it comes to rest so, and by how many factorizations. One step is enough beside a smooth path, and says
+/// little of how far an equilibrium is that lies on another one.
+fn settle<const D: usize>(system: &mut System<D>, from: &State, moved: &[Size], tuning: &Tuning) -> (bool, usize) {
     let is_small = |by: &[Size]| {
         by.iter().zip(moved).all(|(by, moved)| by.largest() <= tuning.near * moved.largest().max(tuning.shortest))
     };
-    if system.advance(true).is_none() {
-        return false;
+    let steps = 1 + tuning.few();
+    let mut before = None;
+    for step in 1..=steps {
+        if step > 1 {
+            before = Some(system.snapshot());
+            system.assemble(true);
+        }
+        if system.advance(true).is_none() {
+            return (false, step);
+        }
+        if is_small(&system.distances(before.as_ref().unwrap_or(from))) {
+            return (true, step);
+        }
     }
-    if is_small(&system.distances(from)) {
-        return true;
-    }
-    (0..tuning.few()).any(|_| {
-        let before = system.snapshot();
-        system.assemble(true);
-        system.advance(true).is_some() && is_small(&system.distances(&before))
-    })
+    (false, steps)
 }
 
 impl<const D: usize> Continuation<'_, D> {
@@ -149,8 +159,8 @@ impl<const D: usize> Continuation<'_, D> {
             let found = lateral.as_mut().map(|lateral| lateral.inertia(system));
             found.filter(|(_, potential)| *potential).map_or(0, |(inertia, _)| inertia.negative.saturating_sub(known))
         };
-        let swinging = passage.parts_that_swing(&mut self.system, &mut lost_aside, &self.tuning);
-        run.effort.factorizations += passage.factorizations();
-        !swinging.is_empty()
+        let looked = passage.parts_that_swing(&mut self.system, &mut lost_aside, &self.tuning);
+        run.effort.factorizations += looked.factorizations;
+        !looked.swinging.is_empty()
     }
 }

@@ -88,7 +88,7 @@ impl Passage<'_> {
             if self.is_too_hard(tuning) {
                 return Err(self.parts().collect());
             }
-            none_of(self.parts_that_swing(system, lost_aside, tuning))?;
+            none_of(self.parts_that_swing(system, lost_aside, tuning).swinging)?;
         }
         none_of(self.parts_aside(system, tuning))?;
         let answer = system.answer_of_hinged();
