@@ -302,12 +302,16 @@ fn describe(model: &Model, steps: &[StepHistory], index: usize, failure: &Failur
         _ => None,
     };
     let undecided = undecided(model, step, failure.cause);
+    let whole = whole_turn(model, step, failure.cause);
     let help = match step.prestress {
+        None if whole.is_some() => Some(HELD_WHOLE.to_owned()),
         Some(_) if failure.cause != Cause::Interrupted => Some(STRAINED.to_owned()),
         None if undecided.is_some() => Some(DECIDES.to_owned()),
         _ => taut.as_ref().map_or_else(|| advice(model, index, failure, &place), |taut| Some(taut.help.clone())),
     };
-    notes.extend(taut.map(|taut| taut.note).or(undecided).or_else(|| looks_like(model, index, failure.cause, &place)));
+    notes.extend(
+        taut.map(|taut| taut.note).or(undecided).or(whole).or_else(|| looks_like(model, index, failure.cause, &place)),
+    );
     notes.extend(worst_residual(model, failure));
     notes.extend(pushed_muscles(model, step));
     notes.extend(strains::tension(model, step));
@@ -317,6 +321,24 @@ fn describe(model: &Model, steps: &[StepHistory], index: usize, failure: &Failur
         notes.push(format!("{left} later step{} not tried", if left == 1 { " was" } else { "s were" }));
     }
     Message { title, span: model.steps.get(index).map(|step| step.span), notes, help, ..Message::default() }
+}
+
+/// What helps where a step turns a node through a whole turn.
+const HELD_WHOLE: &str = "hold all three rotations of the node, and release that end of a member about the axes that are to be free; or turn \
+                          it by less than a whole turn";
+
+/// Where the iteration fails at a whole turn of a node that is held in part.
+fn whole_turn(model: &Model, step: &StepHistory, cause: Cause) -> Option<String> {
+    let nodes = step.notes.iter().find_map(|note| match note {
+        Note::WholeTurn { nodes } if cause == Cause::StepTooSmall => Some(nodes),
+        _ => None,
+    })?;
+    let names: Vec<String> = nodes.iter().map(|&node| node_name(model, node)).collect();
+    Some(format!(
+        "{} is at a whole turn there, with other rotations free: that is the same rotation about any axis, so what is held does not tell \
+         how the node is turned, and there may be no way on",
+        list(&names, NAMES)
+    ))
 }
 
 /// What helps where less than rounding decides which way a network goes.

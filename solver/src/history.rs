@@ -190,6 +190,12 @@ pub enum Note {
         /// Along the line: unit vector in global axes.
         axis: [f64; 3],
     },
+    /// Rotations of these nodes are held in part, and the step turns them through a whole turn. A rotation vector of a whole turn is the
+    /// same rotation about any axis: what the free components do there, forces do not tell.
+    WholeTurn {
+        /// By index.
+        nodes: Vec<NodeId>,
+    },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,
     /// Elements of the next order lose stability where these do not, or the other way round, or lose most of the stiffness that is

@@ -28,6 +28,28 @@ fn bar(stiffness: &str, held: &str, steps: &str) -> String {
     )
 }
 
+/// Where a node that is free to bend is turned through a whole turn, its rotation vector does not tell how it is turned: that is said,
+/// and only there.
+#[test]
+fn a_whole_turn_with_other_rotations_free_is_said() {
+    let all = "\"uy\", \"uz\", \"rx\", \"ry\", \"rz\"";
+    let some = "\"uy\", \"uz\"";
+    for (held, angles, is_whole) in [
+        (some, "{ rx = 637 }", true),
+        (some, "{ rx = -400 }", true),
+        (some, "{ rx = 340 }", false),
+        (all, "[637, 0, 0]", false),
+    ] {
+        let steps = format!("[[steps]]\nforce.B = [1, 0, 0]\n\n[[steps]]\nrotation.B = {angles}\n");
+        let arc = "arc = { rise = 0.18 }, section";
+        let text = bar("EA = 1e4, EI2 = 1, EI3 = 1, GJ = 0.1", &format!(", B = [{held}]"), &steps)
+            .replace("section = \"s\" }", &format!("{} = \"s\" }}", arc));
+        let solution = solve(&text);
+        let notes = |step: usize| solution.history.steps[step].notes.contains(&Note::WholeTurn { nodes: vec![1] });
+        assert_eq!([notes(0), notes(1)], [false, is_whole], "{held} {angles}");
+    }
+}
+
 /// A straight bar that is twisted by so much has no less torque: a turn more or less of it is another equilibrium, and no path
 /// leads there.
 #[test]

@@ -1,11 +1,15 @@
 //! What supports and steps hold, and what they let go.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::{Continuation, QUARTER_TURN};
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
 use crate::system::System;
+
+/// What is left of a whole turn where free components of a rotation vector hardly turn a node any more: a hundredth of them does.
+const WHOLE: f64 = 0.01;
 
 impl<const D: usize> Continuation<'_, D> {
     /// Axes in which a node's components are measured.
@@ -71,6 +75,25 @@ impl<const D: usize> Continuation<'_, D> {
                 self.refined_held.insert((node, component), apart);
             }
         }
+    }
+
+    /// Nodes whose rotations are held in part, in space, and which the present step has turned up to a whole turn or through it at this
+    /// fraction. There the rotation vector is singular: its components across the axis do not change the rotation (Eq. 5.6).
+    pub(super) fn turned_whole(&self, fraction: f64) -> Vec<NodeId> {
+        if D == 2 {
+            return Vec::new();
+        }
+        let rotations = |node: NodeId| self.held.range((node, 3)..=(node, 5)).map(|(_, held)| held);
+        let mut nodes: Vec<NodeId> =
+            self.held.keys().filter(|(_, component)| *component >= 3).map(|&(n, _)| n).collect();
+        nodes.dedup();
+        nodes.retain(|&node| {
+            let whole_turns = |angle: &dyn Fn(&Held) -> f64| {
+                (rotations(node).map(|held| angle(held).powi(2)).sum::<f64>().sqrt() / TAU + WHOLE).floor()
+            };
+            rotations(node).count() < 3 && whole_turns(&|held| held.from) != whole_turns(&|held| held.at(fraction))
+        });
+        nodes
     }
 
     /// Brings another system of the network, at the end of the present step, to the beginning of the ramp of the next one.
