@@ -304,9 +304,9 @@ fn describe(model: &Model, steps: &[StepHistory], index: usize, failure: &Failur
     let undecided = undecided(model, step, failure.cause);
     let whole = whole_turn(model, step, failure.cause);
     let help = match step.prestress {
-        None if whole.is_some() => Some(HELD_WHOLE.to_owned()),
         Some(_) if failure.cause != Cause::Interrupted => Some(STRAINED.to_owned()),
         None if undecided.is_some() => Some(DECIDES.to_owned()),
+        None if whole.is_some() => Some(HELD_WHOLE.to_owned()),
         _ => taut.as_ref().map_or_else(|| advice(model, index, failure, &place), |taut| Some(taut.help.clone())),
     };
     notes.extend(
@@ -329,15 +329,14 @@ const HELD_WHOLE: &str = "hold all three rotations of the node, and release that
 
 /// Where the iteration fails at a whole turn of a node that is held in part.
 fn whole_turn(model: &Model, step: &StepHistory, cause: Cause) -> Option<String> {
-    let nodes = step.notes.iter().find_map(|note| match note {
-        Note::WholeTurn { nodes } if cause == Cause::StepTooSmall => Some(nodes),
+    let node = step.notes.iter().find_map(|note| match *note {
+        Note::WholeTurn { node, is_there: true } if cause == Cause::StepTooSmall => Some(node),
         _ => None,
     })?;
-    let names: Vec<String> = nodes.iter().map(|&node| node_name(model, node)).collect();
     Some(format!(
         "{} is at a whole turn there, with other rotations free: that is the same rotation about any axis, so what is held does not tell \
          how the node is turned, and there may be no way on",
-        list(&names, NAMES)
+        node_name(model, node)
     ))
 }
 

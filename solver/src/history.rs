@@ -190,11 +190,13 @@ pub enum Note {
         /// Along the line: unit vector in global axes.
         axis: [f64; 3],
     },
-    /// Rotations of these nodes are held in part, and the step turns them through a whole turn. A rotation vector of a whole turn is the
-    /// same rotation about any axis: what the free components do there, forces do not tell.
+    /// The rotation of a node is held in part, and the step brings it to a whole turn or through it. That is the same rotation about any
+    /// axis: what is held does not tell there how the node is turned.
     WholeTurn {
-        /// By index.
-        nodes: Vec<NodeId>,
+        /// The node that turns.
+        node: NodeId,
+        /// Whether the step ends, or stops, there.
+        is_there: bool,
     },
     /// The sign of the lowest stiffness at the end of a step is smaller than what rounding can tell.
     WithinRounding,

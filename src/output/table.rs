@@ -422,15 +422,12 @@ fn note_in_words(model: &Model, note: &Note) -> String {
                 axis.map(number).join(", ")
             )
         }
-        Note::WholeTurn { nodes } => {
-            let names: Vec<String> = nodes.iter().map(|&node| shown(&model.nodes[node].name)).collect();
-            format!(
-                "turns {} to a whole turn or through it, with other rotations free: a whole turn is the same rotation about any axis, so \
-                 what is held does not tell there how the node is turned, and where the path goes on may depend on the increments. \
-                 Hold all three rotations, with release = [\"ry\", \"rz\"] where the end of a member is to turn.",
-                list(&names, MEMBERS)
-            )
-        }
+        Note::WholeTurn { node, .. } => format!(
+            "turns {} to a whole turn or through it, with other rotations free: a whole turn is the same rotation about any axis, so \
+             what is held does not tell there how the node is turned, and where the path goes on may depend on the increments. \
+             Hold all three rotations, with release = [\"ry\", \"rz\"] where the end of a member is to turn.",
+            shown(&model.nodes[*node].name)
+        ),
         Note::WithinRounding => {
             "the end is a singular state, as far as rounding can tell: whether it is stable is not known.".to_owned()
         }

@@ -3,7 +3,7 @@
 use pennate::diagnostics::Message;
 use pennate::explain;
 use pennate_models::{Model, read_text};
-use pennate_solver::history::{Cause, Failure, Status, StepHistory};
+use pennate_solver::history::{Cause, Failure, Note, Status, StepHistory};
 use pennate_solver::structure::Dimension;
 
 use crate::workplace::{DYAD, MUSCLE};
@@ -20,6 +20,11 @@ fn network(text: &str) -> Model {
 
 /// What is said of the first step of a network where it stops for this cause.
 fn said(model: &Model, cause: Cause) -> String {
+    said_with(model, cause, Vec::new())
+}
+
+/// The same of a step that has notes.
+fn said_with(model: &Model, cause: Cause, noted: Vec<Note>) -> String {
     let (tried, worst_node, worst_component, worst_residual) = (0.5, Some(1), 0, 0.0);
     let failure = Some(Failure { tried, worst_node, worst_component, worst_residual, cause });
     let status = match cause {
@@ -27,7 +32,7 @@ fn said(model: &Model, cause: Cause) -> String {
         Cause::Bifurcation => Status::Bifurcation,
         _ => Status::NotConverged,
     };
-    let stopped = StepHistory { status, fraction: 0.4, failure, ..StepHistory::empty(Dimension::Plane) };
+    let stopped = StepHistory { status, fraction: 0.4, failure, notes: noted, ..StepHistory::empty(Dimension::Plane) };
     let messages: Vec<Message> = explain::failed_steps(model, &[stopped]).collect();
     let [Message { notes, help: Some(help), .. }] = &messages[..] else { panic!("one message with help") };
     format!("{}\n{help}", notes.join("\n"))
@@ -74,5 +79,17 @@ fn a_lost_way_is_put_down_to_what_there_is() {
         let found: Vec<_> = words.into_iter().filter(|words| said.contains(words)).collect();
         assert_eq!(found, [expected], "{said}");
         assert_eq!(said.contains("hold what is loose"), expected == words[3], "{said}");
+    }
+}
+
+/// A whole turn is what stops a step that stops there, and not one that went on from it.
+#[test]
+fn a_whole_turn_explains_only_what_stops_there() {
+    let model = network(&format!("{STRUTS}{WELDED}steps = [{{ force.J = [0, -1] }}]\n"));
+    for is_there in [true, false] {
+        let said = said_with(&model, Cause::StepTooSmall, vec![Note::WholeTurn { node: 1, is_there }]);
+        assert_eq!(said.contains("node J is at a whole turn"), is_there, "{said}");
+        assert_eq!(said.contains("hold all three rotations"), is_there, "{said}");
+        assert_eq!(said.contains("snaps aside"), !is_there, "{said}");
     }
 }

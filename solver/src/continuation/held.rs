@@ -3,13 +3,28 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use pennate_elements::small::{V3, add, dot, norm, scale, sub};
+
 use super::{Continuation, QUARTER_TURN};
+use crate::history::{Note, StepHistory};
 use crate::joints::{Held, HeldKind, Topology, Turned};
 use crate::structure::{Change, NodeId, Step, Structure};
 use crate::system::System;
 
-/// What is left of a whole turn where free components of a rotation vector hardly turn a node any more: a hundredth of them does.
-const WHOLE: f64 = 0.01;
+/// How near a whole turn is (turns). That near it the tangent map of the rotation vector (Eq. 5.2) makes spins across the axis this many
+/// times as small, $2 \sin(\theta/2) / \theta$: free components hardly turn a node any more.
+const NEAR_WHOLE: f64 = 0.01;
+
+/// Whether a rotation vector (radians) that goes straight from one value to another comes to the length of a whole turn or of several.
+fn comes_to_whole_turn(from: V3<f64>, to: V3<f64>) -> bool {
+    let way = sub(to, from);
+    // Where it is shortest.
+    let share = (-dot(from, way) / dot(way, way)).clamp(0.0, 1.0);
+    let least = if share.is_nan() { norm(to) } else { norm(add(from, scale(share, way))) };
+    let most = norm(from).max(norm(to));
+    let first = (least / TAU - NEAR_WHOLE).ceil().max(1.0);
+    first <= most / TAU + NEAR_WHOLE
+}
 
 impl<const D: usize> Continuation<'_, D> {
     /// Axes in which a node's components are measured.
@@ -77,23 +92,25 @@ impl<const D: usize> Continuation<'_, D> {
         }
     }
 
-    /// Nodes whose rotations are held in part, in space, and which the present step has turned up to a whole turn or through it at this
-    /// fraction. There the rotation vector is singular: its components across the axis do not change the rotation (Eq. 5.6).
-    pub(super) fn turned_whole(&self, fraction: f64) -> Vec<NodeId> {
+    /// Notes which nodes, of those whose rotations are held in part, the present step has brought to a whole turn or through it.
+    pub(super) fn note_whole_turns(&self, record: &mut StepHistory) {
         if D == 2 {
-            return Vec::new();
+            return;
         }
-        let rotations = |node: NodeId| self.held.range((node, 3)..=(node, 5)).map(|(_, held)| held);
-        let mut nodes: Vec<NodeId> =
-            self.held.keys().filter(|(_, component)| *component >= 3).map(|&(n, _)| n).collect();
+        let mut nodes: Vec<NodeId> = self.held.keys().filter(|(_, row)| *row >= 3).map(|&(node, _)| node).collect();
         nodes.dedup();
-        nodes.retain(|&node| {
-            let whole_turns = |angle: &dyn Fn(&Held) -> f64| {
-                (rotations(node).map(|held| angle(held).powi(2)).sum::<f64>().sqrt() / TAU + WHOLE).floor()
+        for node in nodes {
+            let rows: Vec<&Held> = self.held.range((node, 3)..=(node, 5)).map(|(_, held)| held).collect();
+            let held_at = |fraction: f64| {
+                let mut theta = [0.0; 3];
+                rows.iter().for_each(|held| theta[held.component - 3] = held.at(fraction));
+                theta
             };
-            rotations(node).count() < 3 && whole_turns(&|held| held.from) != whole_turns(&|held| held.at(fraction))
-        });
-        nodes
+            let [from, to] = [0.0, record.fraction].map(held_at);
+            if rows.len() < 3 && from != to && comes_to_whole_turn(from, to) {
+                record.notes.push(Note::WholeTurn { node, is_there: comes_to_whole_turn(to, to) });
+            }
+        }
     }
 
     /// Brings another system of the network, at the end of the present step, to the beginning of the ramp of the next one.
@@ -126,4 +143,30 @@ pub fn first_rows(structure: &Structure, steps: &[Step]) -> Vec<(NodeId, usize)>
 /// Builds the topology of a structure for its steps.
 pub fn topology(structure: &Structure, steps: &[Step]) -> Arc<Topology> {
     Arc::new(Topology::new(structure, Turned::nodes(structure, steps)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Degrees that components of a rotation vector go through: one, and two at once.
+    #[test]
+    fn a_whole_turn_is_seen_wherever_the_way_passes_it() {
+        let comes = |from: [f64; 2], to: [f64; 2]| {
+            let [from, to] = [from, to].map(|[x, y]| [x.to_radians(), y.to_radians(), 0.0]);
+            comes_to_whole_turn(from, to)
+        };
+        for (from, to) in
+            [(0.0, 360.0), (350.0, 370.0), (358.0, 362.0), (362.0, 358.0), (-400.0, 400.0), (500.0, 900.0)]
+        {
+            assert!(comes([from, 0.0], [to, 0.0]) && comes([to, 0.0], [from, 0.0]), "{from} to {to}");
+        }
+        for (from, to) in [(0.0, 350.0), (-350.0, 350.0), (370.0, 710.0), (0.0, 0.0)] {
+            assert!(!comes([from, 0.0], [to, 0.0]), "{from} to {to}");
+        }
+        // Neither component makes a whole turn here; both together do, or come nearer on the way than at its ends.
+        assert!(comes([0.0, 0.0], [300.0, 300.0]) && !comes([0.0, 0.0], [250.0, 250.0]));
+        assert!(comes([500.0, 0.0], [0.0, 500.0]) && !comes([500.0, 400.0], [500.0, -200.0]));
+        assert!(comes([360.0, 0.0], [360.0, 0.0]) && !comes([370.0, 0.0], [370.0, 0.0]));
+    }
 }

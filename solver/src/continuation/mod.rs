@@ -393,10 +393,7 @@ impl<'a, const D: usize> Continuation<'a, D> {
         if let Some(node) = self.system.endless_moment() {
             record.notes.push(Note::EndlessMoment { node });
         }
-        let nodes = self.turned_whole(record.fraction);
-        if !nodes.is_empty() {
-            record.notes.push(Note::WholeTurn { nodes });
-        }
+        self.note_whole_turns(record);
         self.keep_end(record, is_last);
         self.note_undetermined(record);
         self.note_turned(record);
